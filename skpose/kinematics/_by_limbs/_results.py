@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._by_limbs._contacts import Held
@@ -22,7 +22,8 @@ ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 AT_LIMIT = 1e-9  # rad
 NEARBY = 0.025  # s before and after, within which the person is as fast
 FASTER = 1.0  # m/s more than the person's, from which a report names it; feet that go to where they are held have less
-BELOW = 1e-3  # m, from which a report names soles below the floor
+RAISED = 1e-3  # m, from which a report names by how much the target is raised
+AROUND = 0.1  # s before and after a frame, in which it is raised for that
 
 
 class Aim(NamedTuple):
@@ -45,7 +46,7 @@ class Fitted(NamedTuple):
     feet: np.ndarray  # distances of places on the feet from where they shall be, m
     hands: np.ndarray  # those of wrists and hands
     slides: np.ndarray  # (n_contacts,) by how much the toes move at most while they stand, m
-    below: float  # by how much a corner of a sole is below the floor at most, m
+    raised: float  # by how much the target is raised at most where a corner of a sole would be below the floor, m
     feet_faster: float  # by how much toes, and the pelvis, are faster than the person's at most, m/s
     pelvis_faster: float
     at_limits: int  # angles that are at a limit in some frame
@@ -61,8 +62,8 @@ class Fitted(NamedTuple):
             parts.append(f"feet stand {len(self.slides)} times and slide by {_round(self.slides.max())} mm at most")
         elif self.feet.size:
             parts.append("feet stand nowhere")
-        if self.below >= BELOW:
-            parts.append(f"soles are {_round(self.below)} mm below the floor at most")
+        if self.raised >= RAISED:
+            parts.append(f"raised by up to {_round(self.raised)} mm where soles would be below the floor")
         faster = (("toes", self.feet_faster), ("the pelvis", self.pelvis_faster))
         named = [f"{name} by up to {speed:.2g} m/s" for name, speed in faster if speed >= FASTER]
         if named:
@@ -85,6 +86,10 @@ def _millimetres(distances: np.ndarray) -> str:
 
 def collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, final: Solution, aim: Aim) -> Fitted:
     """Return the motion of the whole skeleton in the world, and how near it came."""
+    places = {side: [_sole_place(ours, side, corner) for corner in sole_of(ours, side).corners()] for side in aim.legs}
+    soles = {side: final.positions(skeleton, corners) for side, corners in places.items()}
+    raised = _raise_above_floor([sole[:, :, 2].min(axis=1) for sole in soles.values()], motion.times)
+    final = final._replace(origins=final.origins + raised)
     angles = np.tile(aim.rest, (len(motion), 1))
     names = final.skeleton.dof_names
     columns = [skeleton.dof_names.index(name) for name in names]
@@ -104,12 +109,9 @@ def collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fi
         seen=_seen_of(motion, skeleton, theirs, ours),
     )
     feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
-    slides, below, feet_faster, pelvis_faster = [], 0.0, 0.0, 0.0
+    slides, feet_faster, pelvis_faster = [], 0.0, 0.0
     for foot, leg in aim.legs.items():
-        (joint, axes), ankle = ours.feet[foot], ours.places[f"{foot}_{ANKLE}"].at_zero
-        corners = final.positions(skeleton, [Place(joint, ankle + axes @ x) for x in sole_of(ours, foot).corners()])
-        below = max(below, -float(corners[:, :, 2].min()))
-        tips = corners[:, 2:].mean(axis=1)
+        tips = soles[foot][:, 2:].mean(axis=1) + raised
         feet_faster = max(feet_faster, _faster(tips, aim.paths[foot], motion.times))
         for contact in leg.contacts:
             stood = tips[contact.first : contact.end]
@@ -129,13 +131,34 @@ def collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fi
         final.residuals[:, feet],
         final.residuals[:, aim.targets.groups.get("hands", [])],
         np.array(slides),
-        below,
+        float(raised.max()),
         feet_faster,
         pelvis_faster,
         at_limits,
         int((~final.converged).sum()),
         moving,
     )
+
+
+def _sole_place(ours: Stance, side: str, corner: np.ndarray) -> Place:
+    """Return the place of a corner (3,) of a sole, from the ankle in the axes of the foot."""
+    joint, axes = ours.feet[side]
+    return Place(joint, ours.places[f"{side}_{ANKLE}"].at_zero + axes @ corner)
+
+
+def _raise_above_floor(lowest: list[np.ndarray], times: np.ndarray) -> np.ndarray:
+    """Return by how much (n_frames, 3) to raise soles, of these lowest heights (n_frames,), so that none is below zero.
+
+    It goes up and down in some frames: the mean of what all frames around need, each with the most around it.
+    """
+    raised = np.zeros((len(times), 3))
+    if lowest and len(times) > 1:
+        size = 2 * max(1, round(AROUND / float(np.median(np.diff(times))))) + 1
+        below = np.maximum(-np.min(lowest, axis=0), 0.0)
+        raised[:, 2] = uniform_filter1d(maximum_filter1d(below, size, mode="nearest"), size, mode="nearest")
+    elif lowest:
+        raised[:, 2] = np.maximum(-np.min(lowest, axis=0), 0.0)
+    return raised
 
 
 def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> float:
