@@ -145,7 +145,7 @@ def retarget(
     person's. A foot stands while its ball is slower than 0.6 legs a second, near the floor, within 5 % of a leg of one
     place, and seen; it is flat while the ankle is below 0.35. There it is held, level where the person's tilt is below
     24°, and blended in and out over 0.15 s, and longer where the foot would go from one place to the next at more than
-    half a leg a second. A foot that slides on stands nowhere. No corner of a sole is put below the floor. Heights of
+    half a leg a second. A foot that slides on stands nowhere. No corner of a sole is below the floor. Heights of
     standing feet within 6 % of a leg are one floor. Where a leg cannot reach a foot that stands, the pelvis
     comes nearer. Then inverse kinematics finds the poses nearest to the pelvis, the chest, knees, soles, elbows, wrists
     and hands, of which soles count most: within the limits, from frame to frame, no angle faster than 20 rad/s. Rolls
@@ -156,7 +156,7 @@ def retarget(
 
     By limbs the report has the distances of soles and hands from where they shall be, the mean and that of 95 %, and by
     how much toes move at most while they stand: above some mm what the person does is beyond what the robot can; and
-    whether toes or pelvis are faster than the person's by 1 m/s, or soles below the floor by 1 mm.
+    whether toes or pelvis are faster than the person's by 1 m/s, or the robot was raised by 1 mm for its soles.
 
     Examples
     --------

@@ -14,8 +14,9 @@ from skpose import Bone, Motion, Skeleton
 from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.kinematics import retarget
 from skpose.kinematics._by_limbs._contacts import Sole, find_contacts, find_floor, hold_foot
-from skpose.kinematics._by_limbs._places import find_robot, find_stance, joint_places
+from skpose.kinematics._by_limbs._places import find_robot, find_stance, joint_places, sole_of
 from skpose.kinematics._by_limbs._robots import ROBOTS, places_of
+from skpose.kinematics._by_limbs._stances import stances_of
 
 FASTEST = 20.0  # rad/s
 
@@ -218,6 +219,30 @@ def test_what_cannot_be_reached_is_reported():
     report = MotionDataset([motion]).retarget(stiff, method="limbs", joints=counterparts(stiff)).retargeting[0]
     assert "angles reach their limits" in report
     assert float(report.split("soles ")[1].split()[0]) > 1.0  # mm
+
+
+def test_a_robot_is_raised_where_its_soles_would_be_below_the_floor():
+    motion, _ = walk()
+    narrow = {"ankle_1": (0.0, 0.05), "ankle_2": (0.1, 0.2)}
+    bones = [
+        bone._replace(limits=[narrow[bone.name.split("_", 1)[1]]]) if "ankle" in bone.name else bone
+        for bone in robot().bones
+    ]
+    stiff = Skeleton(bones, "parent")
+    result = to_robot(motion, stiff)
+    _, ours = stances_of(motion.skeleton, stiff, counterparts(stiff))
+    lowest = []
+    for side in ("left", "right"):
+        ankle = stiff.joint_names.index(f"{side}_ankle_2")
+        corners = np.array([[x, y, -0.05] for x in (-0.075, 0.12) for y in (-0.0375, 0.0375)])
+        bones = [Bone(f"{i}", f"{side}_ankle_2", corner) for i, corner in enumerate(corners)]
+        more = replace(result, skeleton=Skeleton([*stiff.bones, *bones], "parent"))
+        lowest.append(in_world(more)[:, -4:, 1].min())
+        assert np.allclose(sole_of(ours, side).corners()[[1, 0, 3, 2]], corners)
+        assert ours.feet[side][0] == ankle
+    assert -1e-6 < min(lowest) < 1e-3
+    report = MotionDataset([motion]).retarget(stiff, method="limbs", joints=counterparts(stiff)).retargeting[0]
+    assert re.search(r"raised by up to [\d.]+ mm where soles would be below the floor", report)
 
 
 def test_no_frames():

@@ -88,6 +88,8 @@ def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[
     """
     feet, zero = dict(person.feet), dict(theirs.feet)
     for side in theirs.unsure:
+        if toe_of(theirs, side) == f"{side}_{ANKLE}":
+            continue  # such a foot is level
         joint, axes = theirs.feet[side]
         ends = [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))]
         line = unit(axes.T @ (ends[1] - ends[0]))
