@@ -10,7 +10,9 @@ joints whose names are typed here:
 - angles outside the limits of the file, and the fastest angle;
 - soles and hands from where they shall be, mm, mean and that of 95 %;
 - thighs, shanks, upper arms and forearms from those of the person, degrees, mean and that of 95 %;
-- feet that stand: how far toes are from their median place while they do, mm, and how fast they move, mm/s.
+- feet that stand: how far toes are from their mean place while they do, mm, and how fast they move, mm/s;
+- jumps: by how much toes, and the pelvis, move from one frame to the next more than the person's do within 0.025 s of
+  it, in the size of the robot, the largest of each motion, mm; the lowest corner of a sole above the floor, mm.
 
 Then mink with MuJoCo on the same frames and the same places, in turns: tasks of position and orientation for pelvis,
 chest and feet, of position for knees, elbows, wrists and hands, a task of the rest pose, `ConfigurationLimit`, daqp;
@@ -28,6 +30,7 @@ from pathlib import Path
 
 import common
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics
@@ -35,7 +38,9 @@ from skpose.datasets import load_cmu, make_gait
 from skpose.io import load_robot
 from skpose.kinematics import retarget
 from skpose.kinematics._by_limbs import _targets
+from skpose.kinematics._by_limbs._contacts import Held
 from skpose.kinematics._by_limbs._person import to_vertical
+from skpose.kinematics._by_limbs._places import Place, sole_of
 from skpose.kinematics._by_limbs._solver import LEVER, solve
 from skpose.kinematics._by_limbs._stances import stances_of
 
@@ -144,10 +149,18 @@ class Case:
         self.bones = [pair for pair in BONES if f"left_{pair[0]}" in ours.places]
         self.marks = [(side, mark) for side in SIDES for mark in {m: 0 for pair in self.bones for m in pair}]
         named = [ours.places[f"{side}_{mark}"] for side, mark in self.marks]
+        corners = []
+        for side in self.aim.legs:
+            (joint, axes), ankle = ours.feet[side], ours.places[f"{side}_ankle"].at_zero
+            corners += [Place(joint, ankle + axes @ corner) for corner in sole_of(ours, side).corners()]
+        if corners:
+            hips = [ours.places[f"{side}_hip"].at_zero for side in SIDES]
+            corners.append(Place(ours.pelvis, np.mean(hips, axis=0)))
         targets = self.aim.targets
         self.wished = np.stack(targets.positions, axis=1)
         self.weights, self.count = np.array(targets.weights), len(targets.places)
-        places = [*targets.places, *named]
+        places = [*targets.places, *named, *corners]
+        self.n_places = len(places)
         self.model = robot.with_sites(places, [None] * len(places))
         self.person = directions(person_limbs(motion, names), self.bones)
 
@@ -157,16 +170,25 @@ class Case:
         return self.measure_qpos(qpos) | violations(motion)
 
     def measure_qpos(self, qpos):
-        points = sites_of(self.robot.mujoco, self.model, qpos, self.count + len(self.marks))
+        points = sites_of(self.robot.mujoco, self.model, qpos, self.n_places)
         off = np.linalg.norm(points[:, : self.count] - self.wished, axis=2)
-        groups, at = self.aim.targets.groups, dict(zip(self.marks, points[:, self.count :].swapaxes(0, 1), strict=True))
+        named = points[:, self.count : self.count + len(self.marks)]
+        groups, at = self.aim.targets.groups, dict(zip(self.marks, named.swapaxes(0, 1), strict=True))
         chords = np.linalg.norm(directions(at, self.bones) - self.person, axis=2)
-        slides, speeds = [], []
+        slides, speeds, lowest = [], [], []
+        jumps = {name: [] for name in ("sole jumps", "pelvis jumps")}
+        corners = points[:, self.count + len(self.marks) :]
+        for i, side in enumerate(self.aim.legs):
+            sole = corners[:, 4 * i : 4 * i + 4]
+            lowest.append(sole[:, :, 2].min())
+            jumps["sole jumps"].append(self._beyond(sole[:, 2:].mean(axis=1), side))
+        if self.aim.legs:
+            jumps["pelvis jumps"].append(self._beyond(corners[:, -1], "pelvis"))
         for side, leg in self.aim.legs.items():
             toes = points[:, groups[f"{side} foot"][:2]].mean(axis=1)
             for contact in leg.contacts:
                 stood = toes[contact.first : contact.end]
-                slides.append(np.linalg.norm(stood - np.median(stood, axis=0), axis=1).max())
+                slides.append(np.linalg.norm(stood - stood.mean(axis=0), axis=1).max())
                 if len(stood) > 1:
                     steps = np.linalg.norm(np.diff(stood, axis=0), axis=1)
                     speeds += (steps * self.motion.frame_rate).tolist()
@@ -178,7 +200,14 @@ class Case:
             "limbs": np.degrees(2.0 * np.arcsin(np.minimum(chords / 2.0, 1.0))).ravel(),
             "slides": np.array(slides),
             "speeds": np.array(speeds),
-        }
+            "lowest": np.array(lowest),
+        } | {name: np.array(values) for name, values in jumps.items()}
+
+    def _beyond(self, path, name):
+        """Return the largest step of a path beyond those of the person's around it, m."""
+        steps, theirs = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (path, self.aim.paths[name]))
+        around = 2 * int(np.ceil(0.025 * self.motion.frame_rate)) + 1
+        return (steps - maximum_filter1d(theirs, around, mode="nearest")).max()
 
 
 def violations(motion):
@@ -196,9 +225,8 @@ def violations(motion):
 
 def in_words(results):
     """Return the measures of some results together."""
-    join = {
-        name: np.concatenate([r[name] for r in results]) for name in ("soles", "hands", "limbs", "slides", "speeds")
-    }
+    names = ("soles", "hands", "limbs", "slides", "speeds", "lowest", "sole jumps", "pelvis jumps")
+    join = {name: np.concatenate([r[name] for r in results]) for name in names}
     parts = [f"outside limits {sum(r['outside'] for r in results)}"]
     parts += [f"fastest {max(r['fastest'] for r in results):.1f} rad/s"]
     for name, unit, factor in (("soles", "mm", 1e3), ("hands", "mm", 1e3), ("limbs", "°", 1.0)):
@@ -211,6 +239,13 @@ def in_words(results):
             f"{len(x)} times a foot stands: slides {x.mean():.2f} mm (95 %: {np.percentile(x, 95):.2f}, most "
             f"{x.max():.1f}), {v.mean():.1f} mm/s (95 %: {np.percentile(v, 95):.1f})"
         )
+    for name in ("sole jumps", "pelvis jumps"):
+        if join[name].size:
+            x = 1e3 * join[name]
+            parts.append(f"{name} median {np.median(x):.1f} mm (most {x.max():.1f}, {(x > 20).sum()} above 20 mm)")
+    if join["lowest"].size:
+        x = 1e3 * join["lowest"]
+        parts.append(f"lowest corner {x.min():.1f} mm (median of feet {np.median(x):.1f})")
     return "; ".join(parts)
 
 
@@ -423,7 +458,7 @@ def controls(robot, motion, bend, names):
         case = Case(robot, motion, names)
         held = case.measure(retarget(motion, robot.skeleton, method="limbs"))["slides"]
         hold = _targets.hold_foot
-        _targets.hold_foot = lambda end, foot, *rest: (end, foot, np.zeros(len(end)))
+        _targets.hold_foot = lambda end, foot, *rest: Held(end, foot, np.zeros(len(end)), [])
         try:
             loose = case.measure(retarget(motion, robot.skeleton, method="limbs"))["slides"]
         finally:

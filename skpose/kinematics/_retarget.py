@@ -9,12 +9,13 @@ import numpy as np
 
 from skpose._validation.skeletons import check_skeleton, limits_of
 from skpose.kinematics._at_rest import in_words, joints_at_rest, movers_of, warn_of_ends
-from skpose.kinematics._by_limbs._stances import stances_of
+from skpose.kinematics._by_limbs._stances import stances_of, warn_of_sizes
 from skpose.kinematics._by_limbs._targets import by_limbs
 from skpose.kinematics._counterparts import Counterparts, counterparts
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._lengths import ratio_of_lengths
+from skpose.kinematics._limits import check_within_limits
 from skpose.kinematics._lines import find_lines, pair_of
 from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import HIP
@@ -77,8 +78,8 @@ def retarget(
         Factor of positions in the world, m: of the root, and for "positions" of all joints. "lengths" is the ratio of
         the lengths, summed, of the bones that both skeletons have, between joints with counterparts: the motion as a
         person of the size of `skeleton` would perform it. Of people of different rigs it is that of legs and arms.
-        None is 1, and "lengths" for "limbs", where it is the ratio of the legs: with another one steps are as long as
-        legs may not reach.
+        None is 1, and "lengths" for "limbs", where it is the ratio of the legs. There a number is the factor of the way
+        over the floor only, and heights are those of the legs: steps may be longer than legs reach.
     joint_limits : {"ignore", "enforce"}, default=None
         Whether angles are kept inside ``skeleton.limits``. By "positions" and "limbs" poses are found within them;
         "numbers" and "orientations" have no choice, and refuse a motion that leaves them. None enforces them by
@@ -104,7 +105,9 @@ def retarget(
     Warns
     -----
     UserWarning
-        By orientations without `joints`, if a hand, a foot or the head stays at rest that has a bone in both.
+        By orientations without `joints`, if a hand, a foot or the head stays at rest that has a bone in both. By limbs,
+        if the motion's legs are shorter than 0.2 or longer than 1.5 m, if one of its feet turns by more than 60° from
+        one frame to the next, and if no point of the soles of `skeleton` is known.
 
     See Also
     --------
@@ -139,18 +142,21 @@ def retarget(
     of the legs, above a floor at zero on which the person's feet stand; pelvis and chest are rotated as the person's,
     as near as the trunk can. From its own hips, ankles are where the person's are, in the size of the legs, and knees
     bend to the side to which the person's do; from its own shoulders, upper arms, forearms and hands point as the
-    person's. A foot stands while its ball is slower than 0.6 legs a second, near the floor and within 5 % of a leg of
-    one place; it is flat while the ankle is below 0.35. There it is held, level where the person's tilt is below 24°,
-    and blended in and out over 0.15 s.
-    Heights of standing feet within 6 % of a leg are one floor. Where a leg cannot reach a foot that stands, the pelvis
+    person's. A foot stands while its ball is slower than 0.6 legs a second, near the floor, within 5 % of a leg of one
+    place, and seen; it is flat while the ankle is below 0.35. There it is held, level where the person's tilt is below
+    24°, and blended in and out over 0.15 s, and longer where the foot would go from one place to the next at more than
+    half a leg a second. A foot that slides on stands nowhere. No corner of a sole is below the floor. Heights of
+    standing feet within 6 % of a leg are one floor. Where a leg cannot reach a foot that stands, the pelvis
     comes nearer. Then inverse kinematics finds the poses nearest to the pelvis, the chest, knees, soles, elbows, wrists
     and hands, of which soles count most: within the limits, from frame to frame, no angle faster than 20 rad/s. Rolls
     of forearms, heads, and all that has no counterpart, stay at rest. A robot without legs stands on the floor below
-    the person's hips. The root of a robot has x forward and z up at angle zero; the motion keeps the axis of the world
-    that points up. Some 0.15 ms a frame for 29 hinges.
+    the person's hips. How the root of a robot is turned at angle zero is seen by its hips and shoulders; the motion
+    keeps the axis of the world that points up. Where the motion's skeleton does not stand at angle zero, its feet are
+    level as they are where they stand flat. Some 0.12 ms a frame for 29 hinges.
 
     By limbs the report has the distances of soles and hands from where they shall be, the mean and that of 95 %, and by
-    how much toes move at most while they stand: above some mm what the person does is beyond what the robot can.
+    how much toes move at most while they stand: above some mm what the person does is beyond what the robot can; and
+    whether toes or pelvis are faster than the person's by 1 m/s, or the robot was raised by 1 mm for its soles.
 
     Examples
     --------
@@ -225,6 +231,7 @@ def _by_limbs(
 ) -> tuple[Motion, str]:
     """Return the motion on a skeleton of hinges, and how near it came."""
     theirs, ours = stances_of(motion.skeleton, skeleton, joints)
+    warn_of_sizes(theirs, ours)
     if joint_limits == "enforce":
         limits_of(skeleton)
     if not len(motion):
@@ -269,19 +276,6 @@ def _by_counterparts(
         warn_of_ends(motion.skeleton, skeleton, found, at_rest)
     report = f"orientations, {found.in_words()}, directions within {round(apart, 2):g}°{in_words(skeleton, at_rest)}"
     return replace(result, root_positions=_root_positions(motion, result, found, factor)), report
-
-
-def check_within_limits(motion: Motion, method: str) -> None:
-    """Refuse a motion that leaves the limits of its skeleton."""
-    limits = limits_of(motion.skeleton)
-    beyond = np.maximum(limits[:, 0] - motion.angles, motion.angles - limits[:, 1])
-    if beyond.size and beyond.max() > 0.0:
-        frame, dof = np.unravel_index(beyond.argmax(), beyond.shape)
-        raise ValueError(
-            f'by method="{method}" {int((beyond > 0.0).any(axis=0).sum())} angles leave the limits of the skeleton, '
-            f"most {motion.skeleton.dof_names[dof]!r} by {np.degrees(beyond.max()):.3g}° in frame {frame}: "
-            'method="limbs" and "positions" find poses within limits'
-        )
 
 
 def _ratio(motion: Motion, skeleton: Skeleton, found: Counterparts) -> float:

@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Motion, Skeleton
 from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.kinematics import retarget
-from skpose.kinematics._by_limbs._contacts import find_contacts
-from skpose.kinematics._by_limbs._places import find_robot
+from skpose.kinematics._by_limbs._contacts import Sole, find_contacts, find_floor, hold_foot
+from skpose.kinematics._by_limbs._places import find_robot, find_stance, joint_places, sole_of
 from skpose.kinematics._by_limbs._robots import ROBOTS, places_of
+from skpose.kinematics._by_limbs._stances import stances_of
 
 FASTEST = 20.0  # rad/s
 
@@ -143,8 +144,12 @@ def test_it_walks_as_far_as_its_legs_are_long():
         assert np.ptp(result.root_positions[:, 2]) == pytest.approx(size * 0.6 / leg * walked, rel=1e-2)
 
 
-def test_angles_do_not_depend_on_the_world():
+@pytest.mark.parametrize("size", [0.0, 0.01])
+def test_angles_do_not_depend_on_the_world(size):
     motion, _ = walk()
+    t = np.arange(len(motion))
+    shaking = np.stack([np.sin(0.2 * t), 0.0 * t, np.cos(0.31 * t) ** 2], axis=1)  # feet are not still
+    motion = replace(motion, root_positions=motion.root_positions + size * shaking)
     expected = to_robot(motion, robot())
     turn = Rotation.from_rotvec([0.0, 2.0, 0.0])
     root = Rotation.from_euler(motion.root_axes, motion.root_angles)
@@ -164,9 +169,9 @@ def test_angles_do_not_depend_on_the_world():
         )
         result = to_robot(moved, robot())
         assert result.up == up
-        assert np.abs(result.angles - expected.angles).max() < 2e-3
+        assert np.abs(result.angles - expected.angles).max() < 1e-7
         assert np.ptp(result.root_positions[:, "xyz".index(up)]) == pytest.approx(
-            np.ptp(expected.root_positions[:, 1]), abs=1e-3
+            np.ptp(expected.root_positions[:, 1]), abs=1e-7
         )
 
 
@@ -218,6 +223,30 @@ def test_what_cannot_be_reached_is_reported():
     report = MotionDataset([motion]).retarget(stiff, method="limbs", joints=counterparts(stiff)).retargeting[0]
     assert "angles reach their limits" in report
     assert float(report.split("soles ")[1].split()[0]) > 1.0  # mm
+
+
+def test_a_robot_is_raised_where_its_soles_would_be_below_the_floor():
+    motion, _ = walk()
+    narrow = {"ankle_1": (0.0, 0.05), "ankle_2": (0.1, 0.2)}
+    bones = [
+        bone._replace(limits=[narrow[bone.name.split("_", 1)[1]]]) if "ankle" in bone.name else bone
+        for bone in robot().bones
+    ]
+    stiff = Skeleton(bones, "parent")
+    result = to_robot(motion, stiff)
+    _, ours = stances_of(motion.skeleton, stiff, counterparts(stiff))
+    lowest = []
+    for side in ("left", "right"):
+        ankle = stiff.joint_names.index(f"{side}_ankle_2")
+        corners = np.array([[x, y, -0.05] for x in (-0.075, 0.12) for y in (-0.0375, 0.0375)])
+        bones = [Bone(f"{i}", f"{side}_ankle_2", corner) for i, corner in enumerate(corners)]
+        more = replace(result, skeleton=Skeleton([*stiff.bones, *bones], "parent"))
+        lowest.append(in_world(more)[:, -4:, 1].min())
+        assert np.allclose(sole_of(ours, side).corners()[[1, 0, 3, 2]], corners)
+        assert ours.feet[side][0] == ankle
+    assert -1e-6 < min(lowest) < 1e-3
+    report = MotionDataset([motion]).retarget(stiff, method="limbs", joints=counterparts(stiff)).retargeting[0]
+    assert re.search(r"raised by up to [\d.]+ mm where soles would be below the floor", report)
 
 
 def test_no_frames():
@@ -298,12 +327,67 @@ def test_toes_stand_while_the_heel_rises():
     assert contact.flat_end == pytest.approx(50, abs=4)
 
 
-def test_a_foot_that_slides_slowly_is_not_held_in_one_place():
-    toes, times = path([(3.0, 0.2)])
+@pytest.mark.parametrize("speed", [0.15, 0.2, 0.5])
+def test_a_foot_that_slides_on_does_not_stand(speed):
+    toes, times = path([(3.0, speed)])
+    assert not find_contacts(toes, toes, times, 1.0)
+
+
+def test_a_foot_that_slides_from_one_place_to_another_stands_before_and_after():
+    toes, times = path([(1.0, 0.0), (0.5, 0.4), (1.0, 0.0)])
     found = find_contacts(toes, toes, times, 1.0)
-    assert len(found) > 3
-    for contact in found:
-        assert np.ptp(toes[contact.first : contact.end, 0]) < 0.15
+    assert np.abs(np.array([(c.first, c.end) for c in found]) - [(0, 100), (150, 250)]).max() <= 10
+
+
+def test_a_drift_of_seconds_is_held_in_places():
+    toes, times = path([(10.0, 0.02)])
+    found = find_contacts(toes, toes, times, 1.0)
+    assert 2 <= len(found) <= 3
+
+
+def test_feet_that_are_not_seen_do_not_stand():
+    toes, times = path([(1.5, 0.0)])
+    seen = np.ones(len(toes), bool)
+    seen[50:100] = False
+    assert [(c.first, c.end) for c in find_contacts(toes, toes, times, 1.0, seen)] == [(0, 50), (100, 150)]
+
+
+SOLE = Sole(np.array([-0.05, 0.0, -0.04]), np.array([0.12, 0.0, -0.04]), 0.04)
+
+
+@pytest.mark.parametrize(
+    "pieces", [[(1.0, 0.0), (0.5, 0.4), (1.0, 0.0)], [(10.0, 0.02)], [(1.0, 0.0), (0.06, 1.5)] * 3]
+)
+def test_a_held_foot_does_not_jump(pieces):
+    ankles, times = path(pieces)
+    ankles[:, 2] = 0.05
+    frames = np.broadcast_to(np.eye(3), (len(ankles), 3, 3))
+    toes = ankles + SOLE.tip
+    held = hold_foot(ankles, frames, SOLE, find_contacts(toes, ankles, times, 1.0), times, 1.0)
+    steps, theirs = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (held.ankles, ankles))
+    assert steps.max() < theirs.max() + 0.01  # m, a leg a second
+    assert held.contacts
+    for contact in held.contacts:
+        assert np.ptp(held.ankles[contact.first : contact.end], axis=0).max() < 1e-12
+
+
+def test_no_corner_of_a_sole_is_below_the_floor():
+    rng = np.random.default_rng(0)
+    times = np.arange(200) / 100.0
+    ankles = np.cumsum(rng.normal(scale=0.01, size=(200, 3)), axis=0)
+    ankles[:, 2] += 0.05
+    frames = Rotation.from_rotvec(rng.normal(scale=0.4, size=(200, 3))).as_matrix()
+    held = hold_foot(ankles, frames, SOLE, [], times, 1.0)
+    corners = [[x, y, -0.04] for x in (-0.05, 0.12) for y in (-0.04, 0.04)]
+    heights = (held.ankles[:, None] + np.array(corners) @ held.frames.transpose(0, 2, 1))[:, :, 2]
+    assert heights.min() > -1e-12
+    assert (np.abs(heights.min(axis=1)) < 1e-12).sum() > 20
+
+
+def test_the_floor_is_in_legs():
+    heights = np.array([0.0, 0.02, 0.04, 0.09])
+    assert find_floor(heights, 1.0) == 0.02
+    assert find_floor(100.0 * heights, 100.0) == 2.0
 
 
 def test_a_foot_in_the_air_does_not_stand():
@@ -329,3 +413,221 @@ def test_a_mobile_base_moves_by_its_own_joints():
         there.root_positions[-1, [2, 0]] - there.root_positions[0, [2, 0]], abs=1e-4
     )
     np.testing.assert_allclose(in_space(mobile)[:, 3:], in_space(there), atol=2e-3)
+
+
+# --- zero poses -------------------------------------------------------------------------------------------------------
+
+
+def with_legs_turned(motion, joint, angle):
+    """The same motion on a skeleton whose leg, from a joint on, is rotated about x at angle zero."""
+    turn, bones = Rotation.from_rotvec([angle, 0.0, 0.0]), []
+    chain = ["thigh", "shank", "foot", "toes"]
+    names = [f"{side}_{name}" for side in ("left", "right") for name in chain[chain.index(joint) :]]
+    for bone in motion.skeleton.bones:
+        bones.append(bone._replace(offset=turn.apply(bone.offset)) if bone.name in names else bone)
+    angles = motion.angles.copy()
+    for side in ("left", "right"):
+        angles[:, motion.skeleton.dof_names.index(f"{side}_{joint}_rx")] -= angle
+    return replace(motion, skeleton=Skeleton(bones, motion.skeleton.offset_frame), angles=angles)
+
+
+@pytest.mark.parametrize(("joint", "angle"), [("foot", np.arctan2(0.1548, 0.06708)), ("thigh", np.pi), ("foot", 0.7)])
+def test_a_zero_pose_with_other_legs_changes_nothing(joint, angle):
+    """Feet that point along the shank, and legs that point up, do not show how feet stand; the motion does."""
+    motion, _ = walk()
+    turned = with_legs_turned(motion, joint, angle)
+    assert np.allclose(at(turned, "left_foot", "right_toes"), at(motion, "left_foot", "right_toes"))
+    if (joint, angle) == ("foot", 0.7):  # a foot that shows a direction forward is taken as flat
+        assert np.abs(to_robot(turned, robot()).angles - to_robot(motion, robot()).angles).max() > 0.1
+        return
+    apart = np.abs(to_robot(turned, robot()).angles - to_robot(motion, robot()).angles)
+    assert apart.max() < 1e-2
+
+
+def test_a_foot_whose_toes_point_up_does_not_stand():
+    """Somebody who lies on the back has feet near the floor that are still."""
+    motion, _ = walk()
+    back = Rotation.from_rotvec([-np.pi / 2.0, 0.0, 0.0])
+    lying = replace(
+        motion[:60],
+        angles=np.tile(motion.angles[18], (60, 1)),
+        root_positions=np.tile([0.0, 0.1, 0.0], (60, 1)),
+        root_angles=np.tile(back.as_euler("xyz"), (60, 1)),
+        root_axes="xyz",
+    )
+    report = MotionDataset([lying]).retarget(robot(), method="limbs", joints=counterparts(robot())).retargeting[0]
+    assert "feet stand nowhere" in report
+
+
+def test_a_zero_pose_that_does_not_stand_needs_feet_that_stand():
+    motion = with_legs_turned(MOTIONS["run"], "thigh", np.pi)
+    treadmill = replace(motion, root_positions=motion.root_positions * [0.0, 1.0, 0.0])
+    with pytest.raises(ValueError, match="does not stand at angle zero, and the left foot never stands flat"):
+        to_robot(treadmill, robot())
+
+
+def test_hands_and_toes_without_length_are_no_places():
+    bones = [
+        bone._replace(offset=(0.0, 0.0, 0.0)) if bone.name in ("left_hand", "right_hand", "left_foot") else bone
+        for bone in humanoid().bones
+    ]
+    skeleton = Skeleton(bones, "own")
+    names = {"hip": "pelvis", "knee": "thigh", "ankle": "shank", "ball": "foot"}
+    names |= {"shoulder": "clavicle", "elbow": "upper_arm", "wrist": "forearm", "hand": "hand"}
+    joints = {
+        f"{side}_{mark}": skeleton.joint_names.index(f"{side}_{name}")
+        for side in ("left", "right")
+        for mark, name in names.items()
+    }
+    places = find_stance(skeleton, joint_places(skeleton, joints)).places
+    assert set(joints) - set(places) == {"left_hand", "right_hand", "left_ball"}
+
+
+# --- robots -----------------------------------------------------------------------------------------------------------
+
+G1_LINKS = {"hip_1": "hip_pitch", "knee": "knee", "ankle_1": "ankle_pitch", "ankle_2": "ankle_roll"}
+G1_LINKS |= {"shoulder_1": "shoulder_pitch", "elbow": "elbow", "hand": "wrist_pitch"}
+
+
+def with_known_links(skeleton):
+    """The robot with the names of links of a Unitree G1."""
+    names = {f"{side}_{a}": f"{side}_{b}_link" for side in ("left", "right") for a, b in G1_LINKS.items()}
+    bones = [
+        bone._replace(name=names.get(bone.name, bone.name), parent=names.get(bone.parent, bone.parent))
+        for bone in skeleton.bones
+    ]
+    hands = [
+        Bone(f"{side}_wrist_yaw_link", f"{side}_wrist_pitch_link", (0.0, 0.0, -0.05)) for side in ("left", "right")
+    ]
+    return Skeleton([*bones, *hands], "parent")
+
+
+@pytest.mark.parametrize(
+    "rotvec", [(0, 0, np.pi / 2), (0, 0, np.pi), (0, 0.35, 0), (np.pi / 2, 0, 0), (0.3, 1.0, -2.0)]
+)
+def test_a_known_robot_is_known_however_its_root_is_turned(rotvec):
+    motion, _ = walk()
+    known = with_known_links(robot())
+    assert find_robot(known).name == "Unitree G1"
+    inner = Bone("inner", None, (0.02, 0.1, 0.3), rest_rotation=Rotation.from_rotvec(rotvec).as_matrix())
+    bones = [bone._replace(parent="inner") if bone.parent is None else bone for bone in known.bones]
+    turned = retarget(motion, Skeleton([inner, *bones], "parent"), method="limbs")
+    assert np.abs(turned.angles - retarget(motion, known, method="limbs").angles).max() < 1e-5
+    expected = in_world(retarget(motion, known, method="limbs"))
+    np.testing.assert_allclose(in_world(turned)[:, 1:], expected, atol=1e-5)
+
+
+def test_a_robot_that_lacks_a_link_is_named():
+    known = with_known_links(robot())
+    bones = [bone._replace(name="hand_l") if bone.name == "left_wrist_yaw_link" else bone for bone in known.bones]
+    with pytest.raises(ValueError, match="nearly the Unitree G1, but has no 'left_wrist_yaw_link'"):
+        retarget(walk()[0], Skeleton(bones, "parent"), method="limbs")
+
+
+def test_counterparts_that_miss_a_joint_are_refused():
+    motion, skeleton = walk()[0], robot()
+    full = counterparts(skeleton)
+    for joint, mark in (("left_knee", "left_knee"), ("right_ankle_1", "right_ankle"), ("left_elbow", "left_elbow")):
+        some = {link: bone for link, bone in full.items() if link != joint}
+        with pytest.raises(ValueError, match=f"but {mark} has no counterpart: name the joints"):
+            retarget(motion, skeleton, method="limbs", joints=some)
+    known = with_known_links(skeleton)
+    arms = {"shoulder_pitch": "clavicle", "elbow": "upper_arm", "wrist_pitch": "forearm"}
+    pairs = {f"{side}_{a}_link": f"{side}_{b}" for side in ("left", "right") for a, b in arms.items()}
+    with pytest.raises(ValueError, match="needs all joints of the legs of the given skeleton, but left_hip"):
+        retarget(motion, known, method="limbs", joints=pairs)
+
+
+def test_counterparts_that_are_exchanged_are_refused():
+    motion, skeleton = walk()[0], robot()
+    full = counterparts(skeleton)
+    other = {"left": "right", "right": "left"}
+    swapped = {link: f"{other[bone.split('_', 1)[0]]}_{bone.split('_', 1)[1]}" for link, bone in full.items()}
+    with pytest.raises(ValueError, match="left and right are exchanged"):
+        retarget(motion, skeleton, method="limbs", joints=swapped)
+    plain = {name: name.replace("left", "a").replace("right", "b") for name in skeleton.joint_names}
+    bones = [bone._replace(name=plain[bone.name], parent=bone.parent and plain[bone.parent]) for bone in skeleton.bones]
+    with pytest.raises(ValueError, match="the feet of the given skeleton point backward"):
+        retarget(
+            motion,
+            Skeleton(bones, "parent"),
+            method="limbs",
+            joints={plain[link]: bone for link, bone in swapped.items()},
+        )
+    knee = full | {"left_hip_1": full["left_knee"], "left_knee": full["left_hip_1"]}
+    with pytest.raises(ValueError, match="but in the given skeleton the first does not carry the second"):
+        retarget(motion, skeleton, method="limbs", joints=knee)
+
+
+def test_soles_that_nobody_names_are_warned_of():
+    motion, skeleton = walk()[0], robot()
+    joints = {link: bone for link, bone in counterparts(skeleton).items() if "toe" not in link}
+    for _ in range(2):  # each time, though what is known of skeletons is kept
+        with pytest.warns(UserWarning, match="taken to be as low as its joints 'left_toe' and 'right_toe'"):
+            result = retarget(motion, skeleton, method="limbs", joints=joints)
+    assert at(result, "left_toe", "right_toe")[..., 1].min() > -1e-3
+    with pytest.warns(UserWarning, match="no point of the soles"):
+        report = MotionDataset([motion]).retarget(skeleton, method="limbs", joints=joints).retargeting[0]
+    assert "soles as low as 'left_toe' and 'right_toe'" in report
+
+
+def test_a_given_scale_is_that_of_the_way():
+    motion, _ = walk()
+    skeleton = robot()
+    result = to_robot(motion, skeleton, scale=1.0)
+    assert np.ptp(result.root_positions[:, 2]) == pytest.approx(np.ptp(motion.root_positions[:, 2]), rel=1e-2)
+    expected = to_robot(motion, skeleton)
+    assert result.root_positions[:, 1] == pytest.approx(expected.root_positions[:, 1], abs=0.02)
+    assert np.abs(at(result, "left_toe", "right_toe")[..., 1].min(axis=1)).max() < 5e-3
+    wheels = robot(legs=False)
+    one, other = (to_robot(motion, wheels, scale=scale) for scale in (None, 1.0))
+    assert np.abs(one.angles - other.angles).max() < 1e-3
+    assert np.ptp(other.root_positions[:, 2]) == pytest.approx(np.ptp(motion.root_positions[:, 2]), rel=1e-3)
+
+
+def test_motions_in_other_units_are_warned_of():
+    motion, _ = walk()
+    bones = [bone._replace(offset=np.multiply(100.0, bone.offset)) for bone in motion.skeleton.bones]
+    large = replace(motion, skeleton=Skeleton(bones, "own"), root_positions=100.0 * motion.root_positions)
+    with pytest.warns(UserWarning, match="legs of the motion's skeleton are 84.5 m long"):
+        result = to_robot(large, robot())
+    assert np.abs(result.angles - to_robot(motion, robot()).angles).max() < 1e-6
+
+
+def test_joints_are_seen_where_their_counterparts_are():
+    motion, skeleton = walk()[0], robot()
+    seen = np.ones((len(motion), motion.skeleton.n_joints), bool)
+    seen[30:40, motion.skeleton.joint_names.index("left_thigh")] = False  # the knee
+    result = to_robot(replace(motion, seen=seen), skeleton)
+    for name in ("left_hip_2", "left_hip_3", "left_knee"):
+        assert not result.seen[30:40, skeleton.joint_names.index(name)].any()
+        assert result.seen[:30, skeleton.joint_names.index(name)].all()
+    for name in ("right_knee", "left_elbow", "left_toe", "waist_1"):
+        assert result.seen[:, skeleton.joint_names.index(name)].all()
+    assert not result.seen[:, skeleton.joint_names.index("head")].any()
+    assert to_robot(motion, skeleton).seen is None
+
+
+def test_feet_that_slide_do_not_jump():
+    """A person who stands and slides, slowly, then faster, and stands again."""
+    motion, _ = walk()
+    frame = 18  # both feet stand
+    speeds = np.repeat([0.0, 0.1, 0.3, 0.0], [60, 120, 30, 60])
+    n = len(speeds)
+    way = np.outer(np.cumsum(speeds) / 60.0, [0.6, 0.0, 0.8])
+    sliding = Motion(motion.skeleton, np.tile(motion.angles[frame], (n, 1)), 60, motion.root_positions[frame] + way)
+    result = to_robot(sliding, robot())
+    steps = np.linalg.norm(np.diff(at(result, "left_toe", "right_toe"), axis=0), axis=2)
+    assert steps.max() < 2.5 * 0.3 / 60.0
+    report = MotionDataset([sliding]).retarget(robot(), method="limbs", joints=counterparts(robot())).retargeting[0]
+    assert "faster than" not in report
+
+
+def test_what_is_faster_than_the_person_is_reported():
+    motion, _ = walk()
+    angles = motion.angles.copy()
+    angles[60:, motion.skeleton.dof_names.index("left_foot_rx")] += 3.0  # a foot that flips
+    flipped = replace(motion, angles=angles)
+    with pytest.warns(UserWarning, match="left foot of the motion turns by 1.* from frame 59 to 60"):
+        report = MotionDataset([flipped]).retarget(robot(), method="limbs", joints=counterparts(robot())).retargeting[0]
+    assert "faster than the person's: " in report

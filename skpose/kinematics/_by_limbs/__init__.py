@@ -4,9 +4,11 @@ What uses what::
 
     _targets                                     the steps, and where places on the robot shall be in each frame
        |
+       +---- _results                            the motion that came of it, and how near it came
+       |        |
        +---- _person                             the limbs, feet, pelvis and floor of the person
        |        |
-       +---- _contacts                           when feet stand, and how they are held
+       +---- _contacts                           when feet stand, and how they are held, by their soles
        |
        +---- _solver                             the poses whose places are nearest to where they shall be
        |        |

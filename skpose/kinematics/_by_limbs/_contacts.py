@@ -15,6 +15,10 @@ WINDOW = 0.025  # s before and after a frame over which speed is measured
 NEAR = 0.35  # legs above the lowest place where a foot stands; steps of stairs are lower
 SHORT, GAP = 0.05, 0.05  # s; a shorter contact is none, and a shorter gap neither
 STAYS = 0.05  # legs, by which a point may move away from its mean while it stands; a slow slide goes on
+# Legs a second over a window in s, below which toes stand that slide in between; and s that they stay where even these
+# slide on. A slide at this speed stays for less.
+STILL, STILL_WINDOW, DRIFT = 0.15, 0.1, 1.0
+RATE, SHARE = 0.5, 0.5  # legs a second, and of the path of the toes, by which a foot goes from one place to the next
 BLEND = 0.15  # s before and after a contact in which a foot goes over to where it is held
 FLAT = 0.4  # sine of the tilt up to which a foot that stands is laid flat
 PIVOT = 0.3  # rad, by which a foot may turn on the floor before that is taken for a pivot
@@ -30,22 +34,25 @@ class Contact(NamedTuple):
     flat_end: int  # not after the first if the foot is never flat
 
 
-def find_contacts(toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float) -> list[Contact]:
+def find_contacts(
+    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, may: np.ndarray | None = None
+) -> list[Contact]:
     """Return when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
 
-    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones.
+    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. A foot stands only in
+    frames in which it may (n_frames,).
     """
-    slow_toes = _speeds(toes, times) < SLOW * leg
-    slow_ankle = _speeds(ankles, times) < SLOW_ANKLE * leg
+    slow_toes = _speeds(toes, times, WINDOW) < SLOW * leg
+    slow_ankle = _speeds(ankles, times, WINDOW) < SLOW_ANKLE * leg
+    if may is not None:
+        slow_toes &= may
     heights = toes[:, 2]
     if slow_toes.any():
         slow_toes &= heights < np.percentile(heights[slow_toes], 5) + NEAR * leg
+    still = slow_toes & (_speeds(toes, times, STILL_WINDOW) < STILL * leg)
     found = []
     for first, end in _phases(slow_toes, times):
-        for start, stop in _stays(toes[first:end], STAYS * leg):
-            start, stop = first + start, first + stop
-            if times[stop - 1] - times[start] < SHORT:
-                continue
+        for start, stop in _stays(toes, first, end, still, times, STAYS * leg):
             flat = max(
                 _phases(slow_ankle[start:stop], times[start:stop]),
                 key=lambda phase: phase[1] - phase[0],
@@ -55,12 +62,12 @@ def find_contacts(toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: 
     return found
 
 
-def _speeds(points: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return the speeds (n_frames,) of a point, m/s, over a window around each frame."""
+def _speeds(points: np.ndarray, times: np.ndarray, window: float) -> np.ndarray:
+    """Return the speeds (n_frames,) of a point, m/s, over a window, s, before and after each frame."""
     n = len(points)
     if n < 2:
         return np.zeros(n)
-    k = max(1, round(WINDOW / float(np.median(np.diff(times)))))
+    k = max(1, round(window / float(np.median(np.diff(times)))))
     before, after = np.maximum(np.arange(n) - k, 0), np.minimum(np.arange(n) + k, n - 1)
     return np.linalg.norm(points[after] - points[before], axis=1) / (times[after] - times[before])
 
@@ -77,42 +84,113 @@ def _phases(stands: np.ndarray, times: np.ndarray) -> list[tuple[int, int]]:
     return [(first, end) for first, end in merged if times[end - 1] - times[first] >= SHORT]
 
 
-def _stays(points: np.ndarray, away: float) -> list[tuple[int, int]]:
-    """Return the parts of a slow movement in which a point stays within a distance of its mean."""
-    parts, first = [], 0
-    while first < len(points):
-        sums = np.cumsum(points[first:], axis=0)
-        means = sums / np.arange(1, len(sums) + 1)[:, None]
-        left = np.linalg.norm(points[first:] - means, axis=1) > away
-        end = first + int(left.argmax()) if left.any() else len(points)
-        parts.append((first, end))
-        first = end
-    return parts
+def _stays(
+    points: np.ndarray, first: int, end: int, still: np.ndarray, times: np.ndarray, away: float
+) -> list[tuple[int, int]]:
+    """Return the parts of a slow movement in which a point stays within a distance of its mean.
+
+    That is all of it, or else the parts in which it is still: one that slides on does not stay.
+    """
+    if _is_near(points[first:end], away):
+        return [(first, end)]
+    found = []
+    for start, stop in _phases(still[first:end], times[first:end]):
+        part = slice(first + start, first + stop)
+        if times[part.stop - 1] - times[part.start] < 2.0 * STILL_WINDOW:
+            continue
+        if _is_near(points[part], away):
+            found.append((part.start, part.stop))
+            continue
+        cut = part.start
+        while cut < part.stop:  # a drift that takes seconds is that of a recording, or of shoes
+            stays = cut + _count_near(points[cut : part.stop], away)
+            if times[stays - 1] - times[cut] >= DRIFT:
+                found.append((cut, stays))
+            cut = stays
+    return found
 
 
-def find_floor(heights: np.ndarray) -> float:
+def _is_near(points: np.ndarray, away: float) -> bool:
+    """Return whether points stay within a distance of their mean."""
+    return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= away)
+
+
+def _count_near(points: np.ndarray, away: float) -> int:
+    """Return how many first points, one at least, are within a distance of the mean of those before."""
+    means = np.cumsum(points, axis=0) / np.arange(1, len(points) + 1)[:, None]
+    left = np.linalg.norm(points - means, axis=1) > away
+    return int(left.argmax()) if left.any() else len(points)
+
+
+def find_floor(heights: np.ndarray, leg: float) -> float:
     """Return the height of the floor from those of the places where feet stand: their median, the lowest if uneven."""
     low = float(np.min(heights))
-    return float(np.median(heights[heights < low + LEVEL]))
+    return float(np.median(heights[heights < low + LEVEL * leg]))
+
+
+class Sole(NamedTuple):
+    """The sole of a foot, from the ankle in the axes of the foot, m."""
+
+    heel: np.ndarray  # (3,) the middle of its end
+    tip: np.ndarray
+    half: float  # of its width
+
+    def corners(self) -> np.ndarray:
+        """Return its corners (4, 3)."""
+        across = np.array([0.0, self.half, 0.0])
+        return np.stack([end + side * across for end in (self.heel, self.tip) for side in (1.0, -1.0)])
+
+
+class Held(NamedTuple):
+    """The ankle and the axes of a foot that is held while it stands."""
+
+    ankles: np.ndarray  # (n_frames, 3)
+    frames: np.ndarray  # (n_frames, 3, 3) axes of the foot: forward, left and up
+    stands: np.ndarray  # (n_frames,) how much it is held, from 0 to 1
+    contacts: list[Contact]  # in which it is held all the time
 
 
 def hold_foot(
     ankles: np.ndarray,
     frames: np.ndarray,
-    tip: np.ndarray,
-    heel: np.ndarray,
+    sole: Sole,
     contacts: list[Contact],
     times: np.ndarray,
     leg: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> Held:
     """Return the positions of the ankle (n_frames, 3) and the axes of the foot with the foot held while it stands.
 
-    Frames (n_frames, 3, 3) have the axes forward, left and up in their columns; tip and heel (3,) are the ends of the
-    sole from the ankle in these. The floor is at zero. The third array (n_frames,) is how much the foot is held, from 0
-    to 1.
+    Frames (n_frames, 3, 3) have the axes forward, left and up in their columns. The floor is at zero. Contacts become
+    shorter where the foot would have no time to go from one place to the next, as where it slides in between.
     """
-    n = len(ankles)
-    yaws = np.unwrap(np.arctan2(frames[:, 1, 0], frames[:, 0, 0]))
+    while True:  # contacts become fewer or shorter each time
+        laid, stands = _lay_flat(frames, contacts, times)
+        tips = ankles + laid @ sole.tip
+        moves = []
+        for contact in contacts:
+            is_flat = contact.flat_end > contact.flat_first
+            best = slice(contact.flat_first, contact.flat_end) if is_flat else slice(contact.first, contact.end)
+            place = tips[best].mean(axis=0)
+            if abs(place[2]) < LEVEL * leg:
+                place[2] = 0.0
+            moves.append(place - tips[contact.first : contact.end])
+        shorter = _leave_time(contacts, moves, tips, times, leg)
+        if shorter == contacts:
+            break
+        contacts = shorter
+    ankles = ankles + blend_between([(contact.first, contact.end) for contact in contacts], moves, times, 3)
+    lowest = (ankles[:, None] + sole.corners() @ laid.transpose(0, 2, 1))[:, :, 2].min(axis=1)
+    ankles[:, 2] += np.maximum(-lowest, 0.0)
+    return Held(ankles, laid, stands, contacts)
+
+
+def _lay_flat(frames: np.ndarray, contacts: list[Contact], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the axes of a foot that is flat where it stands flat, and how much it is held, from 0 to 1."""
+    n = len(frames)
+    ahead = frames[:, :, 0] + np.cross(
+        frames[:, :, 1], [0.0, 0.0, 1.0]
+    )  # of a foot that points down, where its instep is
+    yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     turns, phases = [], []
     for contact in contacts:
         part = slice(contact.flat_first, contact.flat_end)
@@ -126,36 +204,51 @@ def hold_foot(
     level = np.zeros((n, 3, 3))
     level[:, 0, 0], level[:, 1, 0], level[:, 2, 2] = np.cos(yaws), np.sin(yaws), 1.0
     level[:, 0, 1], level[:, 1, 1] = -level[:, 1, 0], level[:, 0, 0]
-    frames = _orthonormal((1.0 - flat)[:, None, None] * frames + flat[:, None, None] * level)
+    laid = _orthonormal((1.0 - flat)[:, None, None] * frames + flat[:, None, None] * level)
     standing = [(contact.first, contact.end) for contact in contacts]
     stands = blend_between(standing, [np.ones(end - first) for first, end in standing], times)
-    frames[:, 2, 0] -= stands * np.maximum(
-        frames[:, 2, 0], 0.0
-    )  # on its toes a foot has the heel up, not below the floor
-    frames = _orthonormal(frames)
-    tips = ankles + frames @ tip
-    moves = []
-    for contact in contacts:
-        part = slice(contact.first, contact.end)
-        is_flat = contact.flat_end > contact.flat_first
-        best = slice(contact.flat_first, contact.flat_end) if is_flat else part
-        place = np.median(tips[best], axis=0)
-        if abs(place[2]) < LEVEL * leg:
-            place[2] = 0.0
-        moves.append(place - tips[part])
-    moved = blend_between(standing, moves, times, 3)
-    ankles = ankles + moved
-    lowest = np.minimum((ankles + frames @ tip)[:, 2], (ankles + frames @ heel)[:, 2])
-    ankles[:, 2] += np.maximum(-lowest, 0.0)
-    return ankles, frames, stands
+    # On its toes a foot has the heel up, not below the floor, and both corners of the sole down.
+    laid[:, 2, 0] -= stands * np.clip(laid[:, 2, 0], 0.0, FLAT)
+    laid[:, 2, 1] -= stands * np.clip(laid[:, 2, 1], -FLAT, FLAT)
+    return _orthonormal(laid), stands
+
+
+def _leave_time(
+    contacts: list[Contact], moves: list[np.ndarray], tips: np.ndarray, times: np.ndarray, leg: float
+) -> list[Contact]:
+    """Return contacts between which there is time to go from one place to the next; what is left too short is none.
+
+    Moves are by how much a foot is held away from where its tips (n_frames, 3) are without.
+    """
+    parts = [[contact.first, contact.end] for contact in contacts]
+    path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
+    for i in range(1, len(contacts)):
+        before, after = parts[i - 1], parts[i]
+        while before[1] - before[0] > 1 and after[1] - after[0] > 1:
+            last, first = before[1] - 1, after[0]
+            one, other = moves[i - 1][last - contacts[i - 1].first], moves[i][first - contacts[i].first]
+            most = max(RATE * leg * (times[first] - times[last]), SHARE * (path[first] - path[last]))
+            if np.linalg.norm(other - one) <= most:
+                break
+            if np.linalg.norm(one) > np.linalg.norm(other):
+                before[1] -= 1
+            else:
+                after[0] += 1
+    found = []
+    for contact, (first, end) in zip(contacts, parts, strict=True):
+        if (first, end) != (contact.first, contact.end) and times[end - 1] - times[first] < SHORT:
+            continue
+        flat = max(contact.flat_first, first), min(contact.flat_end, end)
+        found.append(Contact(first, end, *(flat if flat[1] > flat[0] else (first, first))))
+    return found
 
 
 def _orthonormal(frames: np.ndarray) -> np.ndarray:
-    """Return the axes (n, 3, 3) that are nearly these and at right angles, the first one kept."""
-    x = frames[:, :, 0] / np.linalg.norm(frames[:, :, 0], axis=1, keepdims=True)
-    z = np.cross(x, frames[:, :, 1])
+    """Return the axes (n, 3, 3) that are nearly these and at right angles, the one to the left kept."""
+    y = frames[:, :, 1] / np.linalg.norm(frames[:, :, 1], axis=1, keepdims=True)
+    z = np.cross(frames[:, :, 0], y)
     z /= np.linalg.norm(z, axis=1, keepdims=True)
-    return np.stack([x, np.cross(z, x), z], axis=2)
+    return np.stack([np.cross(y, z), y, z], axis=2)
 
 
 def blend_between(

@@ -4,14 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.kinematics._by_limbs._contacts import Contact, find_contacts, find_floor
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, with_places
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, toe_of, with_places
 from skpose.kinematics._forward import forward_kinematics
 from skpose.kinematics._landmarks import SIDES
 from skpose.kinematics._lines import unit
-from skpose.kinematics._rigs import ANKLE, BALL, HAND, HIP, KNEE, TOE, WRIST
+from skpose.kinematics._rigs import ANKLE, HAND, HIP, WRIST
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import root_orientations
+
+FLIP, FASTEST = np.radians(60.0), 100.0  # and rad/s, more than which a foot does not turn from one frame to the next
+UP = 0.7  # sine of the angle above the level up to which a foot stands
+SLOPE = np.radians(30.0)  # of the line from ankle to toes above the floor, where no foot stands flat
 
 
 class Limb(NamedTuple):
@@ -31,6 +36,7 @@ class Person(NamedTuple):
     feet: dict[str, np.ndarray]  # by side, axes (n_frames, 3, 3)
     pelvis: np.ndarray  # (n_frames, 3, 3) axes
     chest: np.ndarray
+    seen: dict[str, np.ndarray]  # by side, whether toes and ankle were seen (n_frames,)
 
 
 def to_vertical(up: str) -> np.ndarray:
@@ -42,7 +48,8 @@ def to_vertical(up: str) -> np.ndarray:
 def person_of(motion: Motion, stance: Stance) -> Person:
     """Return what is taken of a motion."""
     named = list(stance.places.items())
-    links = {"pelvis": (stance.pelvis, stance.axes), "chest": (stance.chest, stance.axes)} | stance.feet
+    trunk = {"pelvis": stance.pelvis, "chest": stance.chest}
+    links = {link: (joint, stance.links.get(link, stance.axes)) for link, joint in trunk.items()} | stance.feet
     places = [place for _, place in named]
     for joint, axes in links.values():
         places += show_axes(joint, axes)
@@ -62,17 +69,72 @@ def person_of(motion: Motion, stance: Stance) -> Person:
         if stance.has(limb)
     }
     hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes, feet = {}, {}
+    toes, feet, seen = {}, {}, {}
     for side in stance.feet:
         mark = toe_of(stance, side)
         toes[side] = at[mark]
         feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
-    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"])
+        joints = [stance.places[name].joint for name in (mark, f"{side}_{ANKLE}")]
+        all_seen = np.ones(len(motion), bool) if motion.seen is None else motion.seen[:, joints].all(axis=1)
+        seen[side] = np.asarray(all_seen)
+    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
 
 
-def toe_of(stance: Stance, side: str) -> str:
-    """Return the landmark at the toes on which a foot stands; the ankle if it has none."""
-    return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in stance.places)
+def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[Person, Stance]:
+    """Return a person, and a stance, with axes of feet that do not show at angle zero how they stand.
+
+    Such feet are level where they stand flat in the motion. Where none does, one that points along the shank at angle
+    zero stands with a slope of `SLOPE`.
+    """
+    feet, zero = dict(person.feet), dict(theirs.feet)
+    for side in theirs.unsure:
+        if toe_of(theirs, side) == f"{side}_{ANKLE}":
+            continue  # such a foot is level
+        joint, axes = theirs.feet[side]
+        ends = [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))]
+        line = unit(axes.T @ (ends[1] - ends[0]))
+        flat = [slice(contact.flat_first, contact.flat_end) for contact in _contacts_of(person, theirs, side, times)]
+        ups = np.concatenate([np.zeros((0, 3)), *(person.feet[side][part, 2] for part in flat)])
+        if len(ups):
+            up = ups.mean(axis=0)
+        elif theirs.stands:
+            up = np.array([-np.sin(SLOPE), 0.0, np.cos(SLOPE)])
+        else:
+            raise ValueError(
+                'method="limbs" cannot tell how the feet of the motion stand: its skeleton does not stand at angle '
+                f"zero, and the {side} foot never stands flat in the motion. Use a motion in which it does, or convert "
+                'it to a skeleton that stands at angle zero by method="orientations"'
+            )
+        forward = unit(line - (line @ unit(up)) * unit(up))
+        turn = np.stack([forward, np.cross(unit(up), forward), unit(up)], axis=1)
+        feet[side], zero[side] = person.feet[side] @ turn, (joint, axes @ turn)
+    return person._replace(feet=feet), theirs._replace(feet=zero, unsure=())
+
+
+def warn_of_flips(person: Person, times: np.ndarray) -> None:
+    """Warn if a foot turns from one frame to the next as no foot does, which is an error of the recording."""
+    if len(times) < 2:
+        return
+    for side, axes in person.feet.items():
+        cosines = (np.einsum("nij,nij->n", axes[1:], axes[:-1]) - 1.0) / 2.0
+        turns = np.arccos(np.clip(cosines, -1.0, 1.0))
+        flips = np.flatnonzero((turns > FLIP) & (turns / np.diff(times) > FASTEST))
+        if len(flips):
+            i = int(flips[turns[flips].argmax()])
+            warn(
+                f"the {side} foot of the motion turns by {np.degrees(turns[i]):.0f}° from frame {i} to {i + 1}"
+                f"{f' ({len(flips)} such frames)' if len(flips) > 1 else ''}: that is an error of the "
+                "recording, and the given skeleton is thrown about there. Correct the angles of the ankle, or leave "
+                "out those frames"
+            )
+
+
+def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:
+    """Return when a foot stands: where it was seen, and its toes do not point up."""
+    ankles, may = person.limbs[f"{side}_{HIP}"].end, person.seen[side]
+    if side not in theirs.unsure:
+        may = may & (person.feet[side][:, 2, 0] < UP)
+    return find_contacts(person.toes[side], ankles, times, length_of_leg(theirs), may)
 
 
 def show_axes(joint: int, axes: np.ndarray) -> list[Place]:
@@ -101,11 +163,9 @@ def lowest_ankle(person: Person) -> float:
 
 def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict[str, list[Contact]], float]:
     """Return when each foot stands, and the height of the ankle over which a foot that stands flat has it."""
-    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
     contacts, heights, lowest = {}, [], np.inf
     for side in SIDES:
-        toes, ankles = person.toes[side], person.limbs[f"{side}_{HIP}"].end
-        contacts[side] = find_contacts(toes, ankles, times, leg)
+        toes, contacts[side] = person.toes[side], _contacts_of(person, theirs, side, times)
         axes, zero = (
             theirs.feet[side][1],
             [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", toe_of(theirs, side))],
@@ -113,4 +173,4 @@ def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict
         above = float((zero[0] - zero[1]) @ axes[:, 2])
         heights += [float(np.median(toes[c.first : c.end, 2])) + above for c in contacts[side]]
         lowest = min(lowest, float(toes[:, 2].min()) + above)
-    return contacts, find_floor(np.array(heights)) if heights else lowest
+    return contacts, find_floor(np.array(heights), length_of_leg(theirs)) if heights else lowest

@@ -6,31 +6,29 @@ person's are, in the size of each limb; feet that stand are held still; knees an
 person's do. Inverse kinematics finds the poses that are nearest to all of these, within the limits.
 """
 
-from dataclasses import replace
-from typing import NamedTuple
-
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._by_limbs._contacts import Contact, hold_foot
+from skpose.kinematics._by_limbs._contacts import Contact, Held, hold_foot
 from skpose.kinematics._by_limbs._person import (
     Limb,
     Person,
     axes_from,
     find_ground,
+    lay_unsure_feet,
     level,
     lowest_ankle,
     person_of,
     show_axes,
-    to_vertical,
+    warn_of_flips,
 )
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, rolls_of, sole_of
+from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, middle_of, rolls_of, sole_of
+from skpose.kinematics._by_limbs._results import Aim, Fitted, collect
 from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, unit
 from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import continuous_root_angles, positions_at_zero
+from skpose.skeleton._shared import positions_at_zero
 
 POLE = (
     0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
@@ -44,66 +42,6 @@ TRUNK_STIFFNESS = 1e-3
 WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
 FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
-# Heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
-ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
-AT_LIMIT = 1e-9  # rad
-
-
-class Leg(NamedTuple):
-    """A leg of the target, as it shall stand in each frame."""
-
-    end: np.ndarray  # (n_frames, 3) the ankle
-    foot: np.ndarray  # (n_frames, 3, 3) axes
-    stands: np.ndarray  # (n_frames,) how much it is held, from 0 to 1
-    contacts: list[Contact]
-
-
-class Fitted(NamedTuple):
-    """A motion on the target, and how near it came."""
-
-    motion: Motion
-    feet: np.ndarray  # distances of places on the feet from where they shall be, m
-    hands: np.ndarray  # those of wrists and hands
-    slides: np.ndarray  # (n_contacts,) by how much the toes move at most while they stand, m
-    at_limits: int  # angles that are at a limit in some frame
-    n_left: int  # frames that did not converge
-    moving: list[int]  # joints
-
-    def in_words(self) -> str:
-        """Return in words how near the motion came."""
-        parts = [
-            f"{name} {_millimetres(off)}" for name, off in (("soles", self.feet), ("hands", self.hands)) if off.size
-        ]
-        if len(self.slides):
-            parts.append(f"feet stand {len(self.slides)} times and slide by {_round(self.slides.max())} mm at most")
-        elif self.feet.size:
-            parts.append("feet stand nowhere")
-        if self.at_limits:
-            parts.append(f"{self.at_limits} angles reach their limits")
-        if self.n_left:
-            parts.append(f"{self.n_left} of {len(self.motion)} frames did not converge")
-        return "".join(f", {part}" for part in parts)
-
-
-def _round(metres: float) -> str:
-    return f"{float(f'{1e3 * metres:.2g}'):g}"
-
-
-def _millimetres(distances: np.ndarray) -> str:
-    """Return in words how far off places are."""
-    return f"{_round(distances.mean())} mm off (95 %: {_round(float(np.percentile(distances, 95)))})"
-
-
-class Aim(NamedTuple):
-    """The positions of places to which the poses of the target shall be near."""
-
-    skeleton: Skeleton  # the target with the limits that are enforced
-    rest: np.ndarray  # (n_dofs,) its pose at rest
-    bent: np.ndarray  # (n_dofs,) that with knees and elbows bent, from which the poses are searched
-    rolls: list[int]  # its joints that stay there, though they carry places
-    targets: Targets
-    legs: dict[str, Leg]
-    is_on_base: bool  # whether its own joints move it over the floor, and its root stays where it is
 
 
 def by_limbs(
@@ -112,35 +50,37 @@ def by_limbs(
     """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
     aim = aim_at(motion, skeleton, theirs, ours, factor, joint_limits)
     final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
-    return _collect(motion, skeleton, final, aim)
+    return collect(motion, skeleton, theirs, ours, final, aim)
 
 
 def aim_at(
     motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
 ) -> Aim:
     """Return where places on the target shall be."""
-    person = person_of(motion, theirs)
+    person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
+    warn_of_flips(person, motion.times)
     rest = rest_within_limits(skeleton, joint_limits)
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
-    scale = _size_of_legs(theirs, ours) if factor is None else factor
+    size = _size_of_legs(theirs, ours)
+    scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights are those of the legs
     contacts: dict[str, list[Contact]] = {}
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
-        _put_trunk(trunk, skeleton, person, ours, scale, scale * floor)
+        _put_trunk(trunk, skeleton, person, ours, scale, floor)
     else:
         _put_on_wheels(trunk, person, ours, _base_of(skeleton, ours.chest), scale, lowest_ankle(person))
     first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     targets = Targets(ours.axes)
-    legs: dict[str, Leg] = {}
+    legs: dict[str, Held] = {}
     if on_legs:
         legs = {side: _stand(person, theirs, ours, side, starts, contacts[side], motion.times) for side in SIDES}
         shift = _shift_within_reach(legs, starts, ours)
         starts = {mark: start + shift for mark, start in starts.items()}
         middle = (starts[f"left_{HIP}"] + starts[f"right_{HIP}"]) / 2.0
-        targets.add_link(ours.pelvis, _middle(ours, HIP), middle, pelvis, WEIGHTS["pelvis"])
+        targets.add_link(ours.pelvis, middle_of(ours, HIP), middle, pelvis, WEIGHTS["pelvis"])
         for side, leg in legs.items():
             _put_leg(targets, person, ours, side, starts[f"{side}_{HIP}"], leg)
     else:
@@ -149,11 +89,14 @@ def aim_at(
     if ours.has(ARM):
         middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
         if ours.chest != ours.pelvis or not on_legs:
-            targets.add_link(ours.chest, _middle(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
+            targets.add_link(ours.chest, middle_of(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
     is_on_base = not on_legs and _base_of(skeleton, ours.chest) != ROOT
-    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, is_on_base)
+    paths = {side: scale * person.toes[side] for side in legs}
+    if on_legs:
+        paths["pelvis"] = scale * (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base)
 
 
 # --- where the target shall be ----------------------------------------------------------------------------------------
@@ -161,31 +104,31 @@ def aim_at(
 
 def _size_of_legs(theirs: Stance, ours: Stance) -> float:
     """Return how many times as long legs are in the target; without legs, how many times as high its shoulders."""
-    leg = theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE)
+    leg = length_of_leg(theirs)
     if ours.has(LEG):
-        return (ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)) / leg
-    trunk = float((_middle(theirs, SHOULDER) - _middle(theirs, HIP)) @ theirs.axes[:, 2])
-    return STRETCH[0] * float(_middle(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
-
-
-def _middle(stance: Stance, mark: str) -> np.ndarray:
-    """Return the middle (3,) between two places at angle zero."""
-    return np.asarray(np.mean([stance.places[f"{side}_{mark}"].at_zero for side in SIDES], axis=0))
+        return length_of_leg(ours) / leg
+    trunk = float((middle_of(theirs, SHOULDER) - middle_of(theirs, HIP)) @ theirs.axes[:, 2])
+    return STRETCH[0] * float(middle_of(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
 
 
 def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
     """Return the point (3,) at angle zero about which the chest moves first, or the middle between the hips."""
     path = [joint for joint in path_up(skeleton, stance.chest) if joint not in path_up(skeleton, stance.pelvis)]
     moving = [joint for joint in path if skeleton.bones[joint].dofs]
-    return positions_at_zero(skeleton)[moving[-1]] if moving else _middle(stance, HIP)
+    return positions_at_zero(skeleton)[moving[-1]] if moving else middle_of(stance, HIP)
 
 
-def _put_trunk(targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: float, ankle: float) -> None:
-    """Put pelvis and chest where the person's are in another size, with ankles of this height on the floor."""
-    soles = np.mean([sole_of(ours, side)[1][2] for side in SIDES])
+def _put_trunk(
+    targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarray, ankle: float
+) -> None:
+    """Put pelvis and chest where the person's are, along the axes of the world in another size (3,).
+
+    The person's ankles have the given height where feet stand on the floor.
+    """
+    soles = np.mean([sole_of(ours, side).tip[2] for side in SIDES])
     hips = (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
-    at = scale * hips - [0.0, 0.0, ankle + soles]
-    middle = _middle(ours, HIP)
+    at = scale * (hips - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
+    middle = middle_of(ours, HIP)
     targets.add_link(ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
     if ours.has(ARM):
         pivot = _pivot(skeleton, ours)
@@ -207,7 +150,7 @@ def _base_of(skeleton: Skeleton, chest: int) -> int:
     return base
 
 
-def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: float, floor: float) -> None:
+def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float) -> None:
     """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
 
     Where joints move the base the root stays where it is.
@@ -219,8 +162,8 @@ def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, sc
     if base != ROOT:
         still = np.broadcast_to(ours.axes, person.pelvis.shape)
         targets.add_link(ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS, "wheels")
-    at = scale * (shoulders - [0.0, 0.0, floor])
-    targets.add_link(ours.chest, _middle(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
+    at = scale * (hips - [0.0, 0.0, floor]) + scale[2] * (shoulders - hips)
+    targets.add_link(ours.chest, middle_of(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
 
 
 def _read_trunk(
@@ -243,14 +186,11 @@ def _stand(
     starts: dict[str, np.ndarray],
     contacts: list[Contact],
     times: np.ndarray,
-) -> Leg:
+) -> Held:
     """Return where a leg of the target ends, from its own hip, with the foot held while it stands."""
-    limb, (heel, tip, _) = person.limbs[f"{side}_{HIP}"], sole_of(ours, side)
-    length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
-    size = length / (theirs.length(HIP, KNEE) + theirs.length(KNEE, ANKLE))
-    end = starts[f"{side}_{HIP}"] + size * (limb.end - limb.start)
-    end, foot, stands = hold_foot(end, person.feet[side], tip, heel, contacts, times, length)
-    return Leg(end, foot, stands, contacts)
+    limb, length = person.limbs[f"{side}_{HIP}"], length_of_leg(ours)
+    end = starts[f"{side}_{HIP}"] + _size_of_legs(theirs, ours) * (limb.end - limb.start)
+    return hold_foot(end, person.feet[side], sole_of(ours, side), contacts, times, length)
 
 
 def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
@@ -260,13 +200,13 @@ def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
     return np.where(beyond > 0.0, most - (most - start) * np.exp(-beyond / (most - start)), distances)
 
 
-def _shift_within_reach(legs: dict[str, Leg], starts: dict[str, np.ndarray], ours: Stance) -> np.ndarray:
+def _shift_within_reach(legs: dict[str, Held], starts: dict[str, np.ndarray], ours: Stance) -> np.ndarray:
     """Return by how much (n_frames, 3) hips move so that legs reach feet that stand."""
-    length = ours.length(HIP, KNEE) + ours.length(KNEE, ANKLE)
+    length = length_of_leg(ours)
     shift = np.zeros_like(starts[f"left_{HIP}"])
     for _ in range(3):  # each leg moves the hip of the other one
         for side, leg in legs.items():
-            reach = leg.end - starts[f"{side}_{HIP}"] - shift
+            reach = leg.ankles - starts[f"{side}_{HIP}"] - shift
             distance = np.linalg.norm(reach, axis=1)
             shift += (leg.stands * (distance - _stretch(distance, length)))[:, None] * unit(reach)
     return shift
@@ -315,17 +255,17 @@ def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
     return np.asarray(across + sign * POLE * size * straight * np.cross(left, along))
 
 
-def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Leg) -> None:
+def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Held) -> None:
     """Add the places of a leg: the knee, and the corners of the sole."""
     limb, lengths = person.limbs[f"{side}_{HIP}"], (ours.length(HIP, KNEE), ours.length(KNEE, ANKLE))
-    knee, end = _bend(start, leg.end, _find_pole(limb, leg.foot[:, :, 1], -1.0), lengths)
-    end = end + leg.stands[:, None] * (leg.end - end)
+    knee, end = _bend(start, leg.ankles, _find_pole(limb, leg.frames[:, :, 1], -1.0), lengths)
+    end = end + leg.stands[:, None] * (leg.ankles - end)
     targets.add(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"], "knees")
     (joint, axes), (heel, tip, half) = ours.feet[side], sole_of(ours, side)
     ankle = ours.places[f"{side}_{ANKLE}"].at_zero
     for x, y in ((tip[0], half), (tip[0], -half), (heel[0], 0.0)):
         corner = np.array([x, y, tip[2]])
-        targets.add(Place(joint, ankle + axes @ corner), end + leg.foot @ corner, WEIGHTS["foot"], f"{side} foot")
+        targets.add(Place(joint, ankle + axes @ corner), end + leg.frames @ corner, WEIGHTS["foot"], f"{side} foot")
 
 
 def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray) -> None:
@@ -340,52 +280,3 @@ def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: n
     if hand is not None and side in person.hands:
         length = float(np.linalg.norm(hand.at_zero - wrist.at_zero))
         targets.add(hand, end + length * person.hands[side], WEIGHTS["hand"], "hands")
-
-
-# --- what came of it --------------------------------------------------------------------------------------------------
-
-
-def _collect(motion: Motion, skeleton: Skeleton, final: Solution, aim: Aim) -> Fitted:
-    """Return the motion of the whole skeleton in the world, and how near it came."""
-    angles = np.tile(aim.rest, (len(motion), 1))
-    names = final.skeleton.dof_names
-    columns = [skeleton.dof_names.index(name) for name in names]
-    angles[:, columns] = final.poses
-    vertical = to_vertical(motion.up)
-    roots, origins = final.roots, final.origins
-    if aim.is_on_base:  # exactly
-        roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
-    root_angles, axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
-    result = replace(
-        motion,
-        skeleton=skeleton,
-        angles=angles,
-        root_positions=origins @ vertical,
-        root_angles=root_angles,
-        root_axes=axes,
-        seen=None,
-    )
-    feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
-    slides = []
-    for side, leg in aim.legs.items():
-        places = [aim.targets.places[i] for i in aim.targets.groups[f"{side} foot"][:2]]  # the corners at the toes
-        tips = final.positions(skeleton, places).mean(axis=1)
-        for contact in leg.contacts:
-            stood = tips[contact.first : contact.end]
-            slides.append(np.linalg.norm(stood - np.median(stood, axis=0), axis=1).max())
-    rolled = {name for joint in aim.rolls for name in skeleton.bones[joint].dof_names}
-    at_limits = 0
-    if aim.skeleton.limits is not None:
-        lower, upper = np.array(aim.skeleton.limits)[columns].T
-        reach = ((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)) & (lower < upper)
-        at_limits = int(reach.any(axis=0).sum())
-    moving = [j for j, bone in enumerate(skeleton.bones) if bone.dofs and set(bone.dof_names) <= set(names) - rolled]
-    return Fitted(
-        result,
-        final.residuals[:, feet],
-        final.residuals[:, aim.targets.groups.get("hands", [])],
-        np.array(slides),
-        at_limits,
-        int((~final.converged).sum()),
-        moving,
-    )
