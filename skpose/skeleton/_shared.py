@@ -1,6 +1,6 @@
 """Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.skeleton._bone import BALL, HINGE, SLIDE, axes_of, is_axes
+from skpose.skeleton._bone import BALL, HINGE, SLIDE, are_slides, axes_of, is_axes
 from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, remove_jumps
@@ -38,6 +38,7 @@ __all__ = [
     "SLIDE",
     "TWO_PI",
     "RotationForm",
+    "are_slides",
     "axes_at_zero",
     "axes_of",
     "check_comparable",

@@ -171,9 +171,7 @@ def _with_length(places: dict[str, Place]) -> dict[str, Place]:
 def _trunk_axes(hips: list[Place | None], shoulders: list[Place | None], places: dict[str, Place]) -> np.ndarray:
     """Return the axes (3, 3) of the trunk at angle zero by what is known of hips and shoulders."""
     ends = [_ends(pair) for pair in (hips, shoulders)]
-    across = ends[1] if ends[1] is not None else ends[0]
-    assert across is not None  # as one limb is known
-    left = across[0] - across[1]
+    left = next(pair[0] - pair[1] for pair in reversed(ends) if pair is not None)  # as one limb is known
     up = _snap(_upward([None if pair is None else pair.mean(axis=0) for pair in ends], places))
     left = _snap(unit(left - (left @ up) * up))
     return np.stack([np.cross(left, up), left, up], axis=1)
