@@ -1,6 +1,7 @@
 """Retargeting by limbs: from people to robots of hinges with limits."""
 
 import re
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +16,12 @@ from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.kinematics import retarget
 from skpose.kinematics._by_limbs._contacts import Sole, find_contacts, find_floor, hold_foot
 from skpose.kinematics._by_limbs._places import find_robot, find_stance, joint_places, sole_of
+from skpose.kinematics._by_limbs._results import _warn_of_throws
 from skpose.kinematics._by_limbs._robots import ROBOTS, places_of
 from skpose.kinematics._by_limbs._stances import stances_of
+
+# Motions here ask for more than a robot can: what that does is looked at, and the warning has a test of its own.
+pytestmark = pytest.mark.filterwarnings("ignore:the pelvis of the given skeleton is faster")
 
 FASTEST = 20.0  # rad/s
 
@@ -631,3 +636,21 @@ def test_what_is_faster_than_the_person_is_reported():
     with pytest.warns(UserWarning, match="left foot of the motion turns by 1.* from frame 59 to 60"):
         report = MotionDataset([flipped]).retarget(robot(), method="limbs", joints=counterparts(robot())).retargeting[0]
     assert "faster than the person's: " in report
+
+
+def test_throws_are_counted_and_named():
+    still, thrown = np.zeros(9), np.array([0.0, 0.0, 5.6, 1.2, 0.0])
+    with pytest.warns(UserWarning, match=r"by up to 5\.6 m/s, from frame 2 to 3 \(2 such frames\)"):
+        _warn_of_throws(thrown)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _warn_of_throws(still)
+
+
+def test_a_robot_is_no_source():
+    g1_like = robot()
+    names = dict(zip([link for link, _ in places_of(ROBOTS[0]).values()], range(99), strict=False))
+    bones = [Bone(name, None, (0, 0, 0.1 * i), "hinge", axis=(0, 1, 0)) for i, name in enumerate(names)]
+    motion = Motion(Skeleton(bones, "parent"), np.zeros((3, len(bones))), 30.0, up="z")
+    with pytest.raises(ValueError, match="it is the Unitree G1, and a motion must be a person's"):
+        retarget(motion, g1_like, method="limbs")

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
+from skpose._warnings import warn
 from skpose.kinematics._by_limbs._contacts import Held
 from skpose.kinematics._by_limbs._person import to_vertical
 from skpose.kinematics._by_limbs._places import Place, Stance, middle_of, sole_of, toe_of
@@ -109,16 +110,17 @@ def collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fi
         seen=_seen_of(motion, skeleton, theirs, ours),
     )
     feet = [i for side in SIDES for i in aim.targets.groups.get(f"{side} foot", [])]
-    slides, feet_faster, pelvis_faster = [], 0.0, 0.0
+    slides, feet_faster, pelvis_faster = [], 0.0, np.zeros(1)
     for foot, leg in aim.legs.items():
         tips = soles[foot][:, 2:].mean(axis=1) + raised
-        feet_faster = max(feet_faster, _faster(tips, aim.paths[foot], motion.times))
+        feet_faster = max(feet_faster, _faster(tips, aim.paths[foot], motion.times).max(initial=0.0))
         for contact in leg.contacts:
             stood = tips[contact.first : contact.end]
             slides.append(np.linalg.norm(stood - stood.mean(axis=0), axis=1).max())
     if aim.legs:
         pelvis = final.positions(skeleton, [Place(ours.pelvis, middle_of(ours, HIP))])[:, 0]
         pelvis_faster = _faster(pelvis, aim.paths["pelvis"], motion.times)
+        _warn_of_throws(pelvis_faster)
     rolled = {name for joint in aim.rolls for name in skeleton.bones[joint].dof_names}
     at_limits = 0
     if aim.skeleton.limits is not None:
@@ -133,7 +135,7 @@ def collect(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fi
         np.array(slides),
         float(raised.max()),
         feet_faster,
-        pelvis_faster,
+        float(pelvis_faster.max(initial=0.0)),
         at_limits,
         int((~final.converged).sum()),
         moving,
@@ -161,14 +163,27 @@ def _raise_above_floor(lowest: list[np.ndarray], times: np.ndarray) -> np.ndarra
     return raised
 
 
-def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> float:
-    """Return by how much a path (n_frames, 3) is faster than another is shortly before or after, m/s, at most."""
+def _warn_of_throws(faster: np.ndarray) -> None:
+    """Warn if the pelvis moves as the person's does not; there its pose is not the person's."""
+    thrown = np.flatnonzero(faster >= FASTER)
+    if len(thrown):
+        i = int(faster.argmax())
+        warn(
+            f"the pelvis of the given skeleton is faster than the person's by up to {faster[i]:.2g} m/s, from frame "
+            f"{i} to {i + 1} ({len(thrown)} such frames): there the recording asks for what the skeleton cannot do, most "
+            "often by an error of an ankle, and poses around these frames are far from the person's. Correct the "
+            "recording, or leave these frames out"
+        )
+
+
+def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return by how much (n_frames - 1,) a path (n_frames, 3) is faster than another shortly before or after, m/s."""
     if len(times) < 2:
-        return 0.0
+        return np.zeros(0)
     steps = np.diff(times)
     speeds, known = (np.linalg.norm(np.diff(path, axis=0), axis=1) / steps for path in (ours, theirs))
     around = 2 * int(np.ceil(NEARBY / float(np.median(steps)))) + 1
-    return float((speeds - maximum_filter1d(known, around, mode="nearest")).max())
+    return np.asarray(speeds - maximum_filter1d(known, around, mode="nearest"))
 
 
 def _seen_of(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance) -> np.ndarray | None:

@@ -93,6 +93,8 @@ def _nearly_in_words(skeleton: Skeleton) -> str:
     robot, missing = missing_links(skeleton)
     if robot is None:
         return ""
+    if not missing:
+        return f"it is the {robot.name}, and a motion must be a person's. For a robot's motion, or another one, "
     return f"it is nearly the {robot.name}, but has no {', '.join(map(repr, missing))}. Rename its links, or "
 
 
