@@ -170,8 +170,8 @@ def _warn_of_throws(faster: np.ndarray) -> None:
         i = int(faster.argmax())
         warn(
             f"the pelvis of the given skeleton is faster than the person's by up to {faster[i]:.2g} m/s, from frame "
-            f"{i} to {i + 1} ({len(thrown)} such frames): there the recording asks for what the skeleton cannot do, most "
-            "often by an error of an ankle, and poses around these frames are far from the person's. Correct the "
+            f"{i} to {i + 1} ({len(thrown)} such frames): there the recording asks for what the skeleton cannot do, "
+            "most often by an error of an ankle, and poses around these frames are far from the person's. Correct the "
             "recording, or leave these frames out"
         )
 
