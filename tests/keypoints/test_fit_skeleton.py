@@ -8,7 +8,7 @@ import reference
 from people import PEOPLE, errors, moving, person, standing, standing_in, true_lengths
 from scipy.spatial.transform import Rotation
 
-from skpose import Skeleton, forward_kinematics, inverse_kinematics
+from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
 from skpose.keypoints._root_axes import Points, root_axes
 from skpose.plot import PoseDisplay
@@ -66,7 +66,7 @@ def test_every_point_has_a_joint_and_bones_that_move_lie_along_x(layout):
     assert set(skeleton.joint_names) == set(layout.points)
     assert skeleton.joint_names[0] == layout.root
     assert skeleton.offset_frame == "own"
-    assert skeleton.bones[0] == (layout.root, None, (0.0, 0.0, 0.0), "", None, None, None)
+    assert skeleton.bones[0] == Bone(layout.root, None, (0.0, 0.0, 0.0))
     for bone in skeleton.bones[1:]:
         assert bone.parent == layout.parents[bone.name]
         assert bone.dofs == ("" if bone.name in layout.rigid else "rotvec")
