@@ -27,9 +27,11 @@ import time
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from tempfile import mkdtemp
 
 import common
 import numpy as np
+import stand_in
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
@@ -470,7 +472,7 @@ def controls(robot, motion, bend, names):
 def main():
     arguments = common.parser(__doc__, folder=False)
     arguments.add_argument("--cmu", help="CMU files, see load_cmu")
-    arguments.add_argument("--robots", required=True, help="a folder of MJCF files")
+    arguments.add_argument("--robots", help="a folder of MJCF files; default: a robot of proportions of nobody")
     options = arguments.parse_args()
     common.print_machine()
     warnings.simplefilter("ignore")
@@ -480,8 +482,11 @@ def main():
         dataset = dataset[:2]
     repeats = 1 if options.quick else 3
     print(dataset)
-    for name in ROBOTS:
-        path = Path(options.robots) / f"{name}.xml"
+    folder = Path(options.robots or mkdtemp())
+    if not options.robots:
+        stand_in.write_robot(folder)
+    for name in ROBOTS if options.robots else (stand_in.NAME,):
+        path = folder / f"{name}.xml"
         if not path.exists():
             print(f"{name}: left out, there is no {path.name}")
             continue
