@@ -22,6 +22,7 @@ LEFT = (
     ("left_wrist_pitch_link", "left_wrist_roll_link", (0.0, 0.0, -0.1), (0, 1, 0), (-90, 90)),
     ("left_wrist_yaw_link", "left_wrist_pitch_link", (0.0, 0.0, -0.04), (1, 0, 0), (-90, 90)),
 )
+SOLID = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
 TORSO = ("torso_link", "pelvis", (0.0, 0.0, 0.1), (0, 0, 1), (-150, 150))
 
 
@@ -43,14 +44,10 @@ def write_robot(folder):
         at, along, span = (" ".join(map(str, numbers)) for numbers in (place, axis, limits))
         inside = "".join(text(child) for child in children.get(name, ()))
         joint = f'<joint name="{name.removesuffix("_link")}_joint" axis="{along}" range="{span}"/>'
-        return (
-            f'<body name="{name}" pos="{at}"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{joint}{inside}</body>'
-        )
+        return f'<body name="{name}" pos="{at}">{SOLID}{joint}{inside}</body>'
 
-    root = '<freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
     inside = "".join(map(text, children["pelvis"]))
+    root = f'<body name="pelvis" pos="0 0 0.8"><freejoint/>{SOLID}{inside}</body>'
     path = Path(folder, f"{NAME}.xml")
-    path.write_text(
-        f'<mujoco model="{NAME}"><worldbody><body name="pelvis" pos="0 0 0.8">{root}{inside}</body></worldbody></mujoco>'
-    )
+    path.write_text(f'<mujoco model="{NAME}"><worldbody>{root}</worldbody></mujoco>')
     return path
