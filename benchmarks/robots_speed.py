@@ -1,9 +1,10 @@
 """Distances between configurations of a robot: pairs a second, against other frames, MuJoCo and pinocchio.
 
-`--robot FILE` is an MJCF file whose joints are hinges, such as the Unitree G1's; without it a humanoid of proportions of
-nobody. "spatial" is computed for all pairs of random configurations inside the limits: by skpose; by skpose on the
-frames of a first prototype, where each hinge is one about z in a turned frame; and for a person of 56 dofs. MuJoCo and pinocchio place the links of every pose along
-every line, one at a time from Python, as users of them do; numpy adds up the chords. All answers are compared.
+`--robot FILE` is an MJCF file whose joints are hinges, such as the Unitree G1's; without it a humanoid of nobody's
+proportions. "spatial" is computed for all pairs of random configurations inside the limits: by skpose; by skpose on the
+frames of a first prototype, where each hinge is one about z in a turned frame; and for a person of 56 dofs. MuJoCo and
+pinocchio place the links of every pose along every line, one at a time from Python, as users of them do; numpy adds up
+the chords. All answers are compared.
 """
 
 from tempfile import mkdtemp
