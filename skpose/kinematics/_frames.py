@@ -252,14 +252,10 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
 
 def _alpha_of(frame: Frame, angular: list[Frame]) -> float:
     """Return the constant that a frame takes: that of its first child, or where that needs none of the first hinge."""
-    for child in angular:
-        if child.hinge is not None:
-            alpha = _turn_hinge(child.rest @ child.hinge, frame.axis).alpha
-        elif child is angular[0]:
-            alpha = _split(child.rest, frame.axis, child.n_dofs - 1)[0]
-        if alpha != 0.0:
-            return alpha
-    return 0.0
+    first = angular[0]
+    alphas = [] if first.hinge is not None else [_split(first.rest, frame.axis, first.n_dofs - 1)[0]]
+    alphas += [_turn_hinge(one.rest @ one.hinge, frame.axis).alpha for one in angular if one.hinge is not None]
+    return next((alpha for alpha in alphas if alpha != 0.0), 0.0)
 
 
 def _rotate_behind(frame: Frame, back: np.ndarray, offset: np.ndarray) -> None:

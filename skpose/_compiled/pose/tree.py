@@ -31,9 +31,7 @@ class Tree(NamedTuple):
     ball: np.ndarray  # (n_frames,) index of a ball joint's frame among those, else -1
     reference: np.ndarray  # (n_frames, 4) quaternion (w, x, y, z) of a ball joint before its rotation vector
     ball_axes: np.ndarray  # (n_frames, 3, 3) rotation of a ball joint's columns into its frame's rotation vector
-    single_axis: (
-        np.ndarray
-    )  # (n_frames,) axis of a frame with one angle, or of the constant one of a frame without dofs
+    single_axis: np.ndarray  # (n_frames,) axis, 0 to 2, of the one angle of a frame, or of its constant rotation
     fixed_rotation: np.ndarray  # (n_frames, 4) cosine and sine of its angle, and of half of it
     weight: np.ndarray  # (n_frames,) squared lengths of the bones fixed to the frame, times their weights, summed, m²
     pivot: np.ndarray  # (n_frames,) joint at the centre of the frame's rotation

@@ -30,9 +30,8 @@ from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRI
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import positions_at_zero
 
-POLE = (
-    0.15  # of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight
-)
+# Of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight.
+POLE = 0.15
 BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
 BENDS = 0.5  # rad
 STRETCH = 0.985, 0.9995  # of a limb, from which on it stretches ever less, and which it never reaches
@@ -63,6 +62,13 @@ def aim_at(
     rolls = rolls_of(skeleton, ours)
     held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
+    base = _base_of(skeleton, ours.pelvis if on_legs else ours.chest)
+    if on_legs and base != ROOT:
+        raise ValueError(
+            'method="limbs" needs a skeleton with legs whose root moves freely, but '
+            f"{skeleton.joint_names[base]!r} is moved by joints of its own, {', '.join(_columns_to(skeleton, base))}: "
+            f"load_robot(path, root={skeleton.joint_names[base]!r}) lets them move the root"
+        )
     size = _size_of_legs(theirs, ours)
     scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights are those of the legs
     contacts: dict[str, list[Contact]] = {}
@@ -70,7 +76,7 @@ def aim_at(
         contacts, floor = find_ground(person, theirs, motion.times)
         _put_trunk(trunk, skeleton, person, ours, scale, floor)
     else:
-        _put_on_wheels(trunk, person, ours, _base_of(skeleton, ours.chest), scale, lowest_ankle(person))
+        _put_on_wheels(trunk, person, ours, base, scale, lowest_ankle(person))
     first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     targets = Targets(ours.axes)
@@ -92,11 +98,10 @@ def aim_at(
             targets.add_link(ours.chest, middle_of(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    is_on_base = not on_legs and _base_of(skeleton, ours.chest) != ROOT
     paths = {side: scale * person.toes[side] for side in legs}
     if on_legs:
         paths["pelvis"] = scale * (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
-    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base)
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base=base != ROOT)
 
 
 # --- where the target shall be ----------------------------------------------------------------------------------------
@@ -136,18 +141,23 @@ def _put_trunk(
         targets.add_link(ours.chest, pivot, chest, person.chest, WEIGHTS["chest"])
 
 
-def _base_of(skeleton: Skeleton, chest: int) -> int:
+def _base_of(skeleton: Skeleton, trunk: int) -> int:
     """Return the link of a mobile base, which joints move over the floor, and the root where none do.
 
-    These are slides, and hinges at the same point, before all others.
+    These are slides, and hinges at the same point, before all others on the way to the trunk.
     """
     base = ROOT
-    for joint in reversed(path_up(skeleton, chest)):
+    for joint in reversed(path_up(skeleton, trunk)):
         bone = skeleton.bones[joint]
         if any(bone.offset) or not (bone.is_slide or (bone.is_hinge and base != ROOT)):
             break
         base = joint
     return base
+
+
+def _columns_to(skeleton: Skeleton, joint: int) -> list[str]:
+    """Return the names of the dofs from the root to a joint, that one's among them."""
+    return [name for one in reversed(path_up(skeleton, joint)) for name in skeleton.bones[one].dof_names]
 
 
 def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float) -> None:
