@@ -39,7 +39,7 @@ READING = [
 POINTS = "layout", "names", "zeros"  # of the readers of markers and keypoints
 PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window", "endpoint", "joints"
-PRINTING = "info", "compare", "find"  # commands whose output is all that there is of them
+PRINTING = "info", "compare", "find", "warm-up"  # commands whose output is all that there is of them
 NAMED = {"method": "retarget", "frame_rate": "file-frame-rate"}  # options that have another name than the argument
 STORED = {"frame_rate": "amc_frame_rate"}  # under another name than the argument
 
@@ -197,6 +197,10 @@ def _print(options: argparse.Namespace, skipped: Skipped) -> None:
         )
     elif options.command == "retarget":
         _retarget(options, skipped)
+    elif options.command == "warm-up":
+        from skpose._cli.warm_up import warm_up
+
+        warm_up(options.subjects, options.jobs)
     else:
         contents.info(options.files, _reader(options, skipped))
 

@@ -12,6 +12,8 @@ from skpose._validation.names import near_names
 # The groups of options of every command, in this order.
 GROUPS = "input", "reading", "preparing", "metric", "result", "output", "computation"
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
+# What is compiled, those first that take long.
+SUBJECTS = "geodesics", "means", "motions", "inverse-kinematics", "neighbors", "distances"
 
 
 class CommandParser(argparse.ArgumentParser):

@@ -6,6 +6,7 @@ from pathlib import Path
 import skpose
 from skpose._cli.options import (
     METRICS,
+    SUBJECTS,
     CommandParser,
     add_dtype,
     add_files,
@@ -177,6 +178,16 @@ def command_line() -> CommandParser:
     add_skip_errors(info)
     add_reading(info)
     add_reading_points(info)
+    _add_warm_up(
+        command(
+            "warm-up",
+            "compile before anybody waits",
+            ": each function compiles at its first call, and is stored for all later processes of this computer. Run "
+            "the command when an image of a container is built, or before tests. What it stores is for processors like "
+            "this one; the environment variable NUMBA_CPU_NAME names another, such as x86-64-v3, here and where skpose "
+            "is used",
+        )
+    )
     return parser
 
 
@@ -294,6 +305,14 @@ def _add_explore(explore: CommandParser) -> None:
     )
     add_preparing(explore, frame_rate=12.0)
     add_jobs(explore)
+
+
+def _add_warm_up(warm_up: CommandParser) -> None:
+    group = warm_up.group("computation")
+    group.add_argument(
+        "--for", dest="subjects", nargs="+", choices=SUBJECTS, default=SUBJECTS, help="one or several; default: all"
+    )
+    add_jobs(warm_up)
 
 
 class _Version(argparse.Action):

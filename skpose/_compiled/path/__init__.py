@@ -25,3 +25,5 @@ What calls what::
 The coordinates of a path are those of `pose.chart`. Apart from these, `family` finds paths in a matrix of similarities,
 for motions.
 """
+
+COMPILES = "geodesics", "6 to 20 s"  # see `simd.announce`

@@ -58,3 +58,8 @@ A metric is a pair of functions. Its *encode* writes the code of a pose: all tha
 computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`,
 `nearest` for searches, `warping` for motions) and take the two as arguments.
 """
+
+COMPILES = (
+    "distances between poses",
+    "3 to 10 s",
+)  # see `simd.announce`

@@ -19,6 +19,7 @@ from numba.core.environment import lookup_environment
 from numba.core.typing.context import BaseContext
 from numba.extending import models, register_model
 
+from skpose._compiled.simd.announce import waiting
 from skpose._compiled.simd.private import Signature
 
 
@@ -173,8 +174,10 @@ class _Passes:
         self.exec_times: dict[str, float] = {}
 
     def run(self, state: Any) -> None:
-        for one in self.passes:
-            one.run_pass(state)
+        with waiting.for_function(state.func_id.modname):
+            for one in self.passes:
+                one.run_pass(state)
+                waiting.check()
 
 
 @_overrides(CompilerBase)

@@ -11,9 +11,8 @@ from numba import config, njit
 
 from skpose._compiled.simd import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 from skpose._compiled.simd.by_address import FunctionByAddress, load_callees
-from skpose._compiled.simd.cache import cache_under
+from skpose._compiled.simd.cache import CACHED, cache_under
 from skpose._compiled.simd.fallback import external_compiler, internal_compiler
-from skpose._warnings import warn
 
 
 def sources_digest() -> str:
@@ -29,20 +28,6 @@ def sources_digest() -> str:
     return digest.hexdigest()
 
 
-def _can_cache() -> bool:
-    """Return whether numba finds a folder for its cache; without one it refuses to define cached functions."""
-    try:
-        njit(cache=True)(_can_cache)
-    except RuntimeError:
-        warn(
-            "numba finds no folder that it may write compiled functions to, so every process compiles skpose's afresh; "
-            "set the environment variable NUMBA_CACHE_DIR to one"
-        )
-        return False
-    return True
-
-
-CACHED = _can_cache()
 DIGEST = sources_digest()
 
 

@@ -6,3 +6,8 @@ What calls what::
        |         |
        +- paths -+                                                  the least sum of two motions, and its path
 """
+
+COMPILES = (
+    "distances between motions",
+    "3 to 10 s",
+)  # see `simd.announce`
