@@ -1,7 +1,7 @@
 """A message where somebody waits for compilation, by the logger "skpose": on stderr, where logging is not configured.
 
-It comes once for each room of `skpose._compiled` that names a subject. Worker processes say nothing: they compile what the
-process that started them compiles, or would.
+It comes once for each room of `skpose._compiled` that names a subject. Worker processes say nothing: they compile what
+the process that started them compiles, or would.
 """
 
 import logging
