@@ -84,7 +84,8 @@ def player(
     -----
     The page has each frame that the motion has: ``motion.resample(30)`` makes a smaller page. Positions are rounded to
     a 65,535th of the extent of the skeleton; by how much at most, `Page.note` and the page state. A minute of 30 joints
-    at 30 Hz is some 0.3 MB. Each motion is placed such that its lowest point is on the ground.
+    at 30 Hz is some 0.3 MB. The ground is where the lowest joint stands still, in the median of such
+    frames, or else at the lowest joint of all.
 
     The player starts by itself, unless the system asks for reduced motion. Arrow keys turn the view, + and − zoom, the
     space bar plays; "Help" in the page lists all keys. Browsers since 2023 show it.

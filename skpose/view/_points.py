@@ -8,6 +8,7 @@ from skpose._validation.units import extent_of
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._shared import find_layout, find_names
 from skpose.skeleton._shared import sides
+from skpose.view._ground import find_ground
 from skpose.view._pack import pack
 from skpose.view._scene import AXES, Scene, largest_error
 
@@ -54,10 +55,11 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
     seen = ~np.isnan(positions[..., 0])
     filled = _fill(positions, seen)
     middle = filled[:, seen.any(axis=0)].mean(axis=1)
-    ground = [0.0, np.nanmin(positions[..., 1]), 0.0]
+    size, times = extent_of(positions) or 1.0, np.arange(len(positions)) / keypoints.frame_rate
+    ground = find_ground(positions, times, size)
     joints = np.where(seen.any(axis=0)[:, None], filled - middle[:, None], 0.0)
-    scene = Scene(joints, middle - ground, np.zeros(len(middle)), "".join("xyz"[axis] for axis in order))
-    size = extent_of(positions) or 1.0
+    axes, root = "".join("xyz"[axis] for axis in order), middle - [0.0, ground.height, 0.0]
+    scene = Scene(joints, root, np.zeros(len(middle)), axes, size, ground.n_frames)
     packed = {"joints": pack(joints.reshape(len(joints), -1))}
     packed["root"] = pack(scene.root, packed["joints"]["step"] or size / 2**16)
     return {
@@ -67,6 +69,7 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
         "sides": sides(figure.names),
         "axes": scene.axes,
         "size": size,
+        "standing": ground.n_frames,
         "rate": keypoints.frame_rate,
         "start": 0.0,
         "numbers": None,

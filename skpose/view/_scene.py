@@ -1,4 +1,4 @@
-"""Motions in space, as pages draw them: y points up, the lowest point is on the ground."""
+"""Motions in space, as pages draw them: y points up, and the ground is at zero."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -8,6 +8,7 @@ import numpy as np
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import heading, root_orientations, sides
+from skpose.view._ground import find_ground
 from skpose.view._pack import pack, pack_angles, unpack
 
 # For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.
@@ -21,12 +22,8 @@ class Scene(NamedTuple):
     root: np.ndarray  # (n_frames, 3)
     headings: np.ndarray  # (n_frames,) rotation of the root about y, rad
     axes: str  # names of the axes of the world that are x, y and z here
-
-    @property
-    def size(self) -> float:
-        """The largest extent of the first pose along an axis, m; of all poses if that is zero; or else 1."""
-        extents = self.joints.max(axis=1).clip(min=0.0) - self.joints.min(axis=1).clip(max=0.0)  # the root is at zero
-        return float(extents[0].max() or extents.max() or 1.0)
+    size: float  # the largest extent of the first pose along an axis, m; of all poses if that is zero; or else 1
+    standing: int  # frames that the height of the ground is found from, see `_ground`
 
 
 def scene_of(motion: Motion) -> Scene:
@@ -36,9 +33,16 @@ def scene_of(motion: Motion) -> Scene:
     poses = forward_kinematics(motion.angles, motion.skeleton)
     joints = np.einsum("fij,fkj->fki", orientations.as_matrix(), poses)[..., order]
     root = motion.root_positions[:, order]
-    lowest = (root[:, 1] + np.minimum(joints[..., 1].min(axis=1), 0.0)).min()
+    extents = joints.max(axis=1).clip(min=0.0) - joints.min(axis=1).clip(max=0.0)  # the root is at zero
+    size = float(extents[0].max() or extents.max() or 1.0)
+    ground = find_ground(np.concatenate([root[:, None], joints + root[:, None]], axis=1), motion.times, size)
     return Scene(
-        joints, root - [0.0, lowest, 0.0], heading(orientations, motion.up), "".join("xyz"[axis] for axis in order)
+        joints,
+        root - [0.0, ground.height, 0.0],
+        heading(orientations, motion.up),
+        "".join("xyz"[axis] for axis in order),
+        size,
+        ground.n_frames,
     )
 
 
@@ -55,6 +59,7 @@ def motion_data(motion: Motion, label: str) -> dict[str, Any]:
         "sides": sides(skeleton.joint_names),
         "axes": scene.axes,
         "size": scene.size,
+        "standing": scene.standing,
         "rate": motion.frame_rate,
         "start": float(motion.times[0]),
         "numbers": pack(numbers[:, None], 1.0) if numbers[-1] >= len(numbers) else None,  # frames are missing

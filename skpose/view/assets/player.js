@@ -126,10 +126,11 @@ function describe() {
     `${count(frames, "frame")} at ${Number(rate.toPrecision(4))} Hz, ${count(names.length, kind)}`);
   element("title").append(textElement("span", data.title, { title: data.title }));
   element("summary").textContent = clips.length === 1 ? facts[0] : count(clips.length, "motion");
-  for (const [i, { label, error, seen, layout }] of clips.entries()) {
+  for (const [i, { label, error, seen, layout, standing, kind }] of clips.entries()) {
     const fact = document.createElement("li");
     const within = `positions within ${error.toPrecision(2)} mm of the ${seen ? "recording" : "motion"}'s`;
-    fact.append(textElement("span", label), `: ${facts[i]}; ${within}.`);
+    const ground = standing ? `where the lowest ${kind} stands still, in ${count(standing, "frame")}` : `at the lowest ${kind}`;
+    fact.append(textElement("span", label), `: ${facts[i]}; ${within}. The ground is ${ground}.`);
     if (layout) fact.append(" Bones of the layout ", textElement("span", layout), ".");
     element("facts").append(fact);
   }

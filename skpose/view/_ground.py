@@ -1,0 +1,38 @@
+"""The height of the ground below a motion: where its lowest points stand still."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+WINDOW = 0.025  # s before and after a frame over which speed is measured
+SLOW = 0.15  # sizes a second, below which a point stands still; a toe that swings moves at ten times that
+LEVEL = 0.04  # sizes, within which heights are those of one floor; steps of stairs are higher
+LOW = 5.0  # %, the percentile of the heights that counts as the lowest: a toe that dips into the floor does not
+
+
+class Ground(NamedTuple):
+    """The ground, and what it was found from."""
+
+    height: float  # m
+    n_frames: int  # in which the lowest point stands still; zero where there is none, and the ground is at the lowest
+
+
+def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
+    """Return the ground below points (n_frames, n_points, 3), y up, m; NaN is a point that is not seen.
+
+    Times (n_frames,) are in s, and the size of the figure in m. Where the lowest point of a frame is slow, it stands on
+    something. The ground is the median of the heights there that are near the lowest ones: one frame in which a toe dips
+    does not lift the others.
+    """
+    heights = np.where(np.isnan(points[..., 1]), np.inf, points[..., 1])
+    frames, lowest = np.arange(len(points)), heights.argmin(axis=1)
+    heights = heights[frames, lowest]
+    k = max(1, round(WINDOW / float(np.median(np.diff(times))))) if len(times) > 1 else 1
+    before, after = np.maximum(frames - k, 0), np.minimum(frames + k, len(points) - 1)
+    moved = np.linalg.norm(points[after, lowest] - points[before, lowest], axis=1)
+    stands = np.isfinite(heights) & (moved < SLOW * size * (times[after] - times[before]))
+    if not stands.any():
+        return Ground(float(heights.min()), 0)
+    standing = heights[stands]
+    near = standing <= np.percentile(standing, LOW) + LEVEL * size
+    return Ground(float(np.median(standing[near])), int(stands.sum()))
