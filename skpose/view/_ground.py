@@ -21,8 +21,8 @@ def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
     """Return the ground below points (n_frames, n_points, 3), y up, m; NaN is a point that is not seen.
 
     Times (n_frames,) are in s, and the size of the figure in m. Where the lowest point of a frame is slow, it stands on
-    something. The ground is the median of the heights there that are near the lowest ones: one frame in which a toe dips
-    does not lift the others.
+    something. The ground is the median of the heights there that are near the lowest ones, so that one frame in which a
+    toe dips does not lift the others.
     """
     heights = np.where(np.isnan(points[..., 1]), np.inf, points[..., 1])
     frames, lowest = np.arange(len(points)), heights.argmin(axis=1)

@@ -1,4 +1,4 @@
-"""Who waits for compilation is told so, once."""
+"""A call that compiles for long says so, once."""
 
 import logging
 import os

@@ -77,7 +77,8 @@ def test_it_does_not_depend_on_the_frame_rate_nor_on_the_origin():
     points, times = stepping()
     height = find_ground(points, times, SIZE).height
     assert find_ground(points[::2], times[::2], SIZE).height == pytest.approx(height, abs=1e-12)
-    assert find_ground(points + np.array([5.0, 7.0, -3.0]), times, SIZE).height == pytest.approx(height + 7.0, abs=1e-12)
+    moved = points + np.array([5.0, 7.0, -3.0])
+    assert find_ground(moved, times, SIZE).height == pytest.approx(height + 7.0, abs=1e-12)
 
 
 def lowest(motion):

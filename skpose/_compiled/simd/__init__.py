@@ -12,6 +12,8 @@ What calls what::
        |            |           |                           their own; which compiler; compiled functions on disk
      lanes          |        compiler     shared            vectors; numba's passes, fewer; named tuples as one address
        |            |           |          |
+       |            |       announce       |                a message where compilation takes long
+       |            |           |          |
        +------------+- private -+----------+                numba's and llvmlite's private parts
 
 `signatures` has numba's types, spelled out.

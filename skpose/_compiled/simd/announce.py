@@ -1,6 +1,6 @@
-"""A message where somebody waits for compilation, by the logger "skpose": on stderr, where logging is not configured.
+"""A message while a call compiles, by the logger "skpose": on stderr, unless the user configures logging.
 
-It comes once for each room of `skpose._compiled` that names a subject. Worker processes say nothing: they compile what
+It comes once for each room of `skpose._compiled` that names a subject. Worker processes emit none: they compile what
 the process that started them compiles, or would.
 """
 
@@ -20,7 +20,7 @@ logger = logging.getLogger("skpose")
 
 
 class Waiting:
-    """How long compilation keeps somebody waiting. One thread at a time compiles, so there is one of these."""
+    """Seconds of compilation during one call. One thread at a time compiles, so there is one of these."""
 
     def __init__(self) -> None:
         self.module = ""  # of the function that is compiled, with those that it calls
@@ -42,7 +42,7 @@ class Waiting:
             self.ended = time.monotonic()
 
     def check(self) -> None:
-        """Say that something is compiled, and how long that takes, if it keeps somebody waiting."""
+        """Emit the message if compilation takes longer than the patience."""
         if time.monotonic() - self.began < PATIENCE:
             return
         room = sys.modules[self.module.rpartition(".")[0]]

@@ -129,8 +129,9 @@ function describe() {
   for (const [i, { label, error, seen, layout, standing, kind }] of clips.entries()) {
     const fact = document.createElement("li");
     const within = `positions within ${error.toPrecision(2)} mm of the ${seen ? "recording" : "motion"}'s`;
-    const ground = standing ? `where the lowest ${kind} stands still, in ${count(standing, "frame")}` : `at the lowest ${kind}`;
-    fact.append(textElement("span", label), `: ${facts[i]}; ${within}. The ground is ${ground}.`);
+    const still = standing ? `where the lowest ${kind} stands still, in ${count(standing, "frame")}` : "";
+    const ground = `The ground is ${still || `at the lowest ${kind}`}.`;
+    fact.append(textElement("span", label), `: ${facts[i]}; ${within}. ${ground}`);
     if (layout) fact.append(" Bones of the layout ", textElement("span", layout), ".");
     element("facts").append(fact);
   }
