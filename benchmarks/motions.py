@@ -9,9 +9,9 @@ orders of the axes. Ours get joint angles: forward kinematics and the conversion
 sum squared distances, and dtaidistance also plain ones; their answers are checked in the same run, against ours or
 against the recursion on squared distances. Tools that are not installed are left out.
 
-Then what makes all distances cheaper, on ball joints, and what that changes: a window, every second frame, both; and the
-search for the nearest alone. Seconds of the processor, one thread, in turns. Under "position", the control, every pair
-is checked against the bound on the error of every second frame.
+Then what makes all distances cheaper, on ball joints, and what that changes: a window, every second frame, both; and
+the search for the nearest alone. Seconds of the processor, one thread, in turns. Under "position", the control, every
+pair is checked against the bound on the error of every second frame.
 """
 
 import importlib
@@ -183,7 +183,7 @@ def bounds_of_half(motions, skeleton, half):
     total, largest = np.array([d.sum() for d in dropped]), np.array([d.max(initial=0.0) for d in dropped])
     n, ends = np.array([len(X) for X in motions]), np.array([X[(len(X) - 1) // 2 * 2] for X in motions])
     last = pose_distances(ends, skeleton=skeleton, metric="position", n_jobs=1)
-    upper = 2.0 * half + total[:, None] + total + last
+    upper = 2.0 * half + total[:, None] + total
     lower = 2.0 * half - last - (n[:, None] + n - 1) * (largest[:, None] + largest)
     return lower, upper
 
@@ -219,9 +219,8 @@ def cheaper(dataset, repeats):
             change = np.abs(distances[off] / found["all"][off] - 1.0)
             middle, most = np.quantile(change, (0.5, 0.95))
             changes = f"{middle:.1%} / {most:.1%} / {change.max():.1%}"
-            print(
-                f"{metric + ', ' + name:<44}{seconds[name]:>8.2f}{changes:>40}{share(distances, actions, subjects):>10.1f}"
-            )
+            right = share(distances, actions, subjects)
+            print(f"{metric + ', ' + name:<44}{seconds[name]:>8.2f}{changes:>40}{right:>10.1f}")
         right = 100 * (actions[nearest] == actions).mean()
         print(f"{metric + ', the nearest alone':<44}{seconds['the nearest alone']:>8.2f}{'none':>40}{right:>10.1f}")
     whole = found["all"] * n
