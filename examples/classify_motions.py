@@ -16,7 +16,7 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import MotionDistanceTransformer, SpatialMDS, motion_distances
+from skpose import MotionKNeighborsTransformer, SpatialMDS, motion_distances
 from skpose.datasets import load_hdm05, make_gait
 from skpose.plot import DistanceMatrixDisplay, MDSDisplay
 
@@ -36,10 +36,11 @@ print(f"{len(motions)} motions of {min(lengths)} to {max(lengths)} frames")
 
 # %%
 # One person after another is left out. The skeleton on which motions are compared is the mean of the people that are
-# left: `MotionDistanceTransformer` learns it in `fit`.
+# left: `MotionKNeighborsTransformer` learns it in `fit`. It finds the nearest motions, and aligns few of the others.
 for metric in ("angle", "position", "rotation", "spatial"):
     nearest = make_pipeline(
-        MotionDistanceTransformer(metric=metric, n_jobs=-1), KNeighborsClassifier(1, metric="precomputed")
+        MotionKNeighborsTransformer(n_neighbors=1, metric=metric, n_jobs=-1),
+        KNeighborsClassifier(1, metric="precomputed"),
     )
     actions = cross_val_predict(nearest, motions, dataset.actions, groups=dataset.subjects, cv=LeaveOneGroupOut())
     print(f"{metric:<10}{np.mean(actions == dataset.actions):.1%} of the motions recognised")

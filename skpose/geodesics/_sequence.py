@@ -94,6 +94,9 @@ def geodesic_distances(
     the frames before, the one from a to b is not to the last bit that from b to a, and a matrix that has to be
     symmetric is one for `pose_distances`.
 
+    *Sets of poses.* Random poses of many people are too far from one another. In order along a short tour it takes half
+    the time on CMU and 0.9 on HDM05, and up to 4 % of the lengths are longer by 1e-4 or more.
+
     Between the millisecond that a followed path takes and the two to twenty of a search for each distance. Memory: the
     result, copies of the poses, and paths of up to four times n_steps poses for eight columns a thread.
 

@@ -121,7 +121,7 @@ def motion_distances(
     --------
     align_motions : The path of two motions, and the joints in which they differ.
     find_motion : The best places of a motion in long recordings.
-    MotionKNeighborsTransformer : The nearest motions without most of the distances.
+    MotionKNeighborsTransformer : The nearest motions without most of the distances: for nearest-neighbour classifiers.
 
     Notes
     -----
