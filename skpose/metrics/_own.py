@@ -57,7 +57,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
 
     @njit(nogil=True)
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
-        n_dofs, width = poses.shape
+        n_dofs, width = poses.shape[0], poses.size // poses.shape[0]
         n_joints = tree.offset.shape[0] - 1
         placed = empty_aligned(3 * n_joints + 1, width, poses.dtype)
         if n_joints > 0:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit
+from numba import config, njit, types
 
 from skpose._compiled.simd import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 from skpose._compiled.simd.by_address import FunctionByAddress, load_callees
@@ -97,3 +97,13 @@ def by_address(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
         return FunctionByAddress(function, lambda: _without_entries(function, signatures=[signature()]))
 
     return decorate
+
+
+def of_this_process(function: Callable, reduced: tuple) -> Any:
+    """Compile a closure that holds an address, for Python and for compiled code; it is pickled as what makes it."""
+    if config.DISABLE_JIT:
+        return function
+    compiled = njit(nogil=True, fastmath={"contract"}, pipeline_class=external_compiler)(function)
+    compiled.__reduce_ex__ = lambda protocol: reduced
+    compiled.compile((types.Array(types.float64, 1, "A", readonly=True),) * 2)  # takes rows of all kinds
+    return compiled
