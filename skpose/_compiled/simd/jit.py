@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit, types
+from numba import config, njit
 
 from skpose._compiled.simd import lanes_llvm  # noqa: F401  (it defines lanes for numba)
 from skpose._compiled.simd.by_address import FunctionByAddress, load_callees
@@ -100,10 +100,11 @@ def by_address(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
 
 
 def of_this_process(function: Callable, reduced: tuple) -> Any:
-    """Compile a closure that holds an address, for Python and for compiled code; it is pickled as what makes it."""
-    if config.DISABLE_JIT:
-        return function
-    compiled = njit(nogil=True, fastmath={"contract"}, pipeline_class=external_compiler)(function)
-    compiled.__reduce_ex__ = lambda protocol: reduced
-    compiled.compile((types.Array(types.float64, 1, "A", readonly=True),) * 2)  # takes rows of all kinds
+    """Compile a closure that holds an address, by numba's own compiler; it is pickled as what makes it.
+
+    A process that compiles nothing else need not try another compiler, see `fallback`.
+    """
+    compiled = njit(nogil=True)(function)
+    if hasattr(compiled, "py_func"):
+        compiled.__reduce_ex__ = lambda protocol: reduced
     return compiled
