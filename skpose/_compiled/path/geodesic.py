@@ -269,8 +269,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
             else:
                 _dofs_in(tree, code[:, w], start)
                 _dofs_in(tree, x, end)
-            for i in range(tree.angle_dof.shape[0]):
-                d = tree.angle_dof[i]
+            for d in tree.angle_dof:
                 gap = end[d] - start[d]
                 end[d] = start[d] + (gap - turns_off(gap, steps) * TWO_PI)
             path, shorter = shorter_line(tree, free, start, end, steps.n_steps)

@@ -10,7 +10,6 @@ from numba import types
 from numba.extending import lower_builtin, models, register_model
 
 from skpose._compiled.simd import lanes
-from skpose._compiled.simd.fields_llvm import FieldType, data_of
 from skpose._compiled.simd.private import (
     AbstractTemplate,
     get_or_insert_function,
@@ -124,8 +123,6 @@ _define_operator(operator.truediv, "fdiv")
 
 def _address(context, builder, array_type, array):
     """Return the address of the first number of an array."""
-    if isinstance(array_type, FieldType):
-        return builder.ptrtoint(data_of(context, builder, array_type, array), intp_t)
     return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, intp_t)
 
 

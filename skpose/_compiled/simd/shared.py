@@ -16,7 +16,6 @@ from numba.extending import (
     box,
     infer_getattr,
     intrinsic,
-    lower_builtin,
     lower_getattr_generic,
     models,
     overload,
@@ -25,9 +24,7 @@ from numba.extending import (
     unbox,
 )
 
-from skpose._compiled.simd.fields_llvm import FieldType, field_at, load_array
 from skpose._compiled.simd.private import (
-    AbstractTemplate,
     AttributeTemplate,
     alloca_once,
     alloca_once_value,
@@ -37,7 +34,7 @@ from skpose._compiled.simd.private import (
     get_or_insert_function,
     global_constant,
     if_unlikely,
-    infer_global,
+    impl_ret_borrowed,
     int8_t,
     int32_t,
     intp_t,
@@ -45,7 +42,6 @@ from skpose._compiled.simd.private import (
     is_not_null,
     is_null,
     memset,
-    signature,
     true_bit,
     voidptr_t,
 )
@@ -67,8 +63,7 @@ class _Attributes(AttributeTemplate):
     key = SharedType
 
     def generic_resolve(self, shared: Any, attribute: str) -> Any:
-        array = shared.field_dict.get(attribute)
-        return None if array is None else FieldType(array)
+        return shared.field_dict.get(attribute)
 
 
 def _layout_of(context: Any, shared_type: Any) -> Any:
@@ -86,19 +81,20 @@ def _address_of(context: Any, builder: Any, shared_type: Any, fields: Any, *indi
 def _get(context: Any, builder: Any, shared_type: Any, value: Any, attribute: str) -> Any:
     meminfo = create_struct_proxy(shared_type)(context, builder, value=value).meminfo
     fields = context.nrt.meminfo_data(builder, meminfo)
-    address = _address_of(context, builder, shared_type, fields, list(shared_type.field_dict).index(attribute))
-    return field_at(context, builder, FieldType(shared_type.field_dict[attribute]), meminfo, address)
+    i, kind = list(shared_type.field_dict).index(attribute), shared_type.field_dict[attribute]
+    layout = context.get_value_type(kind)
+    loaded = ir.Constant(layout, ir.Undefined)
+    for k, part_type in enumerate(layout.elements):  # one by one: LLVM keeps numbers in registers, and not structures
+        part = builder.load(_address_of(context, builder, shared_type, fields, i, k), typ=part_type)
+        part.set_metadata("invariant.load", builder.module.add_metadata([]))
+        loaded = builder.insert_value(loaded, part, k)
+    return impl_ret_borrowed(context, builder, kind, loaded)
 
 
 @box(SharedType)
 def _box(shared_type: Any, value: Any, c: Any) -> Any:
     """In Python it is the named tuple."""
-    fields = []
-    for name, array in shared_type.field_dict.items():
-        field, kind = _get(c.context, c.builder, shared_type, value, name), FieldType(array)
-        fields.append(load_array(c.context, c.builder, kind, field))
-        c.context.nrt.incref(c.builder, array, fields[-1])
-        c.context.nrt.decref(c.builder, kind, field)
+    fields = [_get(c.context, c.builder, shared_type, value, name) for name in shared_type.field_dict]
     c.context.nrt.decref(c.builder, shared_type, value)
     return c.box(shared_type.plain, c.context.make_tuple(c.builder, shared_type.plain, fields))
 
@@ -150,14 +146,10 @@ def _hide(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
     return made._getvalue()
 
 
-def _untyped(builder: Any, pointer: Any) -> Any:
-    """Return a pointer to anything, where numba's is one to bytes."""
-    return builder.inttoptr(builder.ptrtoint(pointer, intp_t), ir.PointerType())
-
-
 def _fill(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
     """Return a new structure with the fields of a named tuple."""
-    fields = _untyped(builder, context.nrt.meminfo_data(builder, meminfo))
+    data = context.nrt.meminfo_data(builder, meminfo)
+    fields = builder.inttoptr(builder.ptrtoint(data, intp_t), ir.PointerType())  # a pointer to what is stored there
     for i, kind in enumerate(shared_type.plain.types):
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
@@ -226,34 +218,3 @@ def shared(plain):
 @overload(shared)
 def _overload_shared(plain):
     return lambda plain: _share(plain)
-
-
-def replace(shared, name, array):
-    """Return a shared structure with another array of this name, a literal."""
-    return shared._replace(**{name: array})
-
-
-@infer_global(replace)
-class _Replacing(AbstractTemplate):
-    prefer_literal = True
-
-    def generic(self, args: tuple, kws: dict) -> Any:
-        shared_type, name, _ = args
-        return signature(shared_type, shared_type, name, shared_type.field_dict[name.literal_value])
-
-
-@lower_builtin(replace, SharedType, types.Any, types.Array)
-def _replace(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    shared_type, name, _ = sig.args
-    allocation = _allocation(context, builder, shared_type)
-    meminfo = context.nrt.meminfo_alloc_dtor(builder, *allocation)
-    fields = context.nrt.meminfo_data(builder, meminfo)
-    given = create_struct_proxy(shared_type)(context, builder, value=args[0]).meminfo
-    kind = ir.FunctionType(ir.VoidType(), [voidptr_t, voidptr_t, intp_t, ir.IntType(1)])
-    copy = get_or_insert_function(builder.module, kind, "llvm.memcpy.p0.p0.i64")
-    builder.call(copy, [fields, context.nrt.meminfo_data(builder, given), allocation[0], false_bit])
-    i = list(shared_type.field_dict).index(name.literal_value)
-    builder.store(args[2], _address_of(context, builder, shared_type, _untyped(builder, fields), i))
-    with _each_field(context, builder, shared_type, fields) as (_, field):
-        context.nrt.incref(builder, types.MemInfoPointer(types.voidptr), builder.load(field, typ=voidptr_t))
-    return _hide(context, builder, shared_type, meminfo)
