@@ -20,7 +20,6 @@ from numba.core.typing.context import BaseContext
 from numba.extending import models, register_model
 
 from skpose._compiled.simd.private import Signature
-from skpose._compiled.simd.ranges_llvm import SHORT_RANGE
 
 
 def _overrides(base: type) -> Callable[[type], type]:
@@ -122,8 +121,6 @@ class _Remembering:
         return getattr(self._context, name)
 
     def resolve_value_type(self, value: Any) -> Any:
-        if value is range:
-            return SHORT_RANGE
         found = self._context.resolve_value_type(value)
         if type(found) is not types.Function or not isinstance(found.typing_key, BuiltinFunctionType):
             return found
@@ -143,8 +140,6 @@ class _Typing(_Remembering):
     resolve_setitem = BaseContext.resolve_setitem
 
     def resolve_function_type(self, function: Any, args: tuple, kws: dict) -> Signature | None:
-        if function is SHORT_RANGE:
-            return self._context.resolve_function_type(function, args, kws)
         of_numbers = all(isinstance(kind, types.Number) for kind in args)
         if isinstance(function, types.Dispatcher) or of_numbers:
             args = tuple(types.unliteral(kind) for kind in args)
