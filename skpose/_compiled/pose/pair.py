@@ -66,7 +66,9 @@ def pair_distance(poses, address):
     scratch, code = empty_pairs(workspace_rows(tree), np.float64), empty_pairs(n_codes, np.float64)
     first = empty_aligned(1, n_codes, np.float64)[0]
     limit, n_ruled_out = empty_aligned(1, 1, np.float64)[0], empty_aligned(1, 1, np.int64)[0]
-    results = Results(empty_pairs(1, np.float64), empty_pairs(1, np.bool_), empty_pairs(1, np.float64), limit, n_ruled_out)
+    results = Results(
+        empty_pairs(1, np.float64), empty_pairs(1, np.bool_), empty_pairs(1, np.float64), limit, n_ruled_out
+    )
     limit[0], n_ruled_out[0] = np.inf, 0
     for w in range(PAIR):
         results.skip[0, 0, w], results.gap[0, 0, w] = w == 0, 0.0
