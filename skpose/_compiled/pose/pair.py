@@ -16,7 +16,7 @@ from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, array_type, tu
 
 
 class PairMetric(NamedTuple):
-    """What the distance of two poses takes."""
+    """A metric on a skeleton, as the distance of two poses needs it."""
 
     encode: Any
     measure: Any

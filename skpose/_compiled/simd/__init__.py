@@ -10,8 +10,8 @@ What calls what::
        |            |           |          |
     lanes_llvm  by_address   fallback    cache              what numba writes for lanes; functions with an address of
        |            |           |                           their own; which compiler; compiled functions on disk
-     lanes          |        compiler     shared            vectors; numba's passes, fewer; named tuples as one address
-       |            |           |          |
+     lanes          |        compiler  shared, kept         vectors; numba's passes, fewer; named tuples as one address,
+       |            |           |          |                and tuples that stay in memory
        +------------+- private -+----------+                numba's and llvmlite's private parts
 
 `signatures` has numba's types, spelled out.

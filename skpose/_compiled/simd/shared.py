@@ -150,14 +150,14 @@ def _hide(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
     return made._getvalue()
 
 
-def _untyped(builder: Any, pointer: Any) -> Any:
+def _without_type(builder: Any, pointer: Any) -> Any:
     """Return a pointer to anything, where numba's is one to bytes."""
     return builder.inttoptr(builder.ptrtoint(pointer, intp_t), ir.PointerType())
 
 
 def _fill(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
     """Return a new structure with the fields of a named tuple."""
-    fields = _untyped(builder, context.nrt.meminfo_data(builder, meminfo))
+    fields = _without_type(builder, context.nrt.meminfo_data(builder, meminfo))
     for i, kind in enumerate(shared_type.plain.types):
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
@@ -253,7 +253,7 @@ def _replace(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     copy = get_or_insert_function(builder.module, kind, "llvm.memcpy.p0.p0.i64")
     builder.call(copy, [fields, context.nrt.meminfo_data(builder, given), allocation[0], false_bit])
     i = list(shared_type.field_dict).index(name.literal_value)
-    builder.store(args[2], _address_of(context, builder, shared_type, _untyped(builder, fields), i))
+    builder.store(args[2], _address_of(context, builder, shared_type, _without_type(builder, fields), i))
     with _each_field(context, builder, shared_type, fields) as (_, field):
         context.nrt.incref(builder, types.MemInfoPointer(types.voidptr), builder.load(field, typ=voidptr_t))
     return _hide(context, builder, shared_type, meminfo)
