@@ -20,6 +20,7 @@ PREPARE = """
 import json, time
 import numpy as np
 import skpose
+from sklearn.neighbors import KNeighborsClassifier
 from skpose.datasets import make_gait
 motion = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=24, random_state=0)[0]
 X, skeleton = np.asarray(motion.angles), motion.skeleton
@@ -31,6 +32,10 @@ def timed(call):
 CALLS = {
     "pose_distances": "skpose.pose_distances(X, skeleton=skeleton)[0, 9]",
     "pose_metric": "skpose.pose_metric(skeleton)(X[0], X[9])",
+    "KNeighborsClassifier, pose_metric": (
+        "KNeighborsClassifier(1, metric=skpose.pose_metric(skeleton), algorithm='brute')"
+        ".fit(X, np.arange(len(X)) % 2).predict(X[:3]).sum()"
+    ),
     "PoseKNeighborsTransformer": "skpose.PoseKNeighborsTransformer(skeleton=skeleton).fit_transform(X).sum()",
     "geodesic": "skpose.geodesic(X[0], X[9], skeleton).length",
     'pose_distances, "geodesic"': 'skpose.pose_distances(X[:10], skeleton=skeleton, metric="geodesic")[0, 9]',
@@ -40,6 +45,7 @@ CALLS = {
     "inverse_kinematics": (
         "np.abs(skpose.inverse_kinematics(skpose.forward_kinematics(X[:2], skeleton), skeleton).poses).sum()"
     ),
+    "mean_motion": "np.abs(skpose.motions.mean_motion([X[:12], X[12:]], skeleton=skeleton).poses).sum()",
 }
 QUICK = "pose_distances"
 AGREE = 1e-6  # relative difference of the results of two checkouts
@@ -69,13 +75,13 @@ def main():
     options = arguments.parse_args()
     common.print_machine()
     checkouts = [Path(__file__).resolve().parent.parent] + ([options.against] if options.against else [])
-    header = f"{'seconds of the processor':<28} {'first':>7} {'cached':>7} {'second':>8}"
+    header = f"{'seconds of the processor':<34} {'first':>7} {'cached':>7} {'second':>8}"
     print(header + "   first and cached there" * len(checkouts[1:]))
     for name, call in CALLS.items():
         if options.quick and name != QUICK:
             continue
         (first, cached, second, value), *others = [measure(call, checkout) for checkout in checkouts]
-        line = f"{name:<28} {first:7.1f} {cached:7.2f} {second:8.4f}"
+        line = f"{name:<34} {first:7.1f} {cached:7.2f} {second:8.4f}"
         for there in others:
             assert abs(value - there[-1]) <= AGREE * abs(value), f"{name}: {value} here and {there[-1]} there"
             line += f"   {there[0]:5.1f} {there[1]:5.2f}: {there[0] / first:.1f} × less"

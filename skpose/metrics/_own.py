@@ -11,7 +11,7 @@ from numba import njit
 from skpose._compiled.pose.encode import encode_positions
 from skpose._compiled.pose.loops import encode_poses
 from skpose._compiled.pose.tree import Tree
-from skpose._compiled.simd.lanes import empty_aligned
+from skpose._compiled.simd.lanes import empty_rows, flat
 
 
 def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None]) -> Any:
@@ -57,24 +57,25 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
 
     @njit(nogil=True)
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
-        n_dofs, width = poses.shape
-        n_joints = tree.offset.shape[0] - 1
-        placed = empty_aligned(3 * n_joints + 1, width, poses.dtype)
+        n_dofs, width = poses.shape[0], codes.size // codes.shape[0]
+        n_joints, columns, put = tree.offset.shape[0] - 1, flat(poses), flat(codes)
+        placed = empty_rows(poses, 3 * n_joints + 1)
         if n_joints > 0:
             encode_positions(poses, tree, steps, scratch, placed)
+        places = flat(placed)
         pose, positions, code = np.empty(n_dofs), np.empty((n_joints, 3)), np.empty(codes.shape[0])
         for w in range(width):
             for d in range(n_dofs):
-                pose[d] = poses[d, w]
+                pose[d] = columns[d * width + w]
             for j in range(n_joints):
                 for i in range(3):
-                    positions[j, i] = placed[3 * j + i, w]
+                    positions[j, i] = places[(3 * j + i) * width + w]
             code[:] = np.nan
             one(pose, positions, code)
             for k in range(codes.shape[0]):
                 if not np.isfinite(code[k]):
                     raise ValueError(unwritten)
-                codes[k, w] = code[k]
+                put[k * width + w] = code[k]
 
     encode.plain = plain  # type: ignore[attr-defined]  # for `check_functions`
     return encode
@@ -116,16 +117,16 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
 
     @njit(nogil=True)
     def measure(x: Any, Y: Any, first: Any, last: Any, tree: Any, steps: Any, scratch: Any, results: Any) -> None:
-        n, width = x.shape[0], Y.shape[1]
-        code = np.empty(n, x.dtype)
+        n, width = x.shape[0], Y.size // Y.shape[0]
+        code, codes, distances = np.empty(n, x.dtype), flat(Y), flat(results.distances)
         for k in range(first, last):
             for w in range(width):
                 for i in range(n):
-                    code[i] = Y[k * n + i, w]
+                    code[i] = codes[(k * n + i) * width + w]
                 distance = one(x, code)
                 if not 0.0 <= distance < np.inf:
                     raise ValueError(no_distance)
-                results.distances[k - first, w] = distance
+                distances[(k - first) * width + w] = distance
 
     measure.plain = plain  # type: ignore[attr-defined]
     return measure

@@ -7,6 +7,7 @@ import pytest
 from conftest import SKELETONS, metric_of, with_either_wrap
 from joblib import Parallel, delayed
 from numba import config, njit
+from numba.core.errors import NumbaWarning
 from numba.core.registry import CPUDispatcher
 from sklearn.base import clone
 from sklearn.metrics import pairwise_distances
@@ -60,6 +61,29 @@ def test_is_a_dispatcher_that_compiled_code_can_call(X):
 
     D = pose_distances(X, skeleton=HUMANOID)
     np.testing.assert_allclose(total(X), D[0, 1] + D[1, 2], rtol=1e-12)
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+def test_what_calls_it_is_not_cached_on_disk():
+    """It holds an address of this process, which would be anything in another one."""
+    f = pose_metric(HUMANOID, metric="position")
+
+    @njit(cache=True)
+    def distance(x, y):
+        return f(x, y)
+
+    with pytest.warns(NumbaWarning, match="it uses dynamic globals"):
+        distance(np.zeros(HUMANOID.n_dofs), np.ones(HUMANOID.n_dofs))
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+def test_another_skeleton_takes_the_same_compiled_function(X):
+    """The functions of two skeletons hold no array, only an address each."""
+    for skeleton in (HUMANOID, Skeleton.chain(5)):
+        f = pose_metric(skeleton, metric="position")
+        f(X[0, : skeleton.n_dofs], X[1, : skeleton.n_dofs])
+        (code,) = f.inspect_llvm().values()
+        assert code.count("constant [") < 20  # there were some thirty arrays more
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 What calls what, from the loops over poses at the top to one frame at the bottom::
 
-    nearest, loops                                          searches; the loops over poses and over pairs
+    nearest, loops, pair                                    searches; the loops over poses and over pairs; one pair
           |
      +----+----+
      |         |

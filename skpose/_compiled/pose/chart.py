@@ -20,9 +20,9 @@ from skpose._compiled.pose.rotation import (
     vector_of,
 )
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.pose.tree import TWO_PI, Tree
+from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.jit import by_address, internal, jit
-from skpose._compiled.simd.shared import shared
+from skpose._compiled.simd.shared import replace
 from skpose._compiled.simd.signatures import FLAG
 
 GIMBAL = 1e-14  # cosine of the second Euler angle below which the first one is free; larger, rotations would change
@@ -37,41 +37,7 @@ def free_tree(tree, frees_angles):
     for f in range(ball.shape[0]):
         if frees_angles and tree.end_dof[f] - tree.first_dof[f] == 3:
             ball[f] = max(ball[f], 0)
-    return shared(
-        Tree(
-            tree.frame_parent,
-            tree.first_dof,
-            tree.end_dof,
-            tree.end_angle,
-            ball,
-            reference,
-            tree.ball_axes,
-            tree.single_axis,
-            tree.fixed_rotation,
-            tree.weight,
-            tree.pivot,
-            tree.batch_kind,
-            tree.first_frame,
-            tree.column,
-            tree.sign,
-            tree.shift,
-            tree.angle_dof,
-            tree.slide,
-            tree.slide_dof,
-            tree.slide_axis,
-            tree.joint_slide,
-            tree.ball_frame,
-            tree.first_joint,
-            tree.first_leaf,
-            tree.joint_parent,
-            tree.joint_frame,
-            tree.offset,
-            tree.scale,
-            tree.code_joint,
-            tree.first_dof_range,
-            tree.dof_ranges,
-        )
-    )
+    return replace(replace(tree, "ball", ball), "reference", reference)
 
 
 @internal

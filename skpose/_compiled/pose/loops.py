@@ -9,7 +9,7 @@ from numba import from_dtype, types
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.results import Results, results_of
 from skpose._compiled.pose.signatures import shared_types
-from skpose._compiled.simd.jit import by_address, jit
+from skpose._compiled.simd.jit import jit
 from skpose._compiled.simd.lanes import any_greater, empty_aligned, lanes, rows
 from skpose._compiled.simd.signatures import array_type, tuple_type
 
@@ -90,34 +90,6 @@ def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
                             n_unconverged += 1
                             worst = max(worst, results.gap[k, w])
     return n_unconverged, worst
-
-
-def _pair_distance_signature():
-    float64 = np.dtype(np.float64)
-    tree, steps = shared_types(float64)
-    pose = array_type(types.float64, 1, readonly=True)
-    return types.float64(pose, pose, types.intp, encode_type(), measure_type(float64), tree, steps)
-
-
-@by_address(_pair_distance_signature)
-def pair_distance(x, y, n_codes, encode, measure, tree, steps):
-    """Compute the distance of two poses by the functions of matrices: x is in the first lane, y in all others."""
-    n_dofs = x.shape[0]
-    scratch, pose = (
-        empty_aligned(workspace_rows(tree), FLOAT64_LANES, x.dtype),
-        empty_aligned(n_dofs, FLOAT64_LANES, x.dtype),
-    )
-    code, first = empty_aligned(n_codes, FLOAT64_LANES, x.dtype), empty_aligned(1, n_codes, x.dtype)[0]
-    results = results_of(1, FLOAT64_LANES, x.dtype)
-    for w in range(FLOAT64_LANES):
-        results.skip[0, w] = w != 1
-        for d in range(n_dofs):
-            pose[d, w] = x[d] if w == 0 else y[d]
-    encode(pose, tree, steps, scratch, code)
-    for k in range(n_codes):
-        first[k] = code[k, 0]
-    measure(first, code, 0, 1, tree, steps, scratch, results)
-    return results.distances[0, 1]
 
 
 def results_type(dtype):

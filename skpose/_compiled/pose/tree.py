@@ -2,9 +2,8 @@
 
 import functools
 import math
-from collections import namedtuple
 from collections.abc import Callable
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,10 +62,6 @@ class Tree(NamedTuple):
     def n_joints(self) -> int:
         """The number of joints that count, without the root; for Python."""
         return len(self.offset) - 1
-
-
-# The fields of a Tree as a constant of a compiled function, which what compiled functions share cannot be.
-Constants = cast(Any, namedtuple)("Constants", Tree._fields)
 
 
 class Plan(NamedTuple):

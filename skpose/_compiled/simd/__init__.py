@@ -10,8 +10,8 @@ What calls what::
        |            |           |          |
     lanes_llvm  by_address   fallback    cache              what numba writes for lanes; functions with an address of
        |            |           |                           their own; which compiler; compiled functions on disk
-     lanes          |        compiler     shared            vectors; numba's passes, fewer; named tuples as one address
-       |            |           |          |
+     lanes          |        compiler  shared, kept         vectors; numba's passes, fewer; named tuples as one address,
+       |            |           |          |                and tuples that stay in memory
        |            |       announce       |                a message where compilation takes long
        |            |           |          |
        +------------+- private -+----------+                numba's and llvmlite's private parts

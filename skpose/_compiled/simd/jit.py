@@ -82,3 +82,14 @@ def by_address(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
         return FunctionByAddress(function, lambda: _without_entries(function, signatures=[signature()]))
 
     return decorate
+
+
+def of_this_process(function: Callable, reduced: tuple) -> Any:
+    """Compile a closure that holds an address, by numba's own compiler; it is pickled as what makes it.
+
+    A process that compiles nothing else need not try another compiler, see `fallback`.
+    """
+    compiled = njit(nogil=True)(function)
+    if hasattr(compiled, "py_func"):
+        compiled.__reduce_ex__ = lambda protocol: reduced
+    return compiled

@@ -3,8 +3,9 @@
 LLVM vectorises a loop over lanes only where it can prove that no store touches a later load, which it cannot do for
 parts of one scratch array. Here the lanes are a value instead. ``rows(A, first)`` is where the rows of an array begin:
 of a two-dimensional array, `rows(A, 0)[i]` is row i as one LLVM vector; ``+ - * /`` and the functions below work on all
-its lanes, and ``rows(A, 0)[i] = v`` puts it back. Of a one-dimensional array the same reads and writes one number. So a
-kernel written with `rows` compiles to either: many poses at once, or one.
+its lanes, and ``rows(A, 0)[i] = v`` puts it back. Of a one-dimensional array the same reads and writes one number, and
+of one of shape (n, 1, 2) a register of two lanes. So a kernel written with `rows` compiles to each: many poses at once,
+one, or two.
 
 The functions here are plain Python, which runs with ``NUMBA_DISABLE_JIT=1``; `lanes_llvm` holds what
 they compile to. Compiled rows check no bounds and count no references: the array must outlive them, as a function's
@@ -15,6 +16,7 @@ import numpy as np
 
 VECTOR_BYTES = 64  # one register of the widest common kind, two of the next
 CACHE_LINE = 64  # bytes
+PAIR = 2  # lanes of a row of an array (n, 1, 2)
 
 
 def lanes(dtype) -> int:
@@ -27,6 +29,16 @@ def empty_aligned(n_rows, width, dtype):
     raw = np.empty(n_rows * width + CACHE_LINE, dtype)
     skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
     return raw[skip : skip + n_rows * width].reshape((n_rows, width))
+
+
+def empty_pairs(n_rows, dtype):
+    """Return an empty array (n_rows, 1, 2), whose rows are registers of two lanes."""
+    return np.empty((n_rows, 1, PAIR), dtype)
+
+
+def empty_rows(array, n_rows):
+    """Return an empty array with so many rows of the lanes and numbers that another one has."""
+    return np.empty((n_rows, *array.shape[1:]), array.dtype)
 
 
 class Rows:

@@ -25,11 +25,11 @@ from skpose._compiled.simd.private import (
 
 
 class LanesType(types.Type):
-    """Numbers of one float type that fill VECTOR_BYTES."""
+    """Numbers of one float type that fill VECTOR_BYTES, or two of them."""
 
-    def __init__(self, dtype):
+    def __init__(self, dtype, width=None):
         self.dtype = dtype
-        self.width = lanes.VECTOR_BYTES * 8 // dtype.bitwidth
+        self.width = lanes.VECTOR_BYTES * 8 // dtype.bitwidth if width is None else width
         super().__init__(name=f"Lanes({dtype}, {self.width})")
 
 
@@ -139,7 +139,7 @@ def _alignment(row):
 
 
 def _rows_of(array, first):
-    return RowsType(LanesType(array.dtype) if array.ndim == 2 else array.dtype)
+    return RowsType({1: array.dtype, 2: LanesType(array.dtype), 3: LanesType(array.dtype, lanes.PAIR)}[array.ndim])
 
 
 @_defines(lanes.rows, _rows_of)
@@ -195,15 +195,34 @@ def _matrix_of(n_rows, width, dtype):
 @_defines(lanes.empty_aligned, _matrix_of)
 def _empty_aligned(context, builder, sig, args):
     n_rows, width = (context.cast(builder, args[i], sig.args[i], types.intp) for i in (0, 1))
-    number = context.get_data_type(sig.return_type.dtype)
-    itemsize = intp_t(context.get_abi_sizeof(number))
-    row_bytes = builder.mul(width, itemsize)
-    memory = context.nrt.meminfo_alloc_aligned(builder, builder.mul(n_rows, row_bytes), lanes.CACHE_LINE)
-    array = context.make_array(sig.return_type)(context, builder)
-    pointer = context.get_value_type(types.CPointer(sig.return_type.dtype))
+    return _allocate(context, builder, sig.return_type, (n_rows, width))
+
+
+@_defines(lanes.empty_pairs, lambda n_rows, dtype: types.Array(parse_dtype(dtype), 3, "C"))
+def _empty_pairs(context, builder, sig, args):
+    n_rows = context.cast(builder, args[0], sig.args[0], types.intp)
+    return _allocate(context, builder, sig.return_type, (n_rows, intp_t(1), intp_t(lanes.PAIR)))
+
+
+@_defines(lanes.empty_rows, lambda array, n_rows: types.Array(array.dtype, array.ndim, "C"))
+def _empty_rows(context, builder, sig, args):
+    shape = context.make_array(sig.args[0])(context, builder, args[0]).shape
+    row = [builder.extract_value(shape, axis) for axis in range(1, sig.args[0].ndim)]
+    return _allocate(context, builder, sig.return_type, (context.cast(builder, args[1], sig.args[1], types.intp), *row))
+
+
+def _allocate(context, builder, array_type, shape):
+    """Return an empty array at the start of a cache line."""
+    number = context.get_data_type(array_type.dtype)
+    strides = [intp_t(context.get_abi_sizeof(number))]
+    for length in reversed(shape):
+        strides.insert(0, builder.mul(length, strides[0]))
+    memory = context.nrt.meminfo_alloc_aligned(builder, strides[0], lanes.CACHE_LINE)
+    array = context.make_array(array_type)(context, builder)
+    pointer = context.get_value_type(types.CPointer(array_type.dtype))
     data = builder.bitcast(context.nrt.meminfo_data(builder, memory), pointer)
-    populate_array(array, data, (n_rows, width), (row_bytes, itemsize), itemsize, memory)
-    return impl_ret_new_ref(context, builder, sig.return_type, array._getvalue())
+    populate_array(array, data, shape, strides[1:], strides[-1], memory)
+    return impl_ret_new_ref(context, builder, array_type, array._getvalue())
 
 
 # --- functions ------------------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from numba.extending import (
     box,
     infer_getattr,
     intrinsic,
+    lower_builtin,
     lower_getattr_generic,
     models,
     overload,
@@ -25,6 +26,7 @@ from numba.extending import (
 )
 
 from skpose._compiled.simd.private import (
+    AbstractTemplate,
     AttributeTemplate,
     alloca_once,
     alloca_once_value,
@@ -35,6 +37,7 @@ from skpose._compiled.simd.private import (
     global_constant,
     if_unlikely,
     impl_ret_borrowed,
+    infer_global,
     int8_t,
     int32_t,
     intp_t,
@@ -42,6 +45,7 @@ from skpose._compiled.simd.private import (
     is_not_null,
     is_null,
     memset,
+    signature,
     true_bit,
     voidptr_t,
 )
@@ -146,10 +150,14 @@ def _hide(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
     return made._getvalue()
 
 
+def _without_type(builder: Any, pointer: Any) -> Any:
+    """Return a pointer to anything, where numba's is one to bytes."""
+    return builder.inttoptr(builder.ptrtoint(pointer, intp_t), ir.PointerType())
+
+
 def _fill(context: Any, builder: Any, shared_type: Any, meminfo: Any, values: Any) -> Any:
     """Return a new structure with the fields of a named tuple."""
-    data = context.nrt.meminfo_data(builder, meminfo)
-    fields = builder.inttoptr(builder.ptrtoint(data, intp_t), ir.PointerType())  # a pointer to what is stored there
+    fields = _without_type(builder, context.nrt.meminfo_data(builder, meminfo))
     for i, kind in enumerate(shared_type.plain.types):
         value = builder.extract_value(values, i)
         context.nrt.incref(builder, kind, value)
@@ -218,3 +226,34 @@ def shared(plain):
 @overload(shared)
 def _overload_shared(plain):
     return lambda plain: _share(plain)
+
+
+def replace(shared, name, array):
+    """Return a shared structure with another array of this name, a literal."""
+    return shared._replace(**{name: array})
+
+
+@infer_global(replace)
+class _Replacing(AbstractTemplate):
+    prefer_literal = True
+
+    def generic(self, args: tuple, kws: dict) -> Any:
+        shared_type, name, _ = args
+        return signature(shared_type, shared_type, name, shared_type.field_dict[name.literal_value])
+
+
+@lower_builtin(replace, SharedType, types.Any, types.Array)
+def _replace(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    shared_type, name, _ = sig.args
+    allocation = _allocation(context, builder, shared_type)
+    meminfo = context.nrt.meminfo_alloc_dtor(builder, *allocation)
+    fields = context.nrt.meminfo_data(builder, meminfo)
+    given = create_struct_proxy(shared_type)(context, builder, value=args[0]).meminfo
+    kind = ir.FunctionType(ir.VoidType(), [voidptr_t, voidptr_t, intp_t, ir.IntType(1)])
+    copy = get_or_insert_function(builder.module, kind, "llvm.memcpy.p0.p0.i64")
+    builder.call(copy, [fields, context.nrt.meminfo_data(builder, given), allocation[0], false_bit])
+    i = list(shared_type.field_dict).index(name.literal_value)
+    builder.store(args[2], _address_of(context, builder, shared_type, _without_type(builder, fields), i))
+    with _each_field(context, builder, shared_type, fields) as (_, field):
+        context.nrt.incref(builder, types.MemInfoPointer(types.voidptr), builder.load(field, typ=voidptr_t))
+    return _hide(context, builder, shared_type, meminfo)
