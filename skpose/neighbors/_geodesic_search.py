@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from skpose._compiled.pose.nearest import Candidates
+from skpose._compiled.pose.candidates import Candidates
 from skpose._typing import ArrayLike
 from skpose.metrics import Metric
 from skpose.neighbors._index import PoseIndex
@@ -84,5 +84,5 @@ class GeodesicSearch:
             some, their_bounds = (
                 np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)
             )
-            candidates = Candidates(some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
+            candidates = Candidates(some, some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
             self.geodesics.refine(codes, candidates, best, at_once=1)

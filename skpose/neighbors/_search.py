@@ -14,13 +14,13 @@ without it all groups are measured. So no search costs much more than brute forc
 bound for each query and group.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import cast
 
 import numpy as np
 
+from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates_loop
 from skpose._compiled.pose.loops import FLOAT64_LANES
-from skpose._compiled.pose.nearest import Batch, Candidates, nearest_of_candidates_loop
 from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._typing import ArrayLike
 from skpose.metrics import Metric
@@ -33,6 +33,8 @@ from skpose.neighbors._results import Evaluations, Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
+MORE_CANDIDATES = 2048  # at most, for a query that needs more; if that is not enough, it measures groups
+MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
 
@@ -64,17 +66,18 @@ class Search:
 
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
-        queries, n_first = self._queries(poses, excluded), FIRST_CANDIDATES + 3 * k // 2
-        best, rest, bounds = NearestSoFar(np.full(len(queries), np.inf), k), np.arange(len(queries)), None
+        queries, best = self._queries(poses, excluded), NearestSoFar(np.full(len(poses), np.inf), k)
+        n_first, rest, is_filtered = FIRST_CANDIDATES + 3 * k // 2, np.arange(len(poses)), False
         if self._filter_is_worth_it_for_nearest(queries, n_first, k):
-            bounds = self._bounds(queries)
-            rest = self._measure_first(queries, bounds, n_first, best)
-            bounds = bounds[rest]
-        if len(rest):
-            queries_left, best_of_rest = queries.take(rest), NearestSoFar(best.current_limits[rest], k)
+            n_more = max(2 * n_first, min(MORE_CANDIDATES, len(self.index.poses) // 16))
+            rest, is_filtered = self._measure_candidates(queries, (n_first, n_more), best), True
+        at_once = max(1, MAX_BOUNDS // len(self.index.groups)) if is_filtered else QUERIES
+        for some in (rest[start : start + at_once] for start in range(0, len(rest), at_once)):
+            queries_left, best_of_rest = queries.take(some), NearestSoFar(best.current_limits[some], k)
+            bounds = self._bounds(queries_left) if is_filtered else None
             for numbers in self._numbers(queries_left, bounds, best_of_rest.current_limits):
                 self._measure_groups(queries_left, bounds, numbers, best_of_rest)
-            best.put(rest, best_of_rest)
+            best.put(some, best_of_rest)
         return Neighbors(*best.sorted_entries())
 
     def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
@@ -95,7 +98,7 @@ class Search:
         index, loop = self.index, nearest_of_candidates_loop(self.index.poses.dtype)
         tail = self.metric.encode, self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
-            lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once), *tail),
+            lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once, False), *tail),
             len(codes),
             self._cost.work_of_pairs(candidates.counts.sum()),
             self.n_jobs,
@@ -122,12 +125,27 @@ class Search:
         """Return of some groups whether their bounds are within the limit of each query."""
         return bounds <= self._chords.limits(cast(FilterPoints, queries.points), limits)[:, np.newaxis]
 
-    def _measure_first(self, queries: Queries, bounds: np.ndarray, n_first: int, best: NearestSoFar) -> np.ndarray:
-        """Measure the poses with the least bounds in the whole index; return the queries that may need more."""
-        points, indices = cast(FilterPoints, queries.points), self.index.groups.ravel()
-        candidates = self._chords.least(points, bounds, indices, queries.excluded, n_first, self.n_jobs)
-        self.refine(queries.codes, candidates, best)
-        return np.flatnonzero(candidates.bounds[:, -1] <= best.current_limits)
+    def _measure_candidates(self, queries: Queries, numbers: Iterable[int], best: NearestSoFar) -> np.ndarray:
+        """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
+        rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
+        last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
+        for n in numbers:
+            some, best_of_some = queries.take(rest), best.take(rest)
+            points, known = cast(FilterPoints, some.points), Known(some.excluded, last_bounds, last_indices)
+            limits = self._chords.limits(points, best_of_some.current_limits)
+            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs).heaps
+            bounds = self._chords.lowest(points, near.values)
+            self._groups.measure_candidates(
+                some, Candidates(near.indices, near.indices, bounds, near.counts), best_of_some
+            )
+            best.put(rest, best_of_some)
+            last_bounds, last_indices = near.values[:, -1], near.indices[:, -1]
+            left = near.counts == n
+            left[left] = last_bounds[left] <= self._chords.limits(points, best_of_some.current_limits)[left]
+            rest, last_bounds, last_indices = rest[left], last_bounds[left], last_indices[left]
+            if len(rest) == 0:
+                break
+        return rest
 
     def _numbers(self, queries: Queries, bounds: np.ndarray | None, limits: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the numbers of all groups within reach, some at a time: few as long as no limit is known."""
@@ -153,11 +171,11 @@ class Search:
         if queries.points is None or 4 * n_first > len(self.index.poses):
             return False
         sample = queries.take(sample_of(len(queries)))
-        best, bounds = NearestSoFar(np.full(len(sample), np.inf), k), self._bounds(sample)
-        rest = self._measure_first(sample, bounds, n_first, best)
-        left = np.zeros(bounds.shape, bool)
-        left[rest] = self._within_reach(sample.take(rest), bounds[rest], best.current_limits[rest])
-        return self._cost.filter_is_worth_it(len(queries), n_first, left.mean())
+        best, points = NearestSoFar(np.full(len(sample), np.inf), k), cast(FilterPoints, sample.points)
+        rest = self._measure_candidates(sample, (n_first,), best)
+        limits = self._chords.limits(points.take(rest), best.current_limits[rest])
+        share = self._chords.share_within(points.take(rest), limits, self.n_jobs) * len(rest) / len(sample)
+        return self._cost.filter_is_worth_it(len(queries), n_first, share)
 
     def _filter_is_worth_it_within(self, queries: Queries, limits: np.ndarray) -> bool:
         """Filter for a sample of the queries, and estimate the cost of the search from it."""
