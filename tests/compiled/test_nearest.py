@@ -11,10 +11,15 @@ from reference import distances as reference_distances
 from skpose import Skeleton
 from skpose._compiled.pose.candidates import (
     Batch,
+    Boxes,
     Candidates,
+    Known,
+    copy_code,
+    nearest_of_boxes_loop,
     nearest_of_candidates_loop,
 )
 from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
+from skpose._compiled.pose.measure import measure_boxes
 from skpose._compiled.pose.nearest import Groups, Heaps, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of

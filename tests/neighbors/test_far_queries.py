@@ -124,10 +124,10 @@ def test_the_poses_with_the_least_bounds_are_found_some_and_then_more(n_poses):
     chords, indices = ChordFilter(X, Angle(), None), np.full(-(-n_poses // LANES) * LANES, -1)
     chords.reorder(order)
     indices[:n_poses] = order
-    points = chords.points(np.concatenate([X[:4], X[:1] + 9.0]))
+    points = chords.points(np.concatenate([X[[0, 1, 2, 0]], X[:1] + 9.0]))
     Y = np.empty((n_poses, chords.n_coordinates), FLOAT32)
     Y[order] = chords.coordinates(np.arange(n_poses))
-    excluded, limits = np.arange(5) % n_poses, np.array([0.0, 1.0, 2.0, 3.0, 99.0], FLOAT32)
+    excluded, limits = np.array([0, 1, 2, 1, 0]), np.array([0.0, 1.0, 2.0, 3.0, 99.0], FLOAT32)
     known = Known(excluded, np.full(5, -1.0, FLOAT32), np.full(5, -1))
     found = [[] for _ in limits]
     for n in (1, 7, n_poses):

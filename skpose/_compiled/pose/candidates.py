@@ -27,7 +27,7 @@ from skpose._compiled.pose.nearest import (
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import first_class, inlined, jit
-from skpose._compiled.simd.lanes import VECTOR_BYTES, empty_aligned, least, rows
+from skpose._compiled.simd.lanes import VECTOR_BYTES, empty_aligned, flat, least, rows
 from skpose._compiled.simd.signatures import array_type, tuple_type
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
@@ -135,6 +135,7 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     pose = empty_aligned(n_dofs, width, queries.dtype)
     code = empty_aligned(queries.shape[1], width, queries.dtype)
+    lanes_of_pose, numbers = flat(pose), flat(poses)
     results = results_of(1, width, queries.dtype)
     taken, places = np.empty(width, np.int64), np.empty(width, np.int64)
     rounding, n_measured, n_unconverged, worst = rounding_of(tree), 0, 0, 0.0
@@ -152,8 +153,9 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
             results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
             for w in range(width):
                 results.skip[0, w], results.gap[0, w] = w >= n, 0.0
+                row = places[min(w, n - 1)] * n_dofs
                 for d in range(n_dofs):
-                    pose[d, w] = poses[places[min(w, n - 1)], d]
+                    lanes_of_pose[d * width + w] = numbers[row + d]
             encode(pose, tree, steps, scratch, code)
             measure(queries[i], code, 0, 1, tree, steps, scratch, results)
             n_measured += n * (1 - results.n_ruled_out[0])
