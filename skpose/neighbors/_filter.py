@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.candidates import Boxes, Known, nearest_of_boxes_loop
-from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
+from skpose._compiled.pose.candidates import Batch, Boxes, Known, nearest_of_boxes_loop
+from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.nearest import bounds_of_groups_loop
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import empty_aligned, lanes
@@ -139,13 +139,24 @@ class ChordFilter:
             return np.minimum(limits / self.scale + points.slack, np.finfo(FLOAT32).max)
 
     def nearest(
-        self, points: FilterPoints, indices: np.ndarray, known: Known, limits: np.ndarray, n: int, n_jobs: int
+        self,
+        points: FilterPoints,
+        indices: np.ndarray,
+        known: Known,
+        limits: np.ndarray,
+        n: int,
+        n_jobs: int,
+        *,
+        sort: bool = True,
     ) -> NearestSoFar:
-        """Return the n poses with the least lower bounds within limits, in order, given the poses in groups."""
+        """Return the n poses with the least lower bounds within limits, given the poses in groups.
+
+        They are in order of their bounds if `sort`, else a row that is full is a heap.
+        """
         near, loop = NearestSoFar(limits, n, FLOAT32), nearest_of_boxes_loop()
-        boxes, tail = Boxes(self.groups, indices, *self.boxes), (measure_euclidean, measure_boxes, NO_TREE, NO_WRAP)
+        boxes = Boxes(self.groups, indices, *self.boxes)
         over_rows(
-            lambda first, last: loop(points.coordinates, boxes, first, last, known, *tail, near.heaps),
+            lambda first, last: loop(points.coordinates, boxes, Batch(first, last, 1, sort), known, near.heaps),
             len(limits),
             FILTER_WORK * len(limits) * (256 * n),
             n_jobs,

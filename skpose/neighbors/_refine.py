@@ -66,6 +66,10 @@ class Refinement:
                 self._slack = coarse.slack(self.tree)
                 self._coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
 
+    @property
+    def has_coarse_bound(self) -> bool:
+        return self._coarse is not None
+
     def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
         """Return queries, encoded."""
         codes, coarse = self.metric.encode_poses(poses, self.index.skeleton), np.empty((len(poses), 0))

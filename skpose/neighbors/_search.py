@@ -33,7 +33,9 @@ from skpose.neighbors._results import Evaluations, Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
-MORE_CANDIDATES = 2048  # at most, for a query that needs more; if that is not enough, it measures groups
+# A query that needs more candidates takes 8 and then 64 times as many, if the index has as many poses for each of them.
+# If that is not enough, it measures groups.
+POSES_PER_CANDIDATE = 8
 MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
@@ -69,8 +71,9 @@ class Search:
         queries, best = self._queries(poses, excluded), NearestSoFar(np.full(len(poses), np.inf), k)
         n_first, rest, is_filtered = FIRST_CANDIDATES + 3 * k // 2, np.arange(len(poses)), False
         if self._filter_is_worth_it_for_nearest(queries, n_first, k):
-            n_more = max(2 * n_first, min(MORE_CANDIDATES, len(self.index.poses) // 16))
-            rest, is_filtered = self._measure_candidates(queries, (n_first, n_more), best), True
+            most = len(self.index.poses) // POSES_PER_CANDIDATE
+            numbers = [n for n in (n_first, 8 * n_first, 64 * n_first) if n == n_first or n <= most]
+            rest, is_filtered = self._measure_candidates(queries, numbers, best), True
         at_once = max(1, MAX_BOUNDS // len(self.index.groups)) if is_filtered else QUERIES
         for some in (rest[start : start + at_once] for start in range(0, len(rest), at_once)):
             queries_left, best_of_rest = queries.take(some), NearestSoFar(best.current_limits[some], k)
@@ -129,17 +132,18 @@ class Search:
         """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
         rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
         last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
+        sort = not self._groups.has_coarse_bound  # else their order is that of the coarse bounds
         for n in numbers:
             some, best_of_some = queries.take(rest), best.take(rest)
             points, known = cast(FilterPoints, some.points), Known(some.excluded, last_bounds, last_indices)
             limits = self._chords.limits(points, best_of_some.current_limits)
-            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs).heaps
+            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs, sort=sort).heaps
             bounds = self._chords.lowest(points, near.values)
             self._groups.measure_candidates(
                 some, Candidates(near.indices, near.indices, bounds, near.counts), best_of_some
             )
             best.put(rest, best_of_some)
-            last_bounds, last_indices = near.values[:, -1], near.indices[:, -1]
+            last_bounds, last_indices = (part[:, -1 if sort else 0] for part in (near.values, near.indices))
             left = near.counts == n
             left[left] = last_bounds[left] <= self._chords.limits(points, best_of_some.current_limits)[left]
             rest, last_bounds, last_indices = rest[left], last_bounds[left], last_indices[left]

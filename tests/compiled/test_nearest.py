@@ -19,7 +19,6 @@ from skpose._compiled.pose.candidates import (
     nearest_of_candidates_loop,
 )
 from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
-from skpose._compiled.pose.measure import measure_boxes
 from skpose._compiled.pose.nearest import Groups, Heaps, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
@@ -221,8 +220,7 @@ def test_points_in_boxes_some_and_then_more(grid, n_poses):
     entries_of = [([], []) for _ in X]
     for k in (1, 7, n_poses):
         found = heaps(limits, k, dtype)
-        tail = METRICS["angle"].measure, measure_boxes, tree_of(None, dtype), METRICS["angle"]().steps, found
-        nearest_of_boxes_loop()(X, boxes, 0, N_QUERIES, known, *tail)
+        nearest_of_boxes_loop()(X, boxes, Batch(0, N_QUERIES, 1, True), known, found)
         for i, n in enumerate(found.counts):
             for mine, part in zip(entries_of[i], (found.values, found.indices), strict=True):
                 mine += part[i, :n].tolist()

@@ -15,6 +15,7 @@ from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.loops import encode_type, measure_type
+from skpose._compiled.pose.measure import to_boxes, to_points
 from skpose._compiled.pose.nearest import (
     comes_before,
     current_limit,
@@ -90,44 +91,53 @@ def _sort(heaps, i):
         sift_down(values, indices, i, 0, end, value, j)
 
 
-def _nearest_of_boxes(queries, boxes, first, last, known, measure, measure_boxes, tree, steps, heaps):
-    n_codes, width = queries.shape[1], boxes.codes.shape[1]
-    n_groups, n_nodes = len(boxes.indices) // width, boxes.groups.shape[0] // (2 * n_codes)
-    n_tops = boxes.nodes.shape[0] // (2 * n_codes)
-    scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
-    of_nodes, of_groups = results_of(n_tops, width, queries.dtype), results_of(1, width, queries.dtype)
-    of_poses = results_of(1, width, queries.dtype)
-    order, numbers = empty_aligned(1, n_nodes, queries.dtype), empty_aligned(1, n_nodes, np.int64)
-    distances = rows(of_poses.distances, 0)
-    for i in range(first, last):
-        query, limit = queries[i], current_limit(heaps, i)
+def _nearest_of_boxes(queries, boxes, batch, known, heaps):
+    n, width = queries.shape[1], boxes.codes.shape[1]
+    n_groups, n_nodes, n_tops = (
+        len(boxes.indices) // width,
+        boxes.groups.shape[0] // (2 * n),
+        boxes.nodes.shape[0] // (2 * n),
+    )
+    # Bounds of nodes, of the groups in one of them, and of the poses in one of these; then the nodes within reach, the
+    # nearest first: a heap of negative bounds.
+    of_nodes = empty_aligned(n_tops, width, queries.dtype)
+    of_groups, of_poses = empty_aligned(1, width, queries.dtype), empty_aligned(1, width, queries.dtype)
+    order, nodes = empty_aligned(1, n_nodes, queries.dtype), empty_aligned(1, n_nodes, np.int64)
+    indices = flat(boxes.indices)
+    for i in range(batch.first, batch.last):
+        query, limit = flat(queries[i]), current_limit(heaps, i)
         reach = (1.0 + ROUNDING_OF_BOXES) * limit
-        measure_boxes(query, boxes.nodes, 0, n_tops, tree, steps, scratch, of_nodes)
-        n = 0  # nodes within reach, as a heap with the nearest first: its values are negative
+        for top in range(n_tops):
+            low, high = rows(boxes.nodes, 2 * n * top), rows(boxes.nodes, 2 * n * top + n)
+            rows(of_nodes, top)[0] = to_boxes(query, low, high, n)
+        n_left = 0
         for node in range(n_nodes):
-            if of_nodes.distances[node // width, node % width] <= reach:
-                order[0, n], numbers[0, n] = -of_nodes.distances[node // width, node % width], node
-                n += 1
-        make_heap(order, numbers, 0, n)
-        while n > 0 and -order[0, 0] <= reach:
-            node = numbers[0, 0]
-            n -= 1
-            sift_down(order, numbers, 0, 0, n, order[0, n], numbers[0, n])
-            measure_boxes(query, boxes.groups, node, node + 1, tree, steps, scratch, of_groups)
+            bound = flat(of_nodes)[node]
+            if bound <= reach:
+                order[0, n_left], nodes[0, n_left] = -bound, node
+                n_left += 1
+        make_heap(order, nodes, 0, n_left)
+        while n_left > 0 and -order[0, 0] <= reach:
+            node, n_left = nodes[0, 0], n_left - 1
+            sift_down(order, nodes, 0, 0, n_left, order[0, n_left], nodes[0, n_left])
+            low, high = rows(boxes.groups, 2 * n * node), rows(boxes.groups, 2 * n * node + n)
+            rows(of_groups, 0)[0] = to_boxes(query, low, high, n)
             for group in range(node * width, min((node + 1) * width, n_groups)):
-                if of_groups.distances[0, group - node * width] > reach:
+                if flat(of_groups)[group - node * width] > reach:
                     continue
-                measure(query, boxes.codes, group, group + 1, tree, steps, scratch, of_poses)
-                if least(distances[0]) > limit:
+                bounds = to_points(query, rows(boxes.codes, n * group), n)
+                if least(bounds) > limit:
                     continue
+                rows(of_poses, 0)[0] = bounds
                 for w in range(width):
-                    value, j = of_poses.distances[0, w], boxes.indices[group * width + w]
+                    value, j = flat(of_poses)[w], indices[group * width + w]
                     is_known = j < 0 or j == known.excluded[i]
                     if value <= limit and not is_known and comes_before(known.values[i], known.indices[i], value, j):
                         keep(value, j, heaps, i)
                 limit = current_limit(heaps, i)
                 reach = (1.0 + ROUNDING_OF_BOXES) * limit
-        _sort(heaps, i)
+        if batch.sort:
+            _sort(heaps, i)
 
 
 def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, tree, steps, heaps):
@@ -169,25 +179,27 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
     return n_measured, n_unconverged, worst
 
 
+def _batch_type():
+    return tuple_type(Batch, types.int64, types.int64, types.int64, types.boolean)
+
+
 # Compiled when first requested, see `skpose._compiled.pose.loops`.
 
 
 @functools.cache
 def nearest_of_boxes_loop():
-    """``loop(queries, boxes, first, last, known, measure, measure_boxes, tree, steps, heaps)``: the nearest points.
+    """``loop(queries, boxes, batch, known, heaps)``: keep the nearest points.
 
     `queries` holds points as rows. What queries first:last keep of the Boxes is sorted by value, then by index. In
     float32.
     """
     real, integer = types.float32, types.int64
-    tree, steps = shared_types(FLOAT32)
     queries = array_type(real, 2, readonly=True)
     boxes = tuple_type(
         Boxes, *(array_type(*kind, readonly=False) for kind in ((real, 2), (integer, 1), (real, 2), (real, 2)))
     )
     known = tuple_type(Known, *(array_type(kind, 1, readonly=False) for kind in (integer, real, integer)))
-    measure = measure_type(FLOAT32)
-    signature = types.void(queries, boxes, integer, integer, known, measure, measure, tree, steps, heaps_type(real))
+    signature = types.void(queries, boxes, _batch_type(), known, heaps_type(real))
     return jit(_nearest_of_boxes, signatures=[signature])
 
 
@@ -205,9 +217,16 @@ def nearest_of_candidates_loop(poses_dtype, dtype=FLOAT64):
     queries, poses = array_type(real, 2, readonly=True), array_type(from_dtype(poses_dtype), 2, readonly=True)
     kinds = (integer, 2), (integer, 2), (float64, 2), (integer, 1)
     candidates = tuple_type(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
-    batch = tuple_type(Batch, integer, integer, integer, types.boolean)
     counts = types.Tuple((integer, integer, float64))
     signature = counts(
-        queries, poses, candidates, batch, encode_type(dtype), measure_type(dtype), tree, steps, heaps_type(real)
+        queries,
+        poses,
+        candidates,
+        _batch_type(),
+        encode_type(dtype),
+        measure_type(dtype),
+        tree,
+        steps,
+        heaps_type(real),
     )
     return jit(_nearest_of_candidates, signatures=[signature])
