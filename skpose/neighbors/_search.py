@@ -35,7 +35,7 @@ QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
 # A query that needs more candidates takes 8 and then 64 times as many, if the index has as many poses for each of them.
 # If that is not enough, it measures groups.
-POSES_PER_CANDIDATE = 8
+POSES_PER_CANDIDATE = 32
 MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
@@ -82,6 +82,18 @@ class Search:
                 self._measure_groups(queries_left, bounds, numbers, best_of_rest)
             best.put(some, best_of_rest)
         return Neighbors(*best.sorted_entries())
+
+    def among(self, poses: np.ndarray, candidates: np.ndarray, k: int) -> Neighbors:
+        """Find the k nearest of the candidates of each query, indices that may be filled up with -1."""
+        return Neighbors.sort([self.best_among(poses, candidates, np.full(len(poses), np.inf), k).entries()])
+
+    def best_among(self, poses: np.ndarray, candidates: np.ndarray, limits: np.ndarray, k: int) -> NearestSoFar:
+        """Measure candidates of each query, and keep k of them within its limit."""
+        queries = self._groups.queries(poses, np.full(len(poses), -1), None)
+        best, counts = NearestSoFar(limits, k), (candidates >= 0).sum(axis=1)
+        indices = np.maximum(candidates, 0)
+        self._groups.measure_candidates(queries, Candidates(indices, indices, np.zeros(candidates.shape), counts), best)
+        return best
 
     def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
         """Find all poses that are no further away from a query than its limit; distances are always measured."""
