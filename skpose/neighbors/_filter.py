@@ -4,7 +4,8 @@ A chord is never longer than a curve, so ‖F(a) − F(b)‖ bounds "spatial" an
 inequality, and it is tight. Orthonormal axes V split it without loss: with F = Vz + rest,
 ‖F(a) − F(b)‖² = ‖z(a) − z(b)‖² + ‖rest(a) − rest(b)‖² ≥ ‖z(a) − z(b)‖² + (‖rest(a)‖ − ‖rest(b)‖)².
 Along the first principal axes of the joint positions the first term is nearly all of it. A `ChordFilter` holds z and
-‖rest‖ of every pose in float32.
+‖rest‖ of every pose in float32, in groups of lanes, boxes around groups and boxes around boxes: the nearest poses are
+found without most of them (`skpose._compiled.pose.candidates`).
 
 Rounding: coordinates of norm r and q are rounded by a relative 2⁻²⁴ at most, which changes their distance by no more
 than 2⁻²⁴ (r + q); the distance itself, no more than r + q, is computed with a relative error below 16 · 2⁻²⁴. What

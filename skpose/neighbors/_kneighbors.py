@@ -78,16 +78,17 @@ class PoseKNeighborsTransformer(GraphTransformer):
     too long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
     straight line, can change the answer.
 
-    Poses are ruled out and measured in groups of sixteen, which `fit` makes of poses that are near each other; the
-    frames of recordings stay in their order.
+    `fit` puts poses that are near each other into groups of sixteen, with a box around the chords' components of each
+    group, and a box around sixteen of these; the frames of recordings stay in their order. A search visits the boxes in
+    the order of their distances, until the next one is out of reach.
 
     Every distance is computed in float64, also for float32 poses: indices and distances are equal to those from
     ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where the bounds rule out little, all
     poses are measured; a search never costs much more than brute force.
 
-    Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
-    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 80 bytes for
-    each, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
+    Time O(n_samples · n_neighbors · n_dofs · n_steps) for the lengths if the poses are dense; for queries of another
+    person, what bounds leave grows like the square root of n_samples_fit. Memory O(n_samples_fit) for the index, the
+    poses and some 90 bytes for each, and some 200 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
     `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and a metric has its own
     parameters.
 

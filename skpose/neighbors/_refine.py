@@ -1,7 +1,8 @@
-"""Measuring groups of poses, those that a filter has left, for many queries at once.
+"""Measuring the poses that a filter has left, for many queries at once: single ones, or groups of them.
 
-Every pose that is left for any query is encoded once, in groups that fill the lanes of float32. The metric may have a
-coarse bound (`Metric.coarse_bound`): it is computed first, in float32, and what it leaves is measured.
+Every pose that is left for any query is encoded once: as a row of codes, from which those of a query are gathered into
+lanes, or in groups that fill the lanes of float32. The metric may have a coarse bound (`Metric.coarse_bound`): it is
+computed first, in float32, and what it leaves is measured.
 """
 
 from dataclasses import dataclass
@@ -45,7 +46,7 @@ class Queries:
 
 
 class Refinement:
-    """Measures groups of the poses of an index, under a metric that is measured directly.
+    """Measures poses of an index, under a metric that is measured directly.
 
     Attributes
     ----------

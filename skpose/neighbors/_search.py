@@ -1,17 +1,17 @@
 """Exact search of the nearest poses, by filter and refine.
 
-The *filter* computes lower bounds of all distances, see `skpose.neighbors._filter`, and keeps the least one of each
-*group* of poses, those that fill a vector register. To *refine* is to measure: a distance decides what the bound leaves
-open.
+The *filter* computes lower bounds of distances, see `skpose.neighbors._filter`. To *refine* is to measure: a distance
+decides what the bounds leave open.
 
-A search for the k nearest takes the poses with the least bounds in the whole index first and measures them in that
-order, until no bound that is left is within the k-th least distance. For most queries that is all. The others, those
-whose last candidate is still within reach, measure all groups whose bound is within the k-th least distance so far
-(`skpose.neighbors._refine`). A search within a radius does so from the start.
+A search for the k nearest takes the poses with the least bounds in the whole index first, the *candidates*, and
+measures them, until no bound that is left is within the k-th least distance. Most queries find them in the boxes next
+to them and need 16 + 1.5 k. The others take more candidates, those within the k-th least distance so far, and then
+more; the few for which that is not enough measure all *groups* of poses, those that fill a vector register, whose least
+bound is within it (`skpose.neighbors._refine`). A search within a radius does so from the start.
 
 A sample of the queries is searched first to estimate whether the filter is worth its cost (`skpose.neighbors._cost`);
-without it all groups are measured. So no search costs much more than brute force, and memory holds no more than one
-bound for each query and group.
+without it all groups are measured. So no search costs much more than brute force, and memory holds no more than some
+codes of poses, and where groups are measured one bound for each query and group.
 """
 
 from collections.abc import Iterable, Iterator

@@ -2,6 +2,8 @@
 
 What calls what, from the loops over poses at the top to one frame at the bottom::
 
+    candidates
+       |
     nearest, loops                                          searches; the loops over poses and over pairs
           |
      +----+----+
@@ -56,5 +58,5 @@ Two stages
 ----------
 A metric is a pair of functions. Its *encode* writes the code of a pose: all that the metric needs of it. Its *measure*
 computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`,
-`nearest` for searches, `warping` for motions) and take the two as arguments.
+`nearest` and `candidates` for searches, `warping` for motions) and take the two as arguments.
 """
