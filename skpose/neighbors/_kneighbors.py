@@ -88,9 +88,9 @@ class PoseKNeighborsTransformer(GraphTransformer):
 
     Time O(n_samples · n_neighbors · n_dofs · n_steps) for the lengths if the poses are dense; for queries of another
     person, what bounds leave grows like the square root of n_samples_fit. Memory O(n_samples_fit) for the index, the
-    poses and some 90 bytes for each, and some 200 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
-    `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and a metric has its own
-    parameters.
+    poses and some 90 bytes for each, and some 200 MB for a search, beyond its result. Of the parameters of
+    scikit-learn's transformer `leaf_size`, `p` and `metric_params` are missing: there are no leaves, no Minkowski
+    distance, and a metric has its own parameters.
 
     References
     ----------

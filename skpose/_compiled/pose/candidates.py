@@ -147,7 +147,7 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
     code = empty_aligned(queries.shape[1], width, queries.dtype)
     lanes_of_pose, numbers = flat(pose), flat(poses)
     results = results_of(1, width, queries.dtype)
-    taken, places = np.empty(width, np.int64), np.empty(width, np.int64)
+    taken, taken_rows = np.empty(width, np.int64), np.empty(width, np.int64)
     rounding, n_measured, n_unconverged, worst = rounding_of(tree), 0, 0, 0.0
     for i in range(batch.first, batch.last):
         c = 0  # the next candidate
@@ -155,7 +155,7 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
             n, limit = 0, current_limit(heaps, i)
             while c < candidates.counts[i] and n < batch.at_once:
                 if candidates.bounds[i, c] <= limit:
-                    taken[n], places[n] = candidates.indices[i, c], candidates.rows[i, c]
+                    taken[n], taken_rows[n] = candidates.indices[i, c], candidates.rows[i, c]
                     n += 1
                 c += 1
             if n == 0:
@@ -163,7 +163,7 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
             results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
             for w in range(width):
                 results.skip[0, w], results.gap[0, w] = w >= n, 0.0
-                row = places[min(w, n - 1)] * n_dofs
+                row = taken_rows[min(w, n - 1)] * n_dofs
                 for d in range(n_dofs):
                     lanes_of_pose[d * width + w] = numbers[row + d]
             encode(pose, tree, steps, scratch, code)
