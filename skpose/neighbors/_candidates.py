@@ -1,6 +1,6 @@
 """Candidates that another index has found, as an array, and what is measured of them."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import issparse
@@ -26,7 +26,7 @@ class ApproximateNeighbors(NamedTuple):
     recall: float
 
 
-def check_candidates(candidates, excluded: np.ndarray, n_poses: int) -> np.ndarray:
+def check_candidates(candidates: Any, excluded: np.ndarray, n_poses: int) -> np.ndarray:
     """Return candidates as rows of indices, each pose once and those of no use last, as -1."""
     n_queries = len(excluded)
     if issparse(candidates):

@@ -120,7 +120,8 @@ class Refinement:
         n_codes = candidates.counts[order].cumsum() if len(self.index.poses) > CODES_AT_ONCE else np.zeros(len(order))
         for rows in np.split(order, np.flatnonzero(np.diff(n_codes // CODES_AT_ONCE)) + 1):
             some, best_of_some, most = queries.take(rows), best.take(rows), candidates.counts[rows[-1:]].max(initial=0)
-            left = Candidates(*(part[rows, :most] for part in candidates[:3]), candidates.counts[rows])
+            cut = [part[rows, :most] for part in (candidates.indices, candidates.rows, candidates.bounds)]
+            left = Candidates(cut[0], cut[1], cut[2], candidates.counts[rows])
             if self._coarse is not None:
                 left = self._sharpen(self._coarse, some, left, best_of_some.current_limits)
             left, poses = self._gather(left, best_of_some.current_limits)

@@ -72,8 +72,8 @@ class Search:
         n_first, rest, is_filtered = FIRST_CANDIDATES + 3 * k // 2, np.arange(len(poses)), False
         if self._filter_is_worth_it_for_nearest(queries, n_first, k):
             most = len(self.index.poses) // POSES_PER_CANDIDATE
-            numbers = [n for n in (n_first, 8 * n_first, 64 * n_first) if n == n_first or n <= most]
-            rest, is_filtered = self._measure_candidates(queries, numbers, best), True
+            sizes = [n for n in (n_first, 8 * n_first, 64 * n_first) if n == n_first or n <= most]
+            rest, is_filtered = self._measure_candidates(queries, sizes, best), True
         at_once = max(1, MAX_BOUNDS // len(self.index.groups)) if is_filtered else QUERIES
         for some in (rest[start : start + at_once] for start in range(0, len(rest), at_once)):
             queries_left, best_of_rest = queries.take(some), NearestSoFar(best.current_limits[some], k)
