@@ -2,7 +2,8 @@
 
     python benchmarks/far_queries.py [--cmu FOLDER] [--hdm05 FOLDER] [--against CHECKOUT] [--quick]
 
-Queries of one person among all poses of the others, "spatial", k = 10. Each checkout searches in a process of its own;
+Queries of one person among all poses of the others, "spatial", k = 10: recorded frames alone, and some 100,000 poses
+with interpolations between frames. Each checkout searches in a process of its own;
 all take turns, and a line holds medians. By ``==``, answers of all checkouts must be equal, and those of some queries
 equal to brute force by `pose_distances`. scikit-learn's brute force gets the joint positions ready made.
 """
@@ -25,22 +26,29 @@ from skpose import PoseKNeighborsTransformer, forward_kinematics, pose_distances
 K = 10
 N_POSES, N_QUERIES, N_BRUTE, REPEATS = 100_000, 1000, 50, 5
 QUICK = 600, 40, 5, 1
+RECORDED = 60  # Hz, of the CMU poses that are no interpolations; more are nearly the same poses again
 CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def cases(options, n_poses, n_queries):
-    """Yield name, skeleton, poses of an index and queries."""
+    """Yield name, skeleton, poses of an index and queries: recorded frames alone, then frames between them too."""
     for name, dataset in common.datasets(options).items():
-        rate = max(motion.frame_rate for motion in dataset)
-        rate *= max(1, int(np.ceil(n_poses / sum(len(motion) for motion in dataset))))
-        for rotations, motions in (("Euler angles", dataset), ("ball joints", dataset.to_rotvec())):
-            poses, sequence = motions.poses(frame_rate=rate)
-            first = dataset.subjects[sequence] == dataset.subjects[0]
-            rng = np.random.default_rng(0)
-            queries = rng.choice(poses[first], n_queries, replace=False)
-            index = poses[~first] if not options.quick else rng.choice(poses[~first], n_poses, replace=False)
-            yield f"{name}, {rotations}", motions.skeleton, index, queries
-            yield f"{name}, {rotations}, shuffled", motions.skeleton, rng.permutation(index), queries
+        recorded = max(motion.frame_rate for motion in dataset)
+        dense = recorded * max(1, int(np.ceil(n_poses / sum(len(motion) for motion in dataset))))
+        if name == "CMU":
+            recorded = RECORDED
+        for rate in (recorded, dense):
+            for rotations, motions in (("Euler angles", dataset), ("ball joints", dataset.to_rotvec())):
+                poses, sequence = motions.poses(frame_rate=rate)
+                first = dataset.subjects[sequence] == dataset.subjects[0]
+                rng = np.random.default_rng(0)
+                queries = rng.choice(poses[first], min(n_queries, first.sum()), replace=False)
+                index = poses[~first]
+                if options.quick:
+                    index = rng.choice(index, min(n_poses, len(index)), replace=False)
+                kind = f"{name}, {rotations}, {'recorded' if rate == recorded else 'dense'}"
+                yield kind, motions.skeleton, index, queries
+                yield f"{kind}, shuffled", motions.skeleton, rng.permutation(index), queries
 
 
 class Checkout:
@@ -129,7 +137,7 @@ def compare(name, skeleton, poses, queries, options, n_brute, repeats):
     one, all_, *ours = np.median(runs, axis=0)
     for checkout in checkouts:
         checkout.stop()
-    line = f"{name:<32}{len(poses):>8,}  scikit-learn {one:.3f} {all_:.3f}"
+    line = f"{name:<42}{len(poses):>8,}  scikit-learn {one:.3f} {all_:.3f}"
     for which, checkout, mine, mine_all in zip(("here", "there"), checkouts, ours[::2], ours[1::2], strict=False):
         line += f"  {which} {mine:.3f} ({mine / one:.2f} ×) {mine_all:.3f} ({mine_all / all_:.2f} ×)"
         line += f" {checkout.answer[2]:.1f} lengths"

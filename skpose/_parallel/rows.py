@@ -4,8 +4,6 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from sklearn.utils import gen_batches
-
 from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
 from skpose._parallel.threads import in_threads
 
@@ -22,5 +20,5 @@ def over_rows(
     n_jobs = n_jobs if work > LITTLE_WORK else 1
     n_tasks = max(work / WORK_PER_TASK, min(work / LITTLE_WORK, tasks_per_job * n_jobs) if n_jobs > 1 else 1)
     step = max(1, int(n_rows / n_tasks))
-    tasks = (functools.partial(task, rows.start, rows.stop) for rows in gen_batches(n_rows, step))
+    tasks = (functools.partial(task, first, min(first + step, n_rows)) for first in range(0, n_rows, step))
     return in_threads(tasks, n_jobs)

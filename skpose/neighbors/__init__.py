@@ -1,7 +1,8 @@
-"""Exact nearest neighbours of poses, as sparse graphs for scikit-learn."""
+"""Nearest neighbours of poses, exact ones as sparse graphs for scikit-learn."""
 
+from skpose.neighbors._candidates import ApproximateNeighbors
 from skpose.neighbors._kneighbors import PoseKNeighborsTransformer
 from skpose.neighbors._radius_neighbors import PoseRadiusNeighborsTransformer
 from skpose.neighbors._results import Evaluations
 
-__all__ = ["Evaluations", "PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]
+__all__ = ["ApproximateNeighbors", "Evaluations", "PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]

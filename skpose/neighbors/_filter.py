@@ -4,7 +4,8 @@ A chord is never longer than a curve, so ‖F(a) − F(b)‖ bounds "spatial" an
 inequality, and it is tight. Orthonormal axes V split it without loss: with F = Vz + rest,
 ‖F(a) − F(b)‖² = ‖z(a) − z(b)‖² + ‖rest(a) − rest(b)‖² ≥ ‖z(a) − z(b)‖² + (‖rest(a)‖ − ‖rest(b)‖)².
 Along the first principal axes of the joint positions the first term is nearly all of it. A `ChordFilter` holds z and
-‖rest‖ of every pose in float32.
+‖rest‖ of every pose in float32, in groups of lanes, boxes around groups and boxes around boxes: the nearest poses are
+found without most of them (`skpose._compiled.pose.candidates`).
 
 Rounding: coordinates of norm r and q are rounded by a relative 2⁻²⁴ at most, which changes their distance by no more
 than 2⁻²⁴ (r + q); the distance itself, no more than r + q, is computed with a relative error below 16 · 2⁻²⁴. What
@@ -17,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose import loops
+from skpose._compiled.pose.candidates import Batch, Boxes, Known, nearest_of_boxes_loop
 from skpose._compiled.pose.measure import measure_euclidean
-from skpose._compiled.pose.nearest import Candidates, Groups, bounds_of_groups_loop, nearest_of_groups_loop
+from skpose._compiled.pose.nearest import bounds_of_groups_loop
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose._parallel.rows import over_rows
@@ -31,6 +33,7 @@ from skpose.skeleton import Skeleton
 
 N_AXES = 17  # and the rest: a multiple of three, as `measure_euclidean` takes three at a time
 SAMPLE = 4096  # poses from which the axes are computed
+GROUPS_PER_SAMPLE = 512  # from which it is estimated what the filter leaves
 ROUNDING = 64 * 2.0**-24
 IN_RANGE = 1e15  # largest coordinate, in units of the filter; float32 cannot sum the squares of much larger ones
 FLOAT32 = np.dtype(np.float32)
@@ -65,6 +68,8 @@ class ChordFilter:
         Unit of the coordinates; m, or rad for "angle".
     groups : ndarray of shape (n_groups * n_coordinates, lanes)
         Coordinates of all poses, in groups of lanes.
+    boxes : tuple of two ndarrays
+        Boxes around groups, and around groups of lanes of these boxes, see `skpose._compiled.pose.candidates.Boxes`.
     norm : float
         Largest norm of a pose's coordinates; infinite where the filter cannot be used, as poses are beyond the range of
         float32.
@@ -88,6 +93,7 @@ class ChordFilter:
             first, last = start // width, -(-(start + len(coordinates)) // width)
             self.groups[first * self.n_coordinates : last * self.n_coordinates] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
+        self.boxes = self._enclose()
 
     def coordinates(self, poses: np.ndarray) -> np.ndarray:
         """Return the coordinates of some poses (n_poses, n_coordinates), given by their places in the groups."""
@@ -97,52 +103,81 @@ class ChordFilter:
     def reorder(self, order: np.ndarray) -> None:
         """Put the poses into the groups in this order."""
         self.groups = loops.in_lanes(self.coordinates(order))
+        self.boxes = self._enclose()
 
     def points(self, poses: np.ndarray) -> FilterPoints:
         """Return queries as points of the filter."""
         coordinates, norms = self._coordinates(poses)
         return FilterPoints(coordinates, ROUNDING * (norms + self.norm))
 
-    def bounds(self, points: FilterPoints, n_jobs: int) -> np.ndarray:
+    def bounds(self, points: FilterPoints, n_jobs: int, groups: np.ndarray | None = None) -> np.ndarray:
         """Return the least lower bound (n_queries, n_groups) of each group of poses, in units of the filter.
 
         They may be too high by the slack; `limits` are what to compare them with.
         """
-        n_queries, n_groups = len(points.slack), len(self.groups) // self.n_coordinates
+        groups = self.groups if groups is None else groups
+        n_queries, n_groups = len(points.slack), len(groups) // self.n_coordinates
         bounds, limits = np.zeros((n_queries, n_groups), FLOAT32), np.zeros(n_queries, FLOAT32)
         loop, tail = bounds_of_groups_loop(), (limits, measure_euclidean, NO_TREE, NO_WRAP, bounds)
         over_rows(
-            lambda first, last: loop(points.coordinates, self.groups, first, last, *tail),
+            lambda first, last: loop(points.coordinates, groups, first, last, *tail),
             n_queries,
-            FILTER_WORK * n_queries * self.groups.size / self.n_coordinates,
+            FILTER_WORK * n_queries * groups.size / self.n_coordinates,
             n_jobs,
         )
         return bounds
+
+    def share_within(self, points: FilterPoints, limits: np.ndarray, n_jobs: int) -> float:
+        """Estimate from a sample the share of all pairs whose group has its least bound within the query's limit."""
+        groups = self.groups.reshape(-1, self.n_coordinates, self.groups.shape[1])
+        sample = groups[np.linspace(0, len(groups) - 1, min(GROUPS_PER_SAMPLE, len(groups))).astype(int)]
+        bounds = self.bounds(points, n_jobs, np.ascontiguousarray(sample).reshape(-1, self.groups.shape[1]))
+        return float((bounds <= limits[:, np.newaxis]).mean()) if len(bounds) else 0.0
 
     def limits(self, points: FilterPoints, limits: np.ndarray) -> np.ndarray:
         """Return the largest bounds of poses that may be within limits of their distances."""
         with np.errstate(over="ignore"):
             return np.minimum(limits / self.scale + points.slack, np.finfo(FLOAT32).max)
 
-    def least(
-        self, points: FilterPoints, bounds: np.ndarray, indices: np.ndarray, excluded: np.ndarray, n: int, n_jobs: int
-    ) -> Candidates:
-        """Return the n poses with the least lower bounds in order, given the bounds of groups and the poses in them."""
-        # So many groups, and one for the excluded pose, have a pose within this.
-        limits = np.partition(bounds, n, axis=1)[:, n] if n < bounds.shape[1] else np.full(len(bounds), np.inf, FLOAT32)
-        near = NearestSoFar(limits, n, FLOAT32)
-        loop, groups = nearest_of_groups_loop(FLOAT32), Groups(self.groups, indices, bounds, np.zeros(len(bounds)))
-        tail = excluded, measure_euclidean, NO_TREE, NO_WRAP, near.heaps
+    def nearest(
+        self,
+        points: FilterPoints,
+        indices: np.ndarray,
+        known: Known,
+        limits: np.ndarray,
+        n: int,
+        n_jobs: int,
+        *,
+        sort: bool = True,
+    ) -> NearestSoFar:
+        """Return the n poses with the least lower bounds within limits, given the poses in groups.
+
+        They are in order of their bounds if `sort`, else a row that is full is a heap.
+        """
+        near, loop = NearestSoFar(limits, n, FLOAT32), nearest_of_boxes_loop()
+        boxes = Boxes(self.groups, indices, *self.boxes)
         over_rows(
-            lambda first, last: loop(points.coordinates, groups, first, last, *tail),
-            len(bounds),
-            FILTER_WORK * 2 * n * len(bounds) * self.groups.shape[1],
+            lambda first, last: loop(points.coordinates, boxes, Batch(first, last, 1, sort), known, near.heaps),
+            len(limits),
+            FILTER_WORK * len(limits) * (256 * n),
             n_jobs,
         )
-        near.sort_by_value()
+        return near
+
+    def lowest(self, points: FilterPoints, bounds: np.ndarray) -> np.ndarray:
+        """Return lower bounds of distances, given bounds (n_queries, n) in units of the filter."""
         with np.errstate(invalid="ignore", over="ignore"):
-            lowest = (near.heaps.values.astype(np.float64) - points.slack[:, np.newaxis]) * self.scale
-        return Candidates(near.heaps.indices, lowest, near.heaps.counts)
+            return (bounds.astype(np.float64) - points.slack[:, np.newaxis]) * self.scale
+
+    def _enclose(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return boxes around groups, and around groups of lanes of these boxes, in lanes."""
+        points, levels = self.groups.reshape(-1, self.n_coordinates, self.groups.shape[1]), []
+        low, high = points.min(axis=2), points.max(axis=2)
+        for _ in range(2):
+            levels.append(loops.in_lanes(np.hstack([low, high])))
+            starts = np.arange(0, len(low), self.groups.shape[1])
+            low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+        return levels[0], levels[1]
 
     def _coordinates(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and their norms; zero and infinity where they are out of range."""

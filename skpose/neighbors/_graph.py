@@ -65,15 +65,21 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
     def _find(self, X, criterion):
         """Return what was found for X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
+        X, excluded = self._queries(X)
+        return self._search(X, excluded, criterion), len(X)
+
+    def _queries(self, X):
+        """Return poses, and which training pose is not a neighbour of each, or -1."""
         if X is None:
             self._check_how_to_answer()
-            X, excluded = self._index.poses, np.arange(self.n_samples_fit_)
-        else:
-            X = self._check_X(X, reset=False)
-            excluded = np.full(len(X), -1)
+            return self._index.poses, np.arange(self.n_samples_fit_)
+        X = self._check_X(X, reset=False)
+        return X, np.full(len(X), -1)
+
+    def _search(self, X, excluded, criterion):
         found = find(Request(criterion, self._index, X, excluded), self.n_jobs, self.verbose)
         warn_of_unconverged(found.unconverged, found.evaluations.geodesics)
-        return found, len(X)
+        return found
 
     def _graph(self, X, criterion, mode):
         """Return the graph of the neighbours of X."""

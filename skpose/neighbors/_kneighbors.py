@@ -3,11 +3,14 @@
 from numbers import Integral
 from typing import ClassVar
 
+import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import Interval
+from skpose._validation.options import check_integer
+from skpose.neighbors._candidates import ApproximateNeighbors, as_matrices, check_candidates
 from skpose.neighbors._graph import GraphTransformer, check_k
-from skpose.neighbors._queries import KNearest
+from skpose.neighbors._queries import Among, KNearest
 from skpose.neighbors._results import select_requested
 
 
@@ -75,18 +78,19 @@ class PoseKNeighborsTransformer(GraphTransformer):
     too long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
     straight line, can change the answer.
 
-    Poses are ruled out and measured in groups of sixteen, which `fit` makes of poses that are near each other; the
-    frames of recordings stay in their order.
+    `fit` puts poses that are near each other into groups of sixteen, with a box around the chords' components of each
+    group, and a box around sixteen of these; the frames of recordings stay in their order. A search visits the boxes in
+    the order of their distances, until the next one is out of reach.
 
     Every distance is computed in float64, also for float32 poses: indices and distances are equal to those from
     ``pose_distances(X, X_fit)`` in float64, sorted by distance and then by index. Where the bounds rule out little, all
     poses are measured; a search never costs much more than brute force.
 
-    Time O(n_samples · n_samples_fit) for the bounds, about a nanosecond each, and O(n_samples · n_neighbors · n_dofs ·
-    n_steps) for the lengths if the poses are dense. Memory O(n_samples_fit) for the index, the poses and 80 bytes for
-    each, and some 150 MB for a search, beyond its result. Of the parameters of scikit-learn's transformer `leaf_size`,
-    `p` and `metric_params` are missing: there are no leaves, no Minkowski distance, and a metric has its own
-    parameters.
+    Time O(n_samples · n_neighbors · n_dofs · n_steps) for the lengths if the poses are dense; for queries of another
+    person, what bounds leave grows like the square root of n_samples_fit. Memory O(n_samples_fit) for the index, the
+    poses and some 90 bytes for each, and some 200 MB for a search, beyond its result. Of the parameters of
+    scikit-learn's transformer `leaf_size`, `p` and `metric_params` are missing: there are no leaves, no Minkowski
+    distance, and a metric has its own parameters.
 
     References
     ----------
@@ -208,6 +212,66 @@ class PoseKNeighborsTransformer(GraphTransformer):
         """
         check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, self._k_nearest(X, n_neighbors), mode)
+
+    def approximate_kneighbors(self, candidates, X=None, n_neighbors=None, *, n_checked=100):
+        """Measure the candidates of another index, and find the k nearest of them.
+
+        Distances are exact and sorted; what the other index has missed is missing. How much that is, is estimated: for
+        some of the queries the exact search runs too.
+
+        Parameters
+        ----------
+        candidates : array-like of shape (n_queries, n_candidates) or sparse matrix of shape (n_queries, n_samples_fit)
+            Indices of training poses, in any order, -1 for none; or a graph, of which every stored entry is a
+            candidate. From any index of any numbers that describe the training poses in their order, such as joint
+            positions.
+        X : array-like of shape (n_queries, n_dofs), default=None
+            Poses: joint angles, rad. None is the training poses; a pose is then not its own neighbour.
+        n_neighbors : int, default=None
+            Number of neighbours; None takes the constructor's.
+        n_checked : int, default=100
+            From how many queries, evenly spaced, the recall is estimated. With ``verbose`` it is printed.
+
+        Returns
+        -------
+        ApproximateNeighbors
+            Named tuple of `distances`, `indices` and `recall`, see `skpose.neighbors.ApproximateNeighbors`.
+
+        Raises
+        ------
+        ValueError
+            For candidates that are no indices of training poses, or have another number of rows than there are queries.
+
+        Examples
+        --------
+        >>> from sklearn.neighbors import NearestNeighbors
+        >>> from skpose import PoseKNeighborsTransformer, forward_kinematics
+        >>> from skpose.datasets import make_gait
+        >>> motions = make_gait(2, 2, random_state=0)
+        >>> X, _ = motions.poses(frame_rate=30)
+        >>> F = forward_kinematics(X, motions.skeleton).reshape(len(X), -1)
+        >>> candidates = NearestNeighbors(n_neighbors=30).fit(F).kneighbors(F[::9], return_distance=False)
+        >>> neighbors = PoseKNeighborsTransformer(motions.skeleton).fit(X)
+        >>> neighbors.approximate_kneighbors(candidates, X[::9]).recall
+        1.0
+        """
+        check_is_fitted(self, "n_samples_fit_")
+        criterion = self._k_nearest(X, n_neighbors)
+        check_integer(n_checked, 0, "n_checked")
+        X, excluded = self._queries(X)
+        candidates = check_candidates(candidates, excluded, self.n_samples_fit_)
+        found = self._search(X, excluded, Among(criterion.k, candidates))
+        distances, indices = as_matrices(found.neighbors, (len(X), criterion.k))
+        checked = np.linspace(0, len(X) - 1, min(n_checked, len(X))).astype(int)
+        recall = np.nan
+        if len(checked):
+            exact = self._search(X[checked], excluded[checked], criterion).neighbors.distances
+            recall = float((distances[checked] <= exact.reshape(len(checked), -1)[:, -1:]).mean())
+        if self.verbose:
+            print(
+                f"recall {recall:.3f} of the {criterion.k} nearest, estimated from {len(checked)} of {len(X)} queries"
+            )
+        return ApproximateNeighbors(distances, indices, recall)
 
     def _k_nearest(self, X, n_neighbors):
         k = self.n_neighbors if n_neighbors is None else n_neighbors

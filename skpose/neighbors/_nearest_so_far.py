@@ -1,5 +1,7 @@
 """The nearest poses that a search has found so far, as the compiled loops keep them."""
 
+import copy
+
 import numpy as np
 from numpy.typing import DTypeLike
 
@@ -31,16 +33,16 @@ class NearestSoFar:
         limits, values, _, counts = self.heaps
         return np.where(counts == values.shape[1], values[:, 0], limits)
 
+    def take(self, rows: np.ndarray) -> "NearestSoFar":
+        """Return a copy of some rows."""
+        some = copy.copy(self)
+        some.heaps = Heaps(*(part[rows] for part in self.heaps))
+        return some
+
     def put(self, rows: np.ndarray, other: "NearestSoFar") -> None:
         """Replace the entries of some rows by those of another of the same capacity."""
         for name in ("values", "indices", "counts"):
             getattr(self.heaps, name)[rows] = getattr(other.heaps, name)
-
-    def sort_by_value(self) -> None:
-        """Sort every row, all of which are full; the first of a row is then no longer its last entry."""
-        order = self.heaps.values.argsort(axis=1)
-        values, indices = (np.take_along_axis(part, order, axis=1) for part in (self.heaps.values, self.heaps.indices))
-        self.heaps = self.heaps._replace(values=values, indices=indices)
 
     def sorted_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return row, index and value of all entries, by row, value and index; every row must be full."""

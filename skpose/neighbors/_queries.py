@@ -18,12 +18,11 @@ from skpose._parallel.tasks import TASKS_PER_WORKER
 from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._results import Evaluations, Neighbors
-from skpose.neighbors._search import QUERIES, Search
+from skpose.neighbors._search import MAX_BOUNDS, QUERIES, Search
 
 FEWEST_QUERIES = 32  # in a task for another process
 SLOW_QUERIES = 256  # in a task of geodesics, which take milliseconds each
 MAX_CHORDS = 2**24  # in memory at once in a search for geodesics
-MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 WORTH_SENDING = 1e8  # pairs of a query and a pose; geodesics always are
 
 
@@ -40,10 +39,17 @@ class WithinRadius(NamedTuple):
     measured: bool
 
 
+class Among(NamedTuple):
+    """The k nearest of some candidates of each query."""
+
+    k: int
+    candidates: np.ndarray  # (n_queries, n_candidates) indices of poses, -1 where there are no more
+
+
 class Request(NamedTuple):
     """Poses, and which of their neighbours in an index to find."""
 
-    criterion: KNearest | WithinRadius
+    criterion: KNearest | WithinRadius | Among
     index: PoseIndex  # type: ignore[assignment]  # which is a method of tuples too
     poses: np.ndarray
     excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
@@ -62,7 +68,11 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
     slow = request.index.metric.iterative
     remote = (slow or n_queries * len(request.index.poses) > WORTH_SENDING) and in_processes(n_jobs)
-    size = min(QUERIES, MAX_BOUNDS // len(request.index.groups))
+    size = (
+        QUERIES
+        if not isinstance(request.criterion, WithinRadius)
+        else min(QUERIES, MAX_BOUNDS // len(request.index.groups))
+    )
     if slow:
         size = min(SLOW_QUERIES, MAX_CHORDS // len(request.index.poses))
     if remote:
@@ -94,6 +104,8 @@ def find_some(request: Request, rows: tuple[int, int], n_jobs: int = 1) -> Found
     match request.criterion:
         case KNearest(k):
             near = search.nearest(poses, excluded, k)
+        case Among(k, candidates):
+            near = search.among(poses, candidates[first:last], k)
         case WithinRadius(radius, measured):
             near = search.within(poses, excluded, radius, measured=measured)
     return Found(near._replace(queries=near.queries + first), search.evaluations, search.unconverged)

@@ -1,7 +1,8 @@
-"""Measuring groups of poses, those that a filter has left, for many queries at once.
+"""Measuring the poses that a filter has left, for many queries at once: single ones, or groups of them.
 
-Every pose that is left for any query is encoded once, in groups that fill the lanes of float32. The metric may have a
-coarse bound (`Metric.coarse_bound`): it is computed first, in float32, and what it leaves is measured.
+Every pose that is left for any query is encoded once: as a row of codes, from which those of a query are gathered into
+lanes, or in groups that fill the lanes of float32. The metric may have a coarse bound (`Metric.coarse_bound`): it is
+computed first, in float32, and what it leaves is measured.
 """
 
 from dataclasses import dataclass
@@ -9,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from skpose._compiled.pose.candidates import Batch, Candidates, copy_code, nearest_of_candidates_loop
 from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import empty_aligned, lanes
-from skpose._parallel.rows import over_rows
+from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose.metrics import Metric
-from skpose.metrics._shared import CoarseBound
+from skpose.metrics._shared import ENCODED_AT_ONCE, CoarseBound
 from skpose.neighbors._filter import FLOAT32, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex, largest_of
 from skpose.neighbors._nearest_so_far import NearestSoFar
@@ -22,6 +24,7 @@ from skpose.neighbors._nearest_so_far import NearestSoFar
 FLOAT64 = np.dtype(np.float64)
 # Angles, rad, up to which half of one has the digits that a coarse bound in float32 needs.
 LARGEST_ANGLE = 1e6
+CODES_AT_ONCE = 2**15  # poses that are encoded at once, where the index has more
 MOST = 0.8  # of all pairs: where filter and coarse bound leave as many, the latter is not computed again
 
 
@@ -43,7 +46,7 @@ class Queries:
 
 
 class Refinement:
-    """Measures groups of the poses of an index, under a metric that is measured directly.
+    """Measures poses of an index, under a metric that is measured directly.
 
     Attributes
     ----------
@@ -63,6 +66,10 @@ class Refinement:
             if (coarse := metric.coarse_bound) is not None:
                 self._slack = coarse.slack(self.tree)
                 self._coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
+
+    @property
+    def has_coarse_bound(self) -> bool:
+        return self._coarse is not None
 
     def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
         """Return queries, encoded."""
@@ -104,6 +111,81 @@ class Refinement:
                 self._work(near, queries.codes.shape[1]),
                 self.n_jobs,
             )
+        )
+
+    def measure_candidates(self, queries: Queries, candidates: Candidates, best: NearestSoFar) -> None:
+        """Measure the candidates of each query, and keep the best."""
+        # Queries with as many candidates together, some of them at a time where the index has many poses.
+        order = candidates.counts.argsort()
+        n_codes = candidates.counts[order].cumsum() if len(self.index.poses) > CODES_AT_ONCE else np.zeros(len(order))
+        for rows in np.split(order, np.flatnonzero(np.diff(n_codes // CODES_AT_ONCE)) + 1):
+            some, best_of_some, most = queries.take(rows), best.take(rows), candidates.counts[rows[-1:]].max(initial=0)
+            cut = [part[rows, :most] for part in (candidates.indices, candidates.rows, candidates.bounds)]
+            left = Candidates(cut[0], cut[1], cut[2], candidates.counts[rows])
+            if self._coarse is not None:
+                left = self._sharpen(self._coarse, some, left, best_of_some.current_limits)
+            left, poses = self._gather(left, best_of_some.current_limits)
+            codes = self._encode_rows(poses, self.metric.encode, some.codes)
+            measured = self._loop_over(some.codes, codes, left, self.measure, self.tree, best_of_some, sort=False)
+            self.n_measured += sum(n for n, *_ in measured)
+            best.put(rows, best_of_some)
+
+    def _sharpen(self, coarse: CoarseBound, queries: Queries, candidates: Candidates, limits: np.ndarray) -> Candidates:
+        """Return the candidates whose coarse bounds are within limits, by these bounds."""
+        candidates, poses = self._gather(candidates, limits)
+        codes = self._encode_rows(poses, coarse.encode, queries.coarse)
+        near = NearestSoFar((limits + self._slack) * (1.0 + 2.0**-22), candidates.indices.shape[1], FLOAT32)
+        tree = self.metric.tree_for(self.index.skeleton, FLOAT32)
+        self._loop_over(queries.coarse, codes, candidates, coarse.measure, tree, near, sort=True)
+        _, bounds, indices, counts = near.heaps
+        with np.errstate(invalid="ignore"):  # beyond the counts
+            return Candidates(indices, indices, bounds.astype(FLOAT64) - self._slack, counts)
+
+    def _gather(self, candidates: Candidates, limits: np.ndarray) -> tuple[Candidates, np.ndarray]:
+        """Return candidates with their rows among the poses that are those of any query within limits, and these."""
+        indices, _, bounds, counts = candidates
+        used = (np.arange(indices.shape[1]) < counts[:, np.newaxis]) & (bounds <= limits[:, np.newaxis])
+        chosen, places = np.zeros(len(self.index.poses), bool), np.empty(len(self.index.poses), np.int64)
+        chosen[indices[used]] = True
+        union = np.flatnonzero(chosen)
+        places[union] = np.arange(len(union))
+        rows = np.zeros_like(indices)
+        rows[used] = places[indices[used]]
+        return candidates._replace(rows=rows), self.index.poses[union]
+
+    def _encode_rows(self, poses: np.ndarray, encode: Any, like: np.ndarray) -> np.ndarray:
+        """Return the codes of poses as rows, which are as those of queries are."""
+        codes = np.empty((len(poses), like.shape[1]), like.dtype)
+
+        def task(first: int, last: int) -> None:
+            for start in range(first, last, ENCODED_AT_ONCE):
+                some = np.empty((min(ENCODED_AT_ONCE, last - start), codes.shape[1]))
+                encode_poses(poses[start : start + len(some)], encode, self.tree, self.steps, some)
+                codes[start : start + len(some)] = some
+
+        over_rows(task, len(poses), codes.size * self.metric.encode_work, self.n_jobs)
+        return codes
+
+    def _loop_over(
+        self,
+        queries: np.ndarray,
+        codes: np.ndarray,
+        candidates: Candidates,
+        measure: Any,
+        tree: Any,
+        best: NearestSoFar,
+        *,
+        sort: bool,
+    ) -> list:
+        """Measure candidates that are encoded."""
+        loop, width = nearest_of_candidates_loop(codes.dtype, codes.dtype), lanes(codes.dtype)
+        tail = copy_code, measure, tree, self.steps, best.heaps
+        return over_rows(
+            lambda first, last: loop(queries, codes, candidates, Batch(first, last, width, sort), *tail),
+            len(queries),
+            float(candidates.counts.sum()) * codes.shape[1] * self.metric.measure_work,
+            self.n_jobs,
+            TASKS_PER_JOB_UNEVEN,
         )
 
     def _bound(self, coarse: CoarseBound, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:

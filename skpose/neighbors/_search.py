@@ -1,26 +1,26 @@
 """Exact search of the nearest poses, by filter and refine.
 
-The *filter* computes lower bounds of all distances, see `skpose.neighbors._filter`, and keeps the least one of each
-*group* of poses, those that fill a vector register. To *refine* is to measure: a distance decides what the bound leaves
-open.
+The *filter* computes lower bounds of distances, see `skpose.neighbors._filter`. To *refine* is to measure: a distance
+decides what the bounds leave open.
 
-A search for the k nearest takes the poses with the least bounds in the whole index first and measures them in that
-order, until no bound that is left is within the k-th least distance. For most queries that is all. The others, those
-whose last candidate is still within reach, measure all groups whose bound is within the k-th least distance so far
-(`skpose.neighbors._refine`). A search within a radius does so from the start.
+A search for the k nearest takes the poses with the least bounds in the whole index first, the *candidates*, and
+measures them, until no bound that is left is within the k-th least distance. Most queries find them in the boxes next
+to them and need 16 + 1.5 k. The others take more candidates, those within the k-th least distance so far, and then
+more; the few for which that is not enough measure all *groups* of poses, those that fill a vector register, whose least
+bound is within it (`skpose.neighbors._refine`). A search within a radius does so from the start.
 
 A sample of the queries is searched first to estimate whether the filter is worth its cost (`skpose.neighbors._cost`);
-without it all groups are measured. So no search costs much more than brute force, and memory holds no more than one
-bound for each query and group.
+without it all groups are measured. So no search costs much more than brute force, and memory holds no more than some
+codes of poses, and where groups are measured one bound for each query and group.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import cast
 
 import numpy as np
 
+from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates_loop
 from skpose._compiled.pose.loops import FLOAT64_LANES
-from skpose._compiled.pose.nearest import Batch, Candidates, nearest_of_candidates_loop
 from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._typing import ArrayLike
 from skpose.metrics import Metric
@@ -33,6 +33,10 @@ from skpose.neighbors._results import Evaluations, Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
+# A query that needs more candidates takes 8 and then 64 times as many, if the index has as many poses for each of them.
+# If that is not enough, it measures groups.
+POSES_PER_CANDIDATE = 32
+MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
 
@@ -64,18 +68,32 @@ class Search:
 
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
-        queries, n_first = self._queries(poses, excluded), FIRST_CANDIDATES + 3 * k // 2
-        best, rest, bounds = NearestSoFar(np.full(len(queries), np.inf), k), np.arange(len(queries)), None
+        queries, best = self._queries(poses, excluded), NearestSoFar(np.full(len(poses), np.inf), k)
+        n_first, rest, is_filtered = FIRST_CANDIDATES + 3 * k // 2, np.arange(len(poses)), False
         if self._filter_is_worth_it_for_nearest(queries, n_first, k):
-            bounds = self._bounds(queries)
-            rest = self._measure_first(queries, bounds, n_first, best)
-            bounds = bounds[rest]
-        if len(rest):
-            queries_left, best_of_rest = queries.take(rest), NearestSoFar(best.current_limits[rest], k)
+            most = len(self.index.poses) // POSES_PER_CANDIDATE
+            sizes = [n for n in (n_first, 8 * n_first, 64 * n_first) if n == n_first or n <= most]
+            rest, is_filtered = self._measure_candidates(queries, sizes, best), True
+        at_once = max(1, MAX_BOUNDS // len(self.index.groups)) if is_filtered else QUERIES
+        for some in (rest[start : start + at_once] for start in range(0, len(rest), at_once)):
+            queries_left, best_of_rest = queries.take(some), NearestSoFar(best.current_limits[some], k)
+            bounds = self._bounds(queries_left) if is_filtered else None
             for numbers in self._numbers(queries_left, bounds, best_of_rest.current_limits):
                 self._measure_groups(queries_left, bounds, numbers, best_of_rest)
-            best.put(rest, best_of_rest)
+            best.put(some, best_of_rest)
         return Neighbors(*best.sorted_entries())
+
+    def among(self, poses: np.ndarray, candidates: np.ndarray, k: int) -> Neighbors:
+        """Find the k nearest of the candidates of each query, indices that may be filled up with -1."""
+        return Neighbors.sort([self.best_among(poses, candidates, np.full(len(poses), np.inf), k).entries()])
+
+    def best_among(self, poses: np.ndarray, candidates: np.ndarray, limits: np.ndarray, k: int) -> NearestSoFar:
+        """Measure candidates of each query, and keep k of them within its limit."""
+        queries = self._groups.queries(poses, np.full(len(poses), -1), None)
+        best, counts = NearestSoFar(limits, k), (candidates >= 0).sum(axis=1)
+        indices = np.maximum(candidates, 0)
+        self._groups.measure_candidates(queries, Candidates(indices, indices, np.zeros(candidates.shape), counts), best)
+        return best
 
     def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
         """Find all poses that are no further away from a query than its limit; distances are always measured."""
@@ -95,7 +113,7 @@ class Search:
         index, loop = self.index, nearest_of_candidates_loop(self.index.poses.dtype)
         tail = self.metric.encode, self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
-            lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once), *tail),
+            lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once, False), *tail),
             len(codes),
             self._cost.work_of_pairs(candidates.counts.sum()),
             self.n_jobs,
@@ -122,12 +140,28 @@ class Search:
         """Return of some groups whether their bounds are within the limit of each query."""
         return bounds <= self._chords.limits(cast(FilterPoints, queries.points), limits)[:, np.newaxis]
 
-    def _measure_first(self, queries: Queries, bounds: np.ndarray, n_first: int, best: NearestSoFar) -> np.ndarray:
-        """Measure the poses with the least bounds in the whole index; return the queries that may need more."""
-        points, indices = cast(FilterPoints, queries.points), self.index.groups.ravel()
-        candidates = self._chords.least(points, bounds, indices, queries.excluded, n_first, self.n_jobs)
-        self.refine(queries.codes, candidates, best)
-        return np.flatnonzero(candidates.bounds[:, -1] <= best.current_limits)
+    def _measure_candidates(self, queries: Queries, numbers: Iterable[int], best: NearestSoFar) -> np.ndarray:
+        """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
+        rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
+        last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
+        sort = not self._groups.has_coarse_bound  # else their order is that of the coarse bounds
+        for n in numbers:
+            some, best_of_some = queries.take(rest), best.take(rest)
+            points, known = cast(FilterPoints, some.points), Known(some.excluded, last_bounds, last_indices)
+            limits = self._chords.limits(points, best_of_some.current_limits)
+            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs, sort=sort).heaps
+            bounds = self._chords.lowest(points, near.values)
+            self._groups.measure_candidates(
+                some, Candidates(near.indices, near.indices, bounds, near.counts), best_of_some
+            )
+            best.put(rest, best_of_some)
+            last_bounds, last_indices = (part[:, -1 if sort else 0] for part in (near.values, near.indices))
+            left = near.counts == n
+            left[left] = last_bounds[left] <= self._chords.limits(points, best_of_some.current_limits)[left]
+            rest, last_bounds, last_indices = rest[left], last_bounds[left], last_indices[left]
+            if len(rest) == 0:
+                break
+        return rest
 
     def _numbers(self, queries: Queries, bounds: np.ndarray | None, limits: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the numbers of all groups within reach, some at a time: few as long as no limit is known."""
@@ -153,11 +187,11 @@ class Search:
         if queries.points is None or 4 * n_first > len(self.index.poses):
             return False
         sample = queries.take(sample_of(len(queries)))
-        best, bounds = NearestSoFar(np.full(len(sample), np.inf), k), self._bounds(sample)
-        rest = self._measure_first(sample, bounds, n_first, best)
-        left = np.zeros(bounds.shape, bool)
-        left[rest] = self._within_reach(sample.take(rest), bounds[rest], best.current_limits[rest])
-        return self._cost.filter_is_worth_it(len(queries), n_first, left.mean())
+        best, points = NearestSoFar(np.full(len(sample), np.inf), k), cast(FilterPoints, sample.points)
+        rest = self._measure_candidates(sample, (n_first,), best)
+        limits = self._chords.limits(points.take(rest), best.current_limits[rest])
+        share = self._chords.share_within(points.take(rest), limits, self.n_jobs) * len(rest) / len(sample)
+        return self._cost.filter_is_worth_it(len(queries), n_first, share)
 
     def _filter_is_worth_it_within(self, queries: Queries, limits: np.ndarray) -> bool:
         """Filter for a sample of the queries, and estimate the cost of the search from it."""

@@ -9,16 +9,17 @@ from numba import njit
 from reference import distances as reference_distances
 
 from skpose import Skeleton
-from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
-from skpose._compiled.pose.nearest import (
+from skpose._compiled.pose.candidates import (
     Batch,
+    Boxes,
     Candidates,
-    Groups,
-    Heaps,
-    bounds_of_groups_loop,
+    Known,
+    copy_code,
+    nearest_of_boxes_loop,
     nearest_of_candidates_loop,
-    nearest_of_groups_loop,
 )
+from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
+from skpose._compiled.pose.nearest import Groups, Heaps, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
@@ -64,7 +65,7 @@ def search_groups(
 def search_candidates(X, Y, candidates, found, *, at_once=FLOAT64_LANES, rows=None, measure=None):
     """Run the loop over candidates under "angle"; return the numbers of pairs measured and unconverged, and the gap."""
     chosen = METRICS["angle"]()
-    batch = Batch(*(rows or (0, len(X))), at_once)
+    batch = Batch(*(rows or (0, len(X))), at_once, False)
     tail = chosen.encode, measure or chosen.measure, tree_of(None), chosen.steps, found
     return nearest_of_candidates_loop(Y.dtype)(chosen.encode_poses(X, None), Y, candidates, batch, *tail)
 
@@ -89,7 +90,8 @@ def all_candidates(n_queries, bounds=None, order=None):
     """All poses, in an order, as candidates of each query."""
     order = np.arange(N_POSES) if order is None else order
     bounds = np.zeros((n_queries, N_POSES)) if bounds is None else bounds
-    return Candidates(np.tile(order, (n_queries, 1)), bounds, np.full(n_queries, N_POSES))
+    orders = np.tile(order, (n_queries, 1))
+    return Candidates(orders, orders, bounds, np.full(n_queries, N_POSES))
 
 
 # --- groups ----------------------------------------------------------------------------------------------------------
@@ -196,6 +198,40 @@ def test_bounds_within_the_limit_become_the_least_distances_of_their_groups(grid
     np.testing.assert_array_equal(bounds, expected.astype(dtype))
 
 
+@pytest.mark.parametrize("n_poses", [3, N_POSES, 300])
+def test_points_in_boxes_some_and_then_more(grid, n_poses):
+    """In order, by value and then by index, without the excluded one, within the limits."""
+    X, _, _ = grid
+    dtype, rng = np.dtype(np.float32), np.random.default_rng(0)
+    width, X = lanes(dtype), X.astype(dtype)
+    Y = rng.integers(-2, 3, size=(n_poses, 4)).astype(dtype)
+    Y = Y[Y[:, 0].argsort(kind="stable")]
+    indices = np.full(-(-n_poses // width) * width, -1)
+    indices[:n_poses] = rng.permutation(n_poses)
+    groups, levels = np.split(Y, np.arange(width, n_poses, width)), []
+    for _ in range(2):
+        boxes = np.array([np.concatenate([group[:, :4].min(axis=0), group[:, -4:].max(axis=0)]) for group in groups])
+        levels.append(in_lanes(boxes))
+        groups = np.split(boxes, np.arange(width, len(boxes), width))
+    boxes = Boxes(in_lanes(Y), indices, *levels)
+    D = np.linalg.norm(X[:, None].astype(float) - Y, axis=2).astype(dtype)[:, indices[:n_poses].argsort()]
+    limits, excluded = np.array([0, 2, 3, 3, 9], dtype), np.arange(N_QUERIES) % n_poses
+    known = Known(excluded, np.full(N_QUERIES, -1, dtype), np.full(N_QUERIES, -1))
+    entries_of = [([], []) for _ in X]
+    for k in (1, 7, n_poses):
+        found = heaps(limits, k, dtype)
+        nearest_of_boxes_loop()(X, boxes, Batch(0, N_QUERIES, 1, True), known, found)
+        for i, n in enumerate(found.counts):
+            for mine, part in zip(entries_of[i], (found.values, found.indices), strict=True):
+                mine += part[i, :n].tolist()
+            if n:
+                known.values[i], known.indices[i] = found.values[i, n - 1], found.indices[i, n - 1]
+    for i, row in enumerate(D):
+        order = np.argsort(row, kind="stable")
+        order = order[(row[order] <= limits[i]) & (order != excluded[i])]
+        assert entries_of[i] == (row[order].tolist(), order.tolist())
+
+
 # --- candidates ------------------------------------------------------------------------------------------------------
 
 
@@ -208,6 +244,20 @@ def test_k_nearest_of_candidates_in_any_order(grid, dtype, at_once, k):
     found = heaps(np.full(N_QUERIES, np.inf), k)
     assert search_candidates(X, Y.astype(dtype), candidates, found, at_once=at_once) == (D.size, 0, 0.0)
     assert_nearest(found, D, k)
+
+
+@pytest.mark.parametrize("k", [5, N_POSES])
+def test_candidates_are_rows_of_codes_and_what_is_kept_is_sorted_on_request(grid, k):
+    X, Y, D = grid
+    dtype, order = np.dtype(np.float32), np.random.default_rng(1).permutation(N_POSES)
+    candidates = all_candidates(N_QUERIES)._replace(rows=np.tile(order.argsort(), (N_QUERIES, 1)))
+    found = heaps(np.full(N_QUERIES, 3.0), k, dtype)
+    tail = copy_code, METRICS["angle"].measure, tree_of(None, dtype), METRICS["angle"]().steps, found
+    loop, batch = nearest_of_candidates_loop(dtype, dtype), Batch(0, N_QUERIES, lanes(dtype), True)
+    loop(X.astype(dtype), Y[order].astype(dtype), candidates, batch, *tail)
+    assert_nearest(found, D, k, 3.0)
+    for i, n in enumerate(found.counts):
+        np.testing.assert_array_equal(found.indices[i, :n], entries(found, i)[1])
 
 
 def test_only_the_counted_candidates_of_the_batch_are_measured(grid):
@@ -229,7 +279,7 @@ def test_candidates_are_taken_in_order_until_no_bound_is_within_reach(grid, at_o
     k, rng = 3, np.random.default_rng(1)
     bounds = D - rng.integers(0, 2, size=D.shape)
     order = bounds.argsort(axis=1)
-    candidates = Candidates(order, np.take_along_axis(bounds, order, axis=1), np.full(N_QUERIES, N_POSES))
+    candidates = Candidates(order, order, np.take_along_axis(bounds, order, axis=1), np.full(N_QUERIES, N_POSES))
     found = heaps(np.full(N_QUERIES, limit), k)
     expected = 0
     for i in range(N_QUERIES):

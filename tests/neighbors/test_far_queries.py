@@ -5,6 +5,7 @@ import pytest
 from conftest import SKELETONS
 
 from skpose import Bone, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
+from skpose._compiled.pose.candidates import Known
 from skpose.metrics import Angle, Spatial
 from skpose.neighbors import _cost
 from skpose.neighbors._filter import ChordFilter
@@ -113,20 +114,35 @@ def test_the_coarse_bound_leaves_little_of_what_the_filter_leaves(monkeypatch):
     assert 0 < n_poses[FLOAT64] < 0.5 * n_poses[FLOAT32]
 
 
-def test_the_poses_with_the_least_bounds_are_found_without_the_excluded_one():
-    """One pose of each group is near the query, which is one of them itself."""
+@pytest.mark.parametrize("n_poses", [3, 20 * LANES, 300 * LANES + 5])
+def test_the_poses_with_the_least_bounds_are_found_some_and_then_more(n_poses):
+    """In order, without the excluded one, within limits; poses in boxes of boxes, many of them there twice."""
     rng = np.random.default_rng(0)
-    X = rng.normal(size=(20 * LANES, 10)) + 10.0
-    X[::LANES] -= 10.0
-    chords = ChordFilter(X, Angle(), None)
-    points, excluded, indices = chords.points(X[:LANES:LANES]), np.zeros(1, int), np.arange(len(X))
-    bounds = chords.bounds(points, 1)
-    for n in (1, 5, 19):
-        found = chords.least(points, bounds, indices, excluded, n, 1)
-        expected = np.argsort(np.linalg.norm(X[::LANES] - X[0], axis=1), kind="stable")[1 : n + 1] * LANES
-        assert found.counts.tolist() == [n]
-        assert set(found.indices[0]) == set(expected)
-        assert (np.diff(found.bounds[0]) >= 0).all()
+    X = rng.normal(size=(n_poses, 10))
+    X[n_poses // 2 :: 3] = X[0]
+    order = rng.permutation(n_poses)
+    chords, indices = ChordFilter(X, Angle(), None), np.full(-(-n_poses // LANES) * LANES, -1)
+    chords.reorder(order)
+    indices[:n_poses] = order
+    points = chords.points(np.concatenate([X[[0, 1, 2, 0]], X[:1] + 9.0]))
+    Y = np.empty((n_poses, chords.n_coordinates), FLOAT32)
+    Y[order] = chords.coordinates(np.arange(n_poses))
+    excluded, limits = np.array([0, 1, 2, 1, 0]), np.array([0.0, 1.0, 2.0, 3.0, 99.0], FLOAT32)
+    known = Known(excluded, np.full(5, -1.0, FLOAT32), np.full(5, -1))
+    found = [[] for _ in limits]
+    for n in (1, 7, n_poses):
+        near = chords.nearest(points, indices, known, limits, n, 1).heaps
+        for i, count in enumerate(near.counts):
+            found[i] += near.indices[i, :count].tolist()
+            if count:
+                known.values[i], known.indices[i] = near.values[i, count - 1], near.indices[i, count - 1]
+    for i, (point, limit) in enumerate(zip(points.coordinates, limits, strict=True)):
+        bounds = np.linalg.norm(Y.astype(float) - point, axis=1)
+        bounds[excluded[i]] = np.inf
+        np.testing.assert_array_equal(np.sort(found[i]), np.flatnonzero(bounds <= limit * (1 + 1e-6)))
+        assert (np.diff(bounds[found[i]]) >= -1e-6).all()
+        same = [j for j in found[i] if (Y[j] == Y[0]).all()]
+        assert same == sorted(same)
 
 
 def test_training_poses_are_no_neighbours_of_themselves():

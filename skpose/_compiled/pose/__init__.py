@@ -3,6 +3,9 @@
 What calls what, from the loops over poses at the top to one frame at the bottom::
 
     nearest, loops, pair                                    searches; the loops over poses and over pairs; one pair
+    candidates
+       |
+    nearest, loops                                          searches; the loops over poses and over pairs
           |
      +----+----+
      |         |
@@ -56,7 +59,7 @@ Two stages
 ----------
 A metric is a pair of functions. Its *encode* writes the code of a pose: all that the metric needs of it. Its *measure*
 computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`,
-`nearest` for searches, `warping` for motions) and take the two as arguments.
+`nearest` and `candidates` for searches, `warping` for motions) and take the two as arguments.
 """
 
 COMPILES = (

@@ -99,10 +99,10 @@ def results_type(dtype):
     return tuple_type(Results, *(array_type(*kind, readonly=False) for kind in kinds))
 
 
-def encode_type():
-    """Return numba's type of a function that encodes lanes, in float64."""
-    tree, steps = shared_types(np.dtype(np.float64))
-    rows_of_lanes = array_type(types.float64, 2, readonly=False)
+def encode_type(dtype=np.dtype(np.float64)):  # noqa: B008
+    """Return numba's type of a function that encodes lanes."""
+    tree, steps = shared_types(dtype)
+    rows_of_lanes = array_type(from_dtype(dtype), 2, readonly=False)
     return types.FunctionType(types.void(rows_of_lanes, tree, steps, rows_of_lanes, rows_of_lanes))
 
 

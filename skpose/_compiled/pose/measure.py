@@ -23,23 +23,50 @@ def turns_off(gap, steps):
     return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
 
 
+@inlined
+def to_points(a, b, n):
+    """Return the Euclidean distances of a point a to others b, of n coordinates."""
+    zero = full_like(b, 0.0)
+    one, two, three = zero, zero, zero  # several sums, so that no addition waits for the one before
+    for d in range(0, n - 2, 3):
+        p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
+        one, two, three = one + p * p, two + q * q, three + r * r
+    for d in range(n - n % 3, n):
+        gap = b[d] - a[d]
+        one = one + gap * gap
+    return sqrt(one + two + three)
+
+
+@inlined
+def to_boxes(a, low, high, n):
+    """Return the Euclidean distances of a point a to boxes, of n coordinates, given two corners of each."""
+    zero = full_like(low, 0.0)
+    one, two = zero, zero
+    for d in range(0, n - 1, 2):
+        p = minimum(minimum(a[d] - low[d], high[d] - a[d]), zero)
+        q = minimum(minimum(a[d + 1] - low[d + 1], high[d + 1] - a[d + 1]), zero)
+        one, two = one + p * p, two + q * q
+    if n % 2 == 1:
+        p = minimum(minimum(a[n - 1] - low[n - 1], high[n - 1] - a[n - 1]), zero)
+        one = one + p * p
+    return sqrt(one + two)
+
+
 @first_class
 def measure_euclidean(x, Y, first, last, tree, steps, scratch, results):
     """Compute ‖y − x‖₂, every difference wrapped where the metric wraps."""
     a, n = flat(x), x.shape[0]
     for k in range(first, last):
         b = rows(Y, k * n)
-        zero = full_like(b, 0.0)
-        one, two, three = zero, zero, zero  # several sums, so that no addition waits for the one before
         if steps.half_turn == math.inf:
-            for d in range(0, n - 2, 3):
-                p, q, r = b[d] - a[d], b[d + 1] - a[d + 1], b[d + 2] - a[d + 2]
-                one, two, three = one + p * p, two + q * q, three + r * r
-        for d in range(n - n % 3 if steps.half_turn == math.inf else 0, n):
-            gap = b[d] - a[d]
-            gap = gap - turns_off(gap, steps) * TWO_PI
-            one = one + gap * gap
-        rows(results.distances, k - first)[0] = sqrt(one + two + three)
+            rows(results.distances, k - first)[0] = to_points(a, b, n)
+        else:
+            total = full_like(b, 0.0)
+            for d in range(n):
+                gap = b[d] - a[d]
+                gap = gap - turns_off(gap, steps) * TWO_PI
+                total = total + gap * gap
+            rows(results.distances, k - first)[0] = sqrt(total)
 
 
 @first_class
@@ -47,17 +74,7 @@ def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
     """Compute the Euclidean distances from a point x to boxes, whose codes are the lower corner, then the upper one."""
     a, n = flat(x), x.shape[0]
     for k in range(first, last):
-        low, high = rows(Y, 2 * n * k), rows(Y, 2 * n * k + n)
-        zero = full_like(low, 0.0)
-        one, two = zero, zero
-        for d in range(0, n - 1, 2):
-            p = minimum(minimum(a[d] - low[d], high[d] - a[d]), zero)
-            q = minimum(minimum(a[d + 1] - low[d + 1], high[d + 1] - a[d + 1]), zero)
-            one, two = one + p * p, two + q * q
-        if n % 2 == 1:
-            p = minimum(minimum(a[n - 1] - low[n - 1], high[n - 1] - a[n - 1]), zero)
-            one = one + p * p
-        rows(results.distances, k - first)[0] = sqrt(one + two)
+        rows(results.distances, k - first)[0] = to_boxes(a, rows(Y, 2 * n * k), rows(Y, 2 * n * k + n), n)
 
 
 def _squared_angle_series(degree=24):

@@ -18,7 +18,7 @@ import numpy as np
 from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import FLOAT64_LANES, GROUPS_IN_CACHE, encode_type, measure_type
+from skpose._compiled.pose.loops import GROUPS_IN_CACHE, measure_type
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import inlined, jit
@@ -41,14 +41,6 @@ class Heaps(NamedTuple):
     counts: np.ndarray  # (n_queries,) number of entries
 
 
-class Candidates(NamedTuple):
-    """Poses of an index that may be among the nearest of each query; a query's loop takes them in order."""
-
-    indices: np.ndarray  # (n_queries, n_candidates)
-    bounds: np.ndarray  # (n_queries, n_candidates) lower bounds of the distances
-    counts: np.ndarray  # (n_queries,) number of candidates
-
-
 class Groups(NamedTuple):
     """Poses in groups of lanes, and which of them to measure: those whose bound is within the query's limit.
 
@@ -61,30 +53,21 @@ class Groups(NamedTuple):
     slack: np.ndarray  # (n_queries,) by how much a bound may be too high
 
 
-class Batch(NamedTuple):
-    """The queries first:last, and how many of a query's candidates are measured at once, FLOAT64_LANES at most."""
-
-    first: int
-    last: int
-    at_once: int
-
-
 @inlined
-def _comes_before(value, j, other_value, other_j):
+def comes_before(value, j, other_value, other_j):
     return value < other_value or (value == other_value and j < other_j)
 
 
 @inlined
-def _sift_down(values, indices, i, node, value, j):
-    """Put an entry into row i, a heap but for this free node: children that come after the entry move up."""
-    n = values.shape[1]
+def sift_down(values, indices, i, node, n, value, j):
+    """Put an entry into the first n of row i, a heap but for this free node: children that come after it move up."""
     while 2 * node + 1 < n:
         child = 2 * node + 1
-        if child + 1 < n and _comes_before(
+        if child + 1 < n and comes_before(
             values[i, child], indices[i, child], values[i, child + 1], indices[i, child + 1]
         ):
             child += 1
-        if not _comes_before(value, j, values[i, child], indices[i, child]):
+        if not comes_before(value, j, values[i, child], indices[i, child]):
             break
         values[i, node], indices[i, node] = values[i, child], indices[i, child]
         node = child
@@ -92,29 +75,35 @@ def _sift_down(values, indices, i, node, value, j):
 
 
 @inlined
-def _limit(heaps, i):
+def make_heap(values, indices, i, n):
+    """Make the first n entries of row i a heap."""
+    for node in range(n // 2 - 1, -1, -1):
+        sift_down(values, indices, i, node, n, values[i, node], indices[i, node])
+
+
+@inlined
+def current_limit(heaps, i):
     """Return the largest value that query i would still keep."""
     return heaps.values[i, 0] if heaps.counts[i] == heaps.values.shape[1] else heaps.limits[i]
 
 
 @inlined
-def _keep(value, j, heaps, i):
+def keep(value, j, heaps, i):
     """Keep pose j for query i if it is near enough."""
     values, indices, counts = heaps.values, heaps.indices, heaps.counts
     capacity = values.shape[1]
     if counts[i] == capacity:
-        if _comes_before(value, j, values[i, 0], indices[i, 0]):
-            _sift_down(values, indices, i, 0, value, j)
+        if comes_before(value, j, values[i, 0], indices[i, 0]):
+            sift_down(values, indices, i, 0, capacity, value, j)
     elif value <= heaps.limits[i]:
         values[i, counts[i]], indices[i, counts[i]] = value, j
         counts[i] += 1
         if counts[i] == capacity:
-            for node in range(capacity // 2 - 1, -1, -1):
-                _sift_down(values, indices, i, node, values[i, node], indices[i, node])
+            make_heap(values, indices, i, capacity)
 
 
 @inlined
-def _rounding(tree):
+def rounding_of(tree):
     """Return how far above a length its lower bound may lie by rounding, m; a generous estimate."""
     total, largest = 0.0, 0.0
     for j in range(tree.offset.shape[0]):
@@ -164,11 +153,11 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
     per_bound = n_groups // max(1, groups.bounds.shape[1])
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     results = results_of(n_together, width, queries.dtype)
-    distances, rounding, n_measured = rows(results.distances, 0), _rounding(tree), 0
+    distances, rounding, n_measured = rows(results.distances, 0), rounding_of(tree), 0
     for group in range(0, n_groups, n_together):
         end = min(group + n_together, n_groups)
         for i in range(first, last):
-            limit = _limit(heaps, i)
+            limit = current_limit(heaps, i)
             start, stop = _run(groups.bounds, i, limit + groups.slack[i], group, end, per_bound)
             while start < stop:
                 results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
@@ -185,48 +174,13 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
                     for w in range(width):
                         j = groups.indices[at + w]
                         if j >= 0 and j != excluded[i]:
-                            _keep(results.distances[k, w], j, heaps, i)
-                    limit = _limit(heaps, i)
+                            keep(results.distances[k, w], j, heaps, i)
+                    limit = current_limit(heaps, i)
                 start, stop = _run(groups.bounds, i, limit + groups.slack[i], stop, end, per_bound)
     return n_measured
 
 
-def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, tree, steps, heaps):
-    n_dofs = poses.shape[1]
-    scratch = empty_aligned(workspace_rows(tree), FLOAT64_LANES, queries.dtype)
-    pose = empty_aligned(n_dofs, FLOAT64_LANES, queries.dtype)
-    code = empty_aligned(queries.shape[1], FLOAT64_LANES, queries.dtype)
-    results = results_of(1, FLOAT64_LANES, queries.dtype)
-    taken = np.empty(FLOAT64_LANES, np.int64)
-    rounding, n_measured, n_unconverged, worst = _rounding(tree), 0, 0, 0.0
-    for i in range(batch.first, batch.last):
-        c = 0  # the next candidate
-        while c < candidates.counts[i]:
-            n, limit = 0, _limit(heaps, i)
-            while c < candidates.counts[i] and n < batch.at_once:
-                if candidates.bounds[i, c] <= limit:
-                    taken[n] = candidates.indices[i, c]
-                    n += 1
-                c += 1
-            if n == 0:
-                break
-            results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
-            for w in range(FLOAT64_LANES):
-                results.skip[0, w], results.gap[0, w] = w >= n, 0.0
-                for d in range(n_dofs):
-                    pose[d, w] = poses[taken[min(w, n - 1)], d]
-            encode(pose, tree, steps, scratch, code)
-            measure(queries[i], code, 0, 1, tree, steps, scratch, results)
-            n_measured += n * (1 - results.n_ruled_out[0])
-            for w in range(n):
-                _keep(results.distances[0, w], taken[w], heaps, i)
-                if results.gap[0, w] > 0.0:
-                    n_unconverged += 1
-                    worst = max(worst, results.gap[0, w])
-    return n_measured, n_unconverged, worst
-
-
-def _heaps_type(real):
+def heaps_type(real):
     """Return numba's type of Heaps."""
     integer = types.int64
     kinds = ((real, 1), (real, 2), (integer, 2), (integer, 1))
@@ -263,27 +217,5 @@ def nearest_of_groups_loop(dtype):
     kinds = (real, 2), (integer, 1), (types.float32, 2), (types.float64, 1)
     groups = tuple_type(Groups, *(array_type(*kind, readonly=False) for kind in kinds))
     queries, excluded = array_type(real, 2, readonly=True), array_type(integer, 1, readonly=True)
-    tail = excluded, measure_type(dtype), tree, steps, _heaps_type(real)
+    tail = excluded, measure_type(dtype), tree, steps, heaps_type(real)
     return jit(_nearest_of_groups, signatures=[integer(queries, groups, integer, integer, *tail)])
-
-
-@functools.cache
-def nearest_of_candidates_loop(dtype):
-    """``loop(queries, poses, candidates, batch, encode, measure, tree, steps, heaps)``: keep the nearest candidates.
-
-    `queries` holds codes as rows, `poses` all poses of the index, of this dtype. The Candidates of each query of the
-    Batch are measured in order, but for those whose bound is above the largest distance that the query would still
-    keep. Returns the number of pairs measured, the number of geodesics that did not converge and the largest of their
-    gaps.
-    """
-    real, integer, float64 = types.float64, types.int64, np.dtype(np.float64)
-    tree, steps = shared_types(float64)
-    queries, poses = array_type(real, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=True)
-    kinds = (integer, 2), (real, 2), (integer, 1)
-    candidates = tuple_type(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
-    batch = tuple_type(Batch, *3 * [integer])
-    counts = types.Tuple((integer, integer, real))
-    signature = counts(
-        queries, poses, candidates, batch, encode_type(), measure_type(float64), tree, steps, _heaps_type(real)
-    )
-    return jit(_nearest_of_candidates, signatures=[signature])
