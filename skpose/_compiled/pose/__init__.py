@@ -2,10 +2,9 @@
 
 What calls what, from the loops over poses at the top to one frame at the bottom::
 
-    nearest, loops, pair                                    searches; the loops over poses and over pairs; one pair
     candidates
        |
-    nearest, loops                                          searches; the loops over poses and over pairs
+    nearest, loops, pair                                    searches; the loops over poses and over pairs; one pair
           |
      +----+----+
      |         |
