@@ -13,8 +13,16 @@ from skpose.datasets import MotionDataset, humanoid, make_gait
 from skpose.geodesics import exp_map, frechet_mean, geodesic, geodesic_distances, geometric_median, log_map
 from skpose.kinematics import forward_kinematics, inverse_kinematics, position_jacobian, retarget
 from skpose.metrics import pose_distances, pose_metric
-from skpose.motions import MotionStream, align_motions, find_motion, mean_motion, motion_distances, segment_repetitions
-from skpose.neighbors import PoseKNeighborsTransformer
+from skpose.motions import (
+    MotionKNeighborsTransformer,
+    MotionStream,
+    align_motions,
+    find_motion,
+    mean_motion,
+    motion_distances,
+    segment_repetitions,
+)
+from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
 
 DIRECT = "angle", "position", "rotation", "spatial"  # metrics that are measured directly
 PRECISIONS = np.float64, np.float32
@@ -62,8 +70,11 @@ def _distances(motions: MotionDataset) -> None:
 
 def _neighbors(motions: MotionDataset) -> None:
     X, skeleton = motions[0].angles, motions[0].skeleton
-    for metric in (*DIRECT, "geodesic"):
-        PoseKNeighborsTransformer(skeleton, n_neighbors=2, metric=metric).fit_transform(X)
+    many = np.random.default_rng(0).normal(np.tile(X, (200, 1)), 0.1)  # enough for all that a search may do
+    for metric in DIRECT:
+        PoseKNeighborsTransformer(skeleton, n_neighbors=2, metric=metric).fit(many).transform(X)
+        PoseRadiusNeighborsTransformer(skeleton, radius=0.1, metric=metric).fit(many).transform(X)
+    PoseKNeighborsTransformer(skeleton, n_neighbors=2, metric="geodesic").fit_transform(X)
 
 
 def _geodesics(motions: MotionDataset) -> None:
@@ -92,6 +103,7 @@ def _inverse_kinematics(motions: MotionDataset) -> None:
 def _motions(motions: MotionDataset) -> None:
     for metric in DIRECT:
         motion_distances(list(motions), metric=metric)
+    MotionKNeighborsTransformer(n_neighbors=1).fit_transform(list(motions))
     align_motions(*motions[:2])
     find_motion(motions[0][:6], motions)
     segment_repetitions(motions[0])
