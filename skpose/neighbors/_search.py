@@ -28,6 +28,7 @@ from skpose.neighbors._cost import CostModel, sample_of
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
+from skpose.neighbors._order import order_of_groups
 from skpose.neighbors._refine import Queries, Refinement
 from skpose.neighbors._results import Evaluations, Neighbors
 
@@ -69,6 +70,10 @@ class Search:
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
         queries, best = self._queries(poses, excluded), NearestSoFar(np.full(len(poses), np.inf), k)
+        order = np.arange(len(poses))
+        if queries.points is not None:  # queries near each other, one after another, find the same poses in the cache
+            order = order_of_groups(queries.points.coordinates, LANES)
+            queries = queries.take(order)
         n_first, rest, is_filtered = FIRST_CANDIDATES + 3 * k // 2, np.arange(len(poses)), False
         if self._filter_is_worth_it_for_nearest(queries, n_first, k):
             most = len(self.index.poses) // POSES_PER_CANDIDATE
@@ -81,7 +86,7 @@ class Search:
             for numbers in self._numbers(queries_left, bounds, best_of_rest.current_limits):
                 self._measure_groups(queries_left, bounds, numbers, best_of_rest)
             best.put(some, best_of_rest)
-        return Neighbors(*best.sorted_entries())
+        return Neighbors(*best.take(order.argsort()).sorted_entries())
 
     def among(self, poses: np.ndarray, candidates: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest of the candidates of each query, indices that may be filled up with -1."""
