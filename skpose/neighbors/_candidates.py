@@ -40,18 +40,29 @@ def check_candidates(candidates: Any, excluded: np.ndarray, n_poses: int) -> np.
         rows = np.full((n_queries, counts.max(initial=0)), -1)
         rows[np.arange(rows.shape[1]) < counts[:, np.newaxis]] = graph.indices
     else:
-        rows = np.array(candidates)
-        if rows.ndim != 2 or len(rows) != n_queries or not np.issubdtype(rows.dtype, np.integer):
+        if isinstance(candidates, np.ma.MaskedArray):
+            raise ValueError("candidates must be an array without a mask: candidates.filled(-1) has -1 for none")
+        try:
+            rows = np.array(candidates)
+        except ValueError:  # rows of several lengths
+            rows = np.array(candidates, dtype=object)
+        if rows.ndim != 2 or len(rows) != n_queries or rows.dtype.kind not in "iu":
             raise ValueError(
-                f"candidates must be whole numbers, a row for each of the {n_queries} queries, or a sparse graph, got "
-                f"an array of shape {rows.shape} and dtype {rows.dtype}"
+                f"candidates must be whole numbers, a row for each of the {n_queries} queries (if X is None, the "
+                f"training poses), or a sparse graph, got an array of shape {rows.shape} and dtype {rows.dtype}: fill "
+                "shorter rows up with -1, pass indices without their distances, and numbers with .astype(int)"
             )
-        rows = rows.astype(np.int64, copy=False)
-    if rows.size and not -1 <= rows.min() <= rows.max() < n_poses:
+        if rows.shape[1] == n_poses > 2 and rows.min() == 0 and rows.max() == 1:
+            raise ValueError(
+                "candidates has a column for each training pose, and zeros and ones alone, as a graph: pass it as "
+                "scipy.sparse.csr_array(candidates)"
+            )
+    if rows.size and not -1 <= int(rows.min()) <= int(rows.max()) < n_poses:
         raise ValueError(
             f"candidates must be indices of the {n_poses} poses that fit got, or -1 for none, got {rows.min()} to "
             f"{rows.max()}"
         )
+    rows = rows.astype(np.int64)
     rows.sort(axis=1)
     rows[:, 1:][rows[:, 1:] == rows[:, :-1]] = -1
     rows[rows == excluded[:, np.newaxis]] = -1

@@ -132,9 +132,10 @@ class Refinement:
 
     def _sharpen(self, coarse: CoarseBound, queries: Queries, candidates: Candidates, limits: np.ndarray) -> Candidates:
         """Return the candidates whose coarse bounds are within limits, by these bounds."""
-        candidates, poses = self._gather(candidates, limits)
+        coarse_limits = (limits + self._slack) * (1.0 + 2.0**-22)
+        candidates, poses = self._gather(candidates, coarse_limits)
         codes = self._encode_rows(poses, coarse.encode, queries.coarse)
-        near = NearestSoFar((limits + self._slack) * (1.0 + 2.0**-22), candidates.indices.shape[1], FLOAT32)
+        near = NearestSoFar(coarse_limits, candidates.indices.shape[1], FLOAT32)
         tree = self.metric.tree_for(self.index.skeleton, FLOAT32)
         self._loop_over(queries.coarse, codes, candidates, coarse.measure, tree, near, sort=True)
         _, bounds, indices, counts = near.heaps
