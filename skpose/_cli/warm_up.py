@@ -4,6 +4,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import joblib
 import numpy as np
@@ -35,13 +36,18 @@ def warm_up(subjects: Sequence[str], n_jobs: int) -> None:
             "numba finds no folder that it may write compiled functions to; set the environment variable "
             "NUMBA_CACHE_DIR to one, here and where skpose is used later"
         )
+    folders, wanted = cache_folders(), os.environ.get("NUMBA_CACHE_DIR")
+    if wanted and not all(folder.is_relative_to(Path(wanted).absolute()) for folder in folders):
+        raise ValueError(
+            f"NUMBA_CACHE_DIR={wanted} is no folder that numba can write to, so it would store functions in "
+            f"{os.path.commonpath(folders)}: create it, or unset the variable"
+        )
     began = time.monotonic()
     n_jobs = min(joblib.effective_n_jobs(n_jobs), len(subjects))
     print(f"skpose compiles for {processor()}, processes: {n_jobs}", flush=True)
     parallel = joblib.Parallel(n_jobs=n_jobs, backend="loky", batch_size=1, return_as="generator_unordered")
     for subject, seconds in parallel(joblib.delayed(_compile)(name) for name in subjects):
         print(f"{subject:<18} {seconds:6.1f} s", flush=True)
-    folders = cache_folders()
     files = [file for folder in folders for file in folder.glob("*.nb?")]
     size = sum(file.stat().st_size for file in files)
     print(f"{'in all':<18} {time.monotonic() - began:6.1f} s")

@@ -6,6 +6,7 @@ import numpy as np
 
 WINDOW = 0.025  # s before and after a frame over which speed is measured
 SLOW = 0.15  # sizes a second, below which a point stands still; a toe that swings moves at ten times that
+SHORT = 0.1  # s; at the top of a jump one is as slow for less
 LEVEL = 0.04  # sizes, within which heights are those of one floor; steps of stairs are higher
 LOW = 5.0  # %, the percentile of the heights that counts as the lowest: a toe that dips into the floor does not
 
@@ -27,10 +28,13 @@ def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
     heights = np.where(np.isnan(points[..., 1]), np.inf, points[..., 1])
     frames, lowest = np.arange(len(points)), heights.argmin(axis=1)
     heights = heights[frames, lowest]
-    k = max(1, round(WINDOW / float(np.median(np.diff(times))))) if len(times) > 1 else 1
+    step = float(np.median(np.diff(times))) if len(times) > 1 else np.inf
+    k = max(1, round(min(WINDOW / step, len(points))))
     before, after = np.maximum(frames - k, 0), np.minimum(frames + k, len(points) - 1)
     moved = np.linalg.norm(points[after, lowest] - points[before, lowest], axis=1)
     stands = np.isfinite(heights) & (moved < SLOW * size * (times[after] - times[before]))
+    for first, end in np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]))).reshape(-1, 2):
+        stands[first:end] &= (end - first) * step >= SHORT
     if not stands.any():
         return Ground(float(heights.min()), 0)
     standing = heights[stands]

@@ -54,3 +54,14 @@ def test_later_processes_compile_nothing(tmp_path):
     assert cache == f"{tmp_path}: {n_files} files of compiled functions, {size / 1e6:.0f} MB"
     compiled = {subject: int(run("-c", COUNT.format(call))[0]) for subject, call in CALL_OF.items()}
     assert compiled["distances"] == 0 < compiled["geodesics"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a path of other systems")
+def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
+    folder = tmp_path / "file"
+    folder.write_text("no folder")
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(folder)}
+    program = [sys.executable, "-m", "skpose", "warm-up", "--for", "distances"]
+    run = subprocess.run(program, env=environment, capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert f"skpose: NUMBA_CACHE_DIR={folder} is no folder that numba can write to" in run.stderr

@@ -58,6 +58,20 @@ def test_who_is_in_the_air_all_the_time_has_it_at_the_lowest_point():
     assert find_ground(falling, times, SIZE) == (falling[..., 1].min(), 0)
 
 
+@pytest.mark.parametrize("rate", [12.0, 30.0, 60.0, 120.0, 1000.0])
+def test_at_the_top_of_a_jump_one_does_not_stand(rate):
+    times = np.arange(round(0.5 * rate)) / rate
+    jump = np.zeros((len(times), 2, 3))
+    jump[:, 0, 1] = 1.0 - 4.9 * (times - times[len(times) // 2]) ** 2
+    jump[:, 1, 1] = jump[:, 0, 1] + SIZE
+    assert find_ground(jump, times, SIZE) == (jump[..., 1].min(), 0)
+
+
+def test_any_frame_rate_is_taken():
+    points, times = stepping()
+    assert np.isfinite(find_ground(points, times * 1e-300, SIZE).height)
+
+
 def test_a_single_frame_has_it_at_the_lowest_point_too():
     points, times = stepping()
     points[0, :, 1] += 1.0

@@ -13,4 +13,4 @@ What calls what::
     tree_cholesky                                           its steps, along the tree
 """
 
-COMPILES = "inverse kinematics", "6 to 20 s"  # see `simd.announce`
+COMPILES = "inverse kinematics", "10 to 40 s"  # see `simd.announce`

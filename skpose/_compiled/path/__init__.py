@@ -26,4 +26,4 @@ The coordinates of a path are those of `pose.chart`. Apart from these, `family` 
 for motions.
 """
 
-COMPILES = "geodesics", "6 to 20 s"  # see `simd.announce`
+COMPILES = "geodesics", "10 to 40 s"  # see `simd.announce`
