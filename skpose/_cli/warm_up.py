@@ -36,10 +36,10 @@ def warm_up(subjects: Sequence[str], n_jobs: int) -> None:
             "numba finds no folder that it may write compiled functions to; set the environment variable "
             "NUMBA_CACHE_DIR to one, here and where skpose is used later"
         )
-    folders, wanted = cache_folders(), os.environ.get("NUMBA_CACHE_DIR")
-    if wanted and not all(folder.is_relative_to(Path(wanted).absolute()) for folder in folders):
+    folders, requested = cache_folders(), os.environ.get("NUMBA_CACHE_DIR")
+    if requested and not all(folder.is_relative_to(Path(requested).absolute()) for folder in folders):
         raise ValueError(
-            f"NUMBA_CACHE_DIR={wanted} is no folder that numba can write to, so it would store functions in "
+            f"NUMBA_CACHE_DIR={requested} is no folder that numba can write to, so it would store functions in "
             f"{os.path.commonpath(folders)}: create it, or unset the variable"
         )
     began = time.monotonic()
