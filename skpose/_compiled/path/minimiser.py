@@ -7,8 +7,8 @@ the ratio of actual to predicted decrease, as the radius of a trust region does.
 The terms that Gauss-Newton leaves out make its steps too short, always by much the same factor near the end. So steps
 are combined as in conjugate gradients, with the damped normal equations as the preconditioner, and their length is at
 the minimum of the parabola through energy, slope and trial. Where there are chords between two poses, near the end,
-equations and factors are kept for some steps, of which only the gradient is new: they take most of the time, and
-change little. Where almost nothing is left to gain, the exact Hessian says whether that is true.
+equations and factors are kept for some steps, of which only the gradient is new: they take most of the time, and hardly
+change. Where almost nothing is left to gain, the exact Hessian says whether that is true.
 
 Where the gradient is zero but the curvature is negative in some direction, the path is at a saddle: it is perturbed.
 """
