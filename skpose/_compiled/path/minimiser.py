@@ -288,8 +288,10 @@ def minimise(tree, path, bounds, settings):
     last_slope = 0.0  # along the step before; zero where the conjugate directions start anew
     verified = False  # that almost no energy is left, by the exact model with the least damping
     exact = settings.exact
-    keeps = path.substeps > 1  # equations: these are of so many steps before; the damping of their factors
-    n_kept, used = 0, math.inf
+    n_kept, used = (
+        0,
+        math.inf,
+    )  # steps since the equations were computed; zero: compute them; the damping of the factors
     least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
     normal_equations(tree, path, False, system.samples, system.equations)
     scale = mean_diagonal(system.equations)
