@@ -148,7 +148,7 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     free, bounds, scratch = free_tree(tree, True), no_bounds(n_dofs), np.empty(workspace_rows(tree))
     basis = tangent_space(tree, pose)
     here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
-    settings = Settings(Stop(MAX_ITER, 0.0, 0.0), FIRST_OF_PATHS, False, LEAST_CHANGE, False, NEVER, math.inf)
+    settings = Settings(Stop(MAX_ITER, 0.0, 0.0), FIRST_OF_PATHS, False, LEAST_CHANGE, False, NEVER)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
         curve = find_geodesic(free, line, bounds, stop_at(MAX_ITER, TOL))

@@ -54,8 +54,7 @@ GRADIENT_NORM = 1e-7  # of the energy, where not only the length of a path matte
 SUBSTEPS = 4
 REFINEMENTS = ((1, 1), (1, SUBSTEPS), (2, SUBSTEPS), (4, SUBSTEPS))  # free steps over n_steps, chords in each
 LEAST_CHANGE = 0.1  # see `minimiser.Settings`
-PATIENCE = 3  # iterations, on paths that are not refined
-DIVERGED = 2.0 * MAX_GAP  # gap of a path that will not pass the discretisation check
+PATIENCE = 10  # iterations, on paths that are not refined
 NEVER = 1 << 62  # iterations
 ARRIVED = 1e-9  # rounding of the last pose's dofs, rad
 BITS = 2.0**36  # of dofs, see `_dofs_in`
@@ -89,8 +88,7 @@ def stop_at(max_iter, tol):
 
 @internal
 def _settings_for(substeps, stop):
-    patience = PATIENCE if substeps == 1 else NEVER
-    return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, patience, DIVERGED)
+    return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
 
 
 @by_address(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, INTEGER))

@@ -35,7 +35,7 @@ def project(tree, target, pose, max_iter, tol):
     for i in range(2):
         copy_to(ends[i], target)
     path = Path(poses, ends, 1)
-    settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), LEAST_DAMPING, True, math.inf, True, NEVER, math.inf)
+    settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), LEAST_DAMPING, True, math.inf, True, NEVER)
     outcome = minimise(free, path, no_bounds(pose.shape[0]), settings)
     found = pose_of(tree, free, path.poses[1], pose)
     return found, Outcome(0.5 * outcome.gradient_norm, outcome.gain, outcome.n_iter, outcome.converged)

@@ -6,9 +6,8 @@ the ratio of actual to predicted decrease, as the radius of a trust region does.
 
 The terms that Gauss-Newton leaves out make its steps too short, always by much the same factor near the end. So steps
 are combined as in conjugate gradients, with the damped normal equations as the preconditioner, and their length is at
-the minimum of the parabola through energy, slope and trial. Where there are chords between two poses, near the end,
-equations and factors are kept for some steps, of which only the gradient is new: they take most of the time, and hardly
-change. Where almost nothing is left to gain, the exact Hessian says whether that is true.
+the minimum of the parabola through energy, slope and trial. Where almost nothing is left to gain, the exact Hessian
+says whether that is true.
 
 Where the gradient is zero but the curvature is negative in some direction, the path is at a saddle: it is perturbed.
 """
@@ -33,7 +32,6 @@ from skpose._compiled.path.energy import (
 from skpose._compiled.path.normal_equations import (
     NormalEquations,
     equations_for,
-    gradient_of,
     mean_diagonal,
     normal_equations,
 )
@@ -51,9 +49,7 @@ LONGEST = 4.0  # step that is tried, in steps of the quadratic model
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
 ROUNDING = 1e-14  # relative to the energy or to the sum of the bones, what float64 cannot show
 MAX_GAP = 5e-3  # relative difference of a path's two lengths within which it passes the discretisation check
-LATE = 1e-4  # relative decrease of the energy by a step, after which the equations are kept
-LEAST_KEPT_RATIO = 0.25  # of actual to predicted decrease, for them to be kept
-MOST_KEPT = 5  # steps with equations of an earlier path
+DIVERGED = 4.0  # a path is given up whose gap is so many times larger
 FLAT = 1e-4  # curvature below which the energy counts as flat, relative to the mean diagonal of the normal equations
 PERTURBATION, MAX_PERTURBATIONS = 1e-2, 2  # of a path that has stopped at a saddle, rad; how many
 
@@ -82,7 +78,6 @@ class Settings(NamedTuple):
     least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
     raise_used: bool  # after a poor step, multiply the damping that was used, not the one before it was raised
     patience: int  # a path is checked for divergence every so many iterations
-    most_gap: float  # it is given up whose gap is larger, see `relative_gap`
 
 
 class Outcome(NamedTuple):
@@ -95,7 +90,7 @@ class Outcome(NamedTuple):
 
 
 BOUNDS, STOP = tuple_type(Bounds, VECTOR, VECTOR), tuple_type(Stop, INTEGER, REAL, REAL)
-SETTINGS = tuple_type(Settings, STOP, REAL, FLAG, REAL, FLAG, INTEGER, REAL)
+SETTINGS = tuple_type(Settings, STOP, REAL, FLAG, REAL, FLAG, INTEGER)
 OUTCOME = tuple_type(Outcome, REAL, REAL, INTEGER, FLAG)
 
 
@@ -288,34 +283,21 @@ def minimise(tree, path, bounds, settings):
     last_slope = 0.0  # along the step before; zero where the conjugate directions start anew
     verified = False  # that almost no energy is left, by the exact model with the least damping
     exact = settings.exact
-    n_kept, used = (
-        0,
-        math.inf,
-    )  # steps since the equations were computed; zero: compute them; the damping of the factors
     least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
     normal_equations(tree, path, False, system.samples, system.equations)
     scale = mean_diagonal(system.equations)
     damping = max(settings.damping, least_damping) * scale
     for iteration in range(stop.max_iter):
-        if n_kept > 0:
-            gradient_of(tree, path, system.samples, system.equations)
-        elif exact or iteration > 0:
+        if exact or iteration > 0:
             normal_equations(tree, path, exact, system.samples, system.equations)
         if _fix_at_bounds(path, bounds, system):
             last_slope = 0.0
-            if n_kept > 0:
-                n_kept = 0
-                normal_equations(tree, path, exact, system.samples, system.equations)
-                _fix_at_bounds(path, bounds, system)
         norm = 2.0 * math.sqrt(_dot(gradient, gradient))
         if scale <= noise or half <= noise:  # nothing moves
             return Outcome(norm, 0.0, iteration, True)
-        stationary, predicted, slope = norm <= stop.gradient_norm, 0.0, 0.0
+        stationary, used, predicted, slope = norm <= stop.gradient_norm, math.inf, 0.0, 0.0
         if not stationary:
-            if n_kept > 0:
-                solve(system.equations, system.factors, step)
-            else:
-                used = _damped_step(tree, system, damping, scale, step)
+            used = _damped_step(tree, system, damping, scale, step)
             predicted, slope = _predict(system, used, step)
             if ROUNDING * half < predicted <= least_gain * half and not verified:
                 if not exact:
@@ -329,11 +311,10 @@ def minimise(tree, path, bounds, settings):
             if used == math.inf or (predicted <= ROUNDING * half and damping > scale):
                 return Outcome(norm, math.inf, iteration, False)
         if stationary:  # a minimum or a saddle
-            is_known = exact and predicted > 0.0 and used <= FLAT * scale  # from the Hessian's factors
+            is_known = exact and used <= FLAT * scale  # from the Hessian's factors
             if is_known or n_perturbations == MAX_PERTURBATIONS or _is_minimum(tree, path, exact, scale, system):
                 return Outcome(norm, predicted / half if half > 0.0 else 0.0, iteration, True)
             n_perturbations += 1
-            n_kept = 0
             _perturb(path, bounds)
             half = evaluate(tree, path, system.samples)
             last_slope, damping = 0.0, max(settings.damping, least_damping) * scale
@@ -342,8 +323,6 @@ def minimise(tree, path, bounds, settings):
         line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
         lowest = _line_search(tree, path, line, bounds, trial, second, system.samples)
         ratio = (half - lowest) / predicted
-        fits = ratio > LEAST_KEPT_RATIO and half - lowest <= LATE * half
-        n_kept = n_kept + 1 if fits and keeps and not exact and n_kept < MOST_KEPT else 0
         if ratio > LEAST_RATIO:
             exact, verified = settings.exact, half - lowest <= least_gain * half
             copy_free(trial, path)
@@ -353,6 +332,6 @@ def minimise(tree, path, bounds, settings):
         raised = 4.0 * (used if settings.raise_used else damping)
         damping = _update_damping(damping, raised, ratio, least_damping * scale)
         check = iteration % settings.patience == settings.patience - 1
-        if check and relative_gap(tree, path.poses) > settings.most_gap:
+        if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
             return Outcome(norm, math.inf, iteration + 1, False)
     return Outcome(norm, predicted / half, stop.max_iter, False)
