@@ -45,7 +45,7 @@ class Waiting:
         """Emit the message if compilation takes longer than the patience."""
         if time.monotonic() - self.began < PATIENCE:
             return
-        room = sys.modules[self.module.rpartition(".")[0]]
+        room = sys.modules.get(self.module.rpartition(".")[0])
         subject, duration = getattr(room, "COMPILES", ("", ""))
         if subject and subject not in self.announced and multiprocessing.parent_process() is None:
             self.announced.add(subject)
