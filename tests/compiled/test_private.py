@@ -10,6 +10,7 @@ from collections import Counter
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import CPUCodegen, JITCodeLibrary
@@ -39,6 +40,12 @@ def names_of(module):
                     yield from sorted(taken)
                 else:
                     yield node.module, alias.name
+
+
+@pytest.fixture(autouse=True, scope="module")
+def rules_are_loaded():
+    """Let numba load its rules of types, which it does once, before parts of it are taken away."""
+    numba.njit(lambda array: array.shape[0])(np.ones((2, 2)))
 
 
 @pytest.fixture
