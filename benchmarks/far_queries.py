@@ -1,6 +1,6 @@
 """How fast is the search for the nearest poses of other people? Against scikit-learn and another checkout, in one run.
 
-    python benchmarks/far_queries.py [--cmu FOLDER] [--hdm05 FOLDER] [--against CHECKOUT] [--quick]
+    python benchmarks/far_queries.py [--cmu FOLDER] [--hdm05 FOLDER] [--against common.CHECKOUT] [--quick]
 
 Queries of one person among all poses of the others, "spatial", k = 10: recorded frames alone, and some 100,000 poses
 with interpolations between frames. Each checkout searches in a process of its own;
@@ -8,9 +8,7 @@ all take turns, and a line holds medians. By ``==``, answers of all checkouts mu
 equal to brute force by `pose_distances`. scikit-learn's brute force gets the joint positions ready made.
 """
 
-import os
 import pickle
-import subprocess
 import sys
 import tempfile
 import time
@@ -27,7 +25,6 @@ K = 10
 N_POSES, N_QUERIES, N_BRUTE, REPEATS = 100_000, 1000, 50, 5
 QUICK = 600, 40, 5, 1
 RECORDED = 60  # Hz, of the CMU poses that are no interpolations; more are nearly the same poses again
-CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def cases(options, n_poses, n_queries):
@@ -55,15 +52,7 @@ class Checkout:
     """A process that searches with the skpose of a checkout."""
 
     def __init__(self, path, data):
-        environment = os.environ | {"PYTHONPATH": str(path)}
-        if path != CHECKOUT:
-            environment["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / "far_queries_cache")
-        self.process = subprocess.Popen(
-            [sys.executable, __file__, "--search", data],
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
+        self.process = common.start_checkout(path, __file__, data)
         self.answer = self.next()
 
     def next(self):
@@ -118,7 +107,7 @@ def compare(name, skeleton, poses, queries, options, n_brute, repeats):
     with tempfile.NamedTemporaryFile() as file:
         pickle.dump((skeleton, poses, queries), file)
         file.flush()
-        checkouts = [Checkout(path, file.name) for path in (CHECKOUT, options.against) if path]
+        checkouts = [Checkout(path, file.name) for path in (common.CHECKOUT, options.against) if path]
     here = checkouts[0].answer
     check(skeleton, poses, queries[:n_brute], *here[:2])
     for there in checkouts[1:]:

@@ -1,6 +1,6 @@
 """How does an exact search grow up to a million poses? Against faiss, where it is installed, in one run.
 
-    python benchmarks/million.py [--hdm05 FOLDER] [--against CHECKOUT] [--quick]
+    python benchmarks/million.py [--hdm05 FOLDER] [--against common.CHECKOUT] [--quick]
 
 "spatial", k = 10, one thread, ball joints: frames at 120 Hz, filled up with frames that have noise of 0.03 rad, and
 1,000 queries of another person. Answers of some queries are compared with brute force, by ``==``. Contestants take
@@ -9,9 +9,7 @@ searches joint positions, which it gets ready made, for 500 candidates (flat) or
 """
 
 import argparse
-import os
 import pickle
-import subprocess
 import sys
 import tempfile
 import time
@@ -29,7 +27,6 @@ SIZES, N_QUERIES, N_BRUTE, REPEATS = (30_000, 100_000, 300_000, 1_000_000), 1000
 QUICK = (300, 1000), 20, 5, 1
 NOISE = 0.03  # rad
 CANDIDATES = {"flat": 500, "HNSW": 200}
-CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def poses_of(dataset, n, n_queries):
@@ -72,15 +69,7 @@ class Checkout:
     """A process that searches with the skpose of a checkout."""
 
     def __init__(self, path, data):
-        environment = os.environ | {"PYTHONPATH": str(path)}
-        if path != CHECKOUT:
-            environment["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / "million_cache")
-        self.process = subprocess.Popen(
-            [sys.executable, __file__, "--search", data],
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
+        self.process = common.start_checkout(path, __file__, data)
         self.distances, self.indices, self.memory = pickle.load(self.process.stdout)
 
     def search(self):
@@ -114,7 +103,9 @@ def compare(skeleton, poses, queries, against, n_brute, repeats):
     with tempfile.NamedTemporaryFile() as file:
         pickle.dump((skeleton, poses, queries), file)
         file.flush()
-        checkouts = {name: Checkout(path, file.name) for name, path in (("here", CHECKOUT), ("there", against)) if path}
+        checkouts = {
+            name: Checkout(path, file.name) for name, path in (("here", common.CHECKOUT), ("there", against)) if path
+        }
     here = checkouts["here"]
     D = pose_distances(queries[:n_brute], poses, skeleton=skeleton, n_jobs=-1)
     order = np.argsort(D, axis=1, kind="stable")[:, :K]

@@ -111,7 +111,8 @@ def _motions(motions: MotionDataset) -> None:
         motion_distances(list(motions), metric=metric)
     MotionKNeighborsTransformer(n_neighbors=1).fit_transform(list(motions))
     align_motions(*motions[:2])
-    find_motion(motions[0][:6], motions)
+    long = make_gait(n_subjects=1, n_sequences=4, duration=20.0, frame_rate=30.0, random_state=0)
+    find_motion(long[0][:40], long)  # so many frames that a search bounds them first
     segment_repetitions(motions[0])
     MotionStream([motions[0]], max_distance=1.0).push(motions[1].angles)
     mean_motion(list(motions))

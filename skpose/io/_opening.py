@@ -17,6 +17,7 @@ from typing import IO, Any
 from skpose.io._arguments import PathLike
 
 LEAST, TIMES = 1 << 26, 100  # what may be unpacked: bytes, and times the packed size
+PART = 1 << 13  # bytes of a packed file that are read at once, as what may be unpacked depends on what was read
 PATIENCE = 5.0  # s, for a program to open a named pipe for writing
 
 
@@ -104,7 +105,7 @@ class _Counted(io.RawIOBase):
         return True
 
     def readinto(self, buffer: Any) -> int:
-        data = self._file.read(len(buffer))
+        data = self._file.read(min(len(buffer), PART))
         buffer[: len(data)] = data
         self.n_bytes += len(data)
         return len(data)

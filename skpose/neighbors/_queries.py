@@ -68,11 +68,9 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
     slow = request.index.metric.iterative
     remote = (slow or n_queries * len(request.index.poses) > WORTH_SENDING) and in_processes(n_jobs)
-    size = (
-        QUERIES
-        if not isinstance(request.criterion, WithinRadius)
-        else min(QUERIES, MAX_BOUNDS // len(request.index.groups))
-    )
+    size = QUERIES
+    if isinstance(request.criterion, WithinRadius):
+        size = min(QUERIES, MAX_BOUNDS // len(request.index.groups))
     if slow:
         size = min(SLOW_QUERIES, MAX_CHORDS // len(request.index.poses))
     if remote:

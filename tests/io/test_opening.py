@@ -89,7 +89,7 @@ def test_what_gzip_holds_is_limited(name, filling, less, tmp_path):
     read(path)
     path.write_bytes(gzip.compress(data + filling * (20_000_000 // len(filling)), 1))
     with (
-        bounded_memory(12_000_000 if filling != b"\n" else 30_000_000),
+        bounded_memory(8_000_000 if filling != b"\n" else 30_000_000),
         pytest.raises(MocapFormatError, match=TOO_MUCH.format(path.name)),
     ):
         read(path)

@@ -13,4 +13,5 @@ What calls what::
     tree_cholesky                                           its steps, along the tree
 """
 
-COMPILES = "inverse kinematics", "10 to 40 s"  # see `simd.announce`
+# Subject and duration in the message of `simd.announce`.
+COMPILES = "inverse kinematics", "10 to 40 s"

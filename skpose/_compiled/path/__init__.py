@@ -26,4 +26,5 @@ The coordinates of a path are those of `pose.chart`. Apart from these, `family` 
 for motions.
 """
 
-COMPILES = "geodesics", "10 to 40 s"  # see `simd.announce`
+# Subject and duration in the message of `simd.announce`.
+COMPILES = "geodesics", "10 to 40 s"

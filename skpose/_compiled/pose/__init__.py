@@ -61,7 +61,5 @@ computes the distances from one encoded pose to others. The loops over poses and
 `nearest` and `candidates` for searches, `warping` for motions) and take the two as arguments.
 """
 
-COMPILES = (
-    "distances between poses",
-    "3 to 10 s",
-)  # see `simd.announce`
+# Subject and duration in the message of `simd.announce`.
+COMPILES = "distances between poses", "3 to 10 s"

@@ -14,7 +14,7 @@ import numpy as np
 from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import encode_type, measure_type
+from skpose._compiled.pose.loops import FLOAT64, encode_type, measure_type
 from skpose._compiled.pose.measure import to_boxes, to_points
 from skpose._compiled.pose.nearest import (
     comes_before,
@@ -31,7 +31,6 @@ from skpose._compiled.simd.jit import first_class, inlined, jit
 from skpose._compiled.simd.lanes import VECTOR_BYTES, empty_aligned, flat, least, rows
 from skpose._compiled.simd.signatures import array_type, tuple_type
 
-FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 # The distance to a box may exceed by rounding that to a point in it: each of some twenty squares and sums by 2⁻²⁴.
 ROUNDING_OF_BOXES = 1e-5
 

@@ -14,7 +14,8 @@ from skpose._compiled.simd.lanes import any_greater, empty_aligned, lanes, rows
 from skpose._compiled.simd.signatures import array_type, tuple_type
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other
-FLOAT64_LANES = lanes(np.dtype(np.float64))
+FLOAT64 = np.dtype(np.float64)
+FLOAT64_LANES = lanes(FLOAT64)
 
 
 class PairRange(NamedTuple):
@@ -99,7 +100,7 @@ def results_type(dtype):
     return tuple_type(Results, *(array_type(*kind, readonly=False) for kind in kinds))
 
 
-def encode_type(dtype=np.dtype(np.float64)):  # noqa: B008
+def encode_type(dtype=FLOAT64):
     """Return numba's type of a function that encodes lanes."""
     tree, steps = shared_types(dtype)
     rows_of_lanes = array_type(from_dtype(dtype), 2, readonly=False)

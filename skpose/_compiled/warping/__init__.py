@@ -7,7 +7,5 @@ What calls what::
        +- paths -+                                                  the least sum of two motions, and its path
 """
 
-COMPILES = (
-    "distances between motions",
-    "3 to 10 s",
-)  # see `simd.announce`
+# Subject and duration in the message of `simd.announce`.
+COMPILES = "distances between motions", "3 to 10 s"
