@@ -19,6 +19,18 @@ class ApproximateNeighbors(NamedTuple):
         By distance, those equally far away by index; -1 where a query has fewer candidates.
     recall : float
         Share of the nearest of all poses that were found, estimated from some queries; NaN where none were checked.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skpose import PoseKNeighborsTransformer
+    >>> from skpose.datasets import make_gait
+    >>> motions = make_gait(1, 1, random_state=0)
+    >>> X, _ = motions.poses(frame_rate=30)
+    >>> neighbors = PoseKNeighborsTransformer(motions.skeleton, n_neighbors=1).fit(X)
+    >>> nearest = neighbors.approximate_kneighbors(np.array([[0, 1, 2]]), X[:1])
+    >>> nearest.indices.tolist(), nearest.distances.tolist(), nearest.recall
+    ([[0]], [[0.0]], 1.0)
     """
 
     distances: np.ndarray

@@ -14,7 +14,7 @@ without it all groups are measured. So no search costs much more than brute forc
 codes of poses, and where groups are measured one bound for each query and group.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from typing import cast
 
 import numpy as np
@@ -37,6 +37,9 @@ FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
 # A query that needs more candidates takes 8 and then 64 times as many, if the index has as many poses for each of them.
 # If that is not enough, it measures groups.
 POSES_PER_CANDIDATE = 32
+# Share of the queries that may be left after they took more candidates, for these to take still more. Where more are
+# left, each needs thousands of poses, many of which stand in the same groups.
+MOST_LEFT = 0.5
 MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
 
@@ -145,7 +148,7 @@ class Search:
         """Return of some groups whether their bounds are within the limit of each query."""
         return bounds <= self._chords.limits(cast(FilterPoints, queries.points), limits)[:, np.newaxis]
 
-    def _measure_candidates(self, queries: Queries, numbers: Iterable[int], best: NearestSoFar) -> np.ndarray:
+    def _measure_candidates(self, queries: Queries, numbers: Sequence[int], best: NearestSoFar) -> np.ndarray:
         """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
         rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
         last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
@@ -164,7 +167,7 @@ class Search:
             left = near.counts == n
             left[left] = last_bounds[left] <= self._chords.limits(points, best_of_some.current_limits)[left]
             rest, last_bounds, last_indices = rest[left], last_bounds[left], last_indices[left]
-            if len(rest) == 0:
+            if len(rest) == 0 or (n > min(numbers) and left.mean() > MOST_LEFT):
                 break
         return rest
 

@@ -17,7 +17,7 @@ def error_of(arguments, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["explor", "a.bvh"], "'info'): did you mean 'explore'?"),
+        (["explor", "a.bvh"], "'warm-up'): did you mean 'explore'?"),
         (["distances", "a.bvh", "--metric", "spacial", "--out", "D.npy"], "'geodesic'): did you mean 'spatial'?"),
         (["distances", "a.bvh", "--metrik=spatial", "--out", "D.npy"], "no option --metrik: did you mean --metric?"),
         (["neighbors", "a.bvh", "--radis", "3", "--out", "G.npz"], "there is no option --radis: did you mean --radius"),
@@ -29,7 +29,7 @@ def test_the_nearest_word_is_named(arguments, words, capsys):
 
 
 def test_what_is_near_to_nothing_gets_the_choices_alone(capsys):
-    assert error_of(["qqq"], capsys).endswith("'info')")
+    assert error_of(["qqq"], capsys).endswith("'warm-up')")
 
 
 def test_without_a_command_there_is_help(capsys):
