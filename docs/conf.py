@@ -23,6 +23,7 @@ extensions = [
     "column_names",
     "mathml",
     "player",
+    "search_order",
 ]
 html_math_renderer = "mathml"
 extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}
@@ -44,12 +45,31 @@ html_show_sourcelink = False
 html_static_path = ["_static"]
 html_css_files = ["skpose.css"]
 html_js_files = ["offline.js", "scrolls.js"]
+html_baseurl = "https://skpose.github.io/skpose"
+html_favicon = "_static/icon.svg"
+html_search_scorer = str(Path(__file__).parent / "scorer.js")
 html_theme_options = {
+    "navbar_center": ["bar"],
+    "github_url": "https://github.com/skpose/skpose",
     "logo": {"text": "skpose"},
     "navbar_align": "left",
     "navigation_with_keys": False,
     "show_prev_next": False,
     "show_toc_level": 2,
+}
+html_context = {
+    "pages_of_bar": [
+        ("guide", "Guide"),
+        ("recipes", "Recipes"),
+        ("examples/index", "Examples"),
+        ("motions", "Motions"),
+        ("keypoints", "Keypoints"),
+        ("formats", "Formats"),
+        ("theory", "Theory"),
+        ("api", "API"),
+        ("changelog", "Changelog"),
+    ],
+    "summary": "Distances between human poses that measure how far the joints move, as a part of scikit-learn",
 }
 html_sidebars = {page: [] for page in ("index", "theory", "changelog", "search", "genindex", "examples/**")}
 
@@ -63,6 +83,10 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "reference_url": {"skpose": None},
     "min_reported_time": 1,
+    "subsection_order": [
+        f"../examples/{section}"
+        for section in ("distances", "recognition", "maps_and_clusters", "motions", "statistics", "people_and_robots")
+    ],
     "within_subsection_order": "ExampleTitleSortKey",
     "abort_on_example_error": True,
 }

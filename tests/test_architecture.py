@@ -20,7 +20,7 @@ import skpose
 
 PACKAGE = Path(skpose.__file__).parent
 ROOT = Path(__file__).parent.parent
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 # The direction of data: a package, or a file at the top, imports only from lines above its own.

@@ -13,7 +13,7 @@ PATTERNS = [
     "skpose/**/*.html",
     "tests/**/*.py",
     "benchmarks/*",
-    "examples/*",
+    "examples/**/*",
     "docs/*.*",
     "docs/_extensions/*",
     "*.md",
