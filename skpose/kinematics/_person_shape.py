@@ -34,10 +34,10 @@ R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.05, 0.03, 0.034, 0.0195
 R_SHOULDER, R_ELBOW, R_FOREARM, R_WRIST = 0.0275, 0.0215, 0.0255, 0.0155
 R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
-R_SKULL, R_CHIN, R_NECK = 0.0475, 0.03, 0.031
-R_PELVIS, R_WAIST, R_RIBS, R_CHEST = 0.053, 0.05, 0.052, 0.036
+R_SKULL, R_CHIN, R_NECK = 0.047, 0.037, 0.03
+R_PELVIS, R_WAIST, R_RIBS, R_CHEST = 0.053, 0.052, 0.054, 0.034
 # The middle of the skull above the joint between neck and head, and the chin below the skull.
-SKULL, CHIN = 0.045, 0.053
+SKULL, CHIN = 0.045, 0.042
 HEEL = (-0.014, 0.024)  # from the ankle: along the foot, and at a right angle to that, down
 TIP_OF_TOE = (0.038, -0.009)  # from the ball
 HAND_LENGTH = 0.085  # of a relaxed hand
@@ -79,8 +79,7 @@ def person_parts(skeleton: Skeleton, person: Landmarks) -> tuple[list[Sphere], l
     maker = _Maker(skeleton, person, height)
     maker.add_limbs()
     if maker.has_trunk:
-        maker.add_trunk()
-        maker.add_head()
+        maker.add_trunk(maker.add_head())
     return maker.spheres, maker.parts, maker.add_rest()
 
 
@@ -152,7 +151,7 @@ class _Maker:
 
     def _add_leg(self, side: str) -> None:
         hip, knee, ankle = (self.point(f"{side}_{mark}") for mark in (HIP, KNEE, ANKLE))
-        upper, lower = self.sphere([hip], R_HIP), self.sphere([knee], R_KNEE, inside=True)
+        upper, lower = self.sphere([hip], R_HIP, inside=True), self.sphere([knee], R_KNEE, inside=True)
         calf = self.sphere([knee], R_CALF, along=([knee], [ankle], 0.28 * PROPORTIONS["shank"]))
         foot = self.sphere([ankle], R_ANKLE, inside=True)
         self.add(knee - 1, (upper, lower))
@@ -178,7 +177,7 @@ class _Maker:
 
     def _add_arm(self, side: str) -> None:
         shoulder, elbow, wrist = (self.point(f"{side}_{mark}") for mark in (SHOULDER, ELBOW, WRIST))
-        upper, lower = self.sphere([shoulder], R_SHOULDER), self.sphere([elbow], R_ELBOW, inside=True)
+        upper, lower = self.sphere([shoulder], R_SHOULDER, inside=True), self.sphere([elbow], R_ELBOW, inside=True)
         bulge = self.sphere([elbow], R_FOREARM, along=([elbow], [wrist], 0.25 * PROPORTIONS["forearm"]))
         hand = self.sphere([wrist], R_WRIST, inside=True)
         self.add(elbow - 1, (upper, lower))
@@ -211,7 +210,8 @@ class _Maker:
         """Return all joints that come after one."""
         return [j for j in range(self.skeleton.n_joints) if joint in path_up(self.skeleton, j)[1:]]
 
-    def add_trunk(self) -> None:
+    def add_trunk(self, neck: tuple[int, ...]) -> None:
+        """Add the trunk, with the hull of the neck if there is one."""
         hips, shoulders = ([self.point(f"{side}_{mark}") for side in SIDES] for mark in (HIP, SHOULDER))
         at, share = self._spine(hips, shoulders)
         points = (*hips, *shoulders, *([] if at is None else [at]))
@@ -234,12 +234,12 @@ class _Maker:
 
         pelvis = [self.sphere([hip], R_PELVIS) for hip in hips]
         spine = 0.0 if at is None else 0.5
-        waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, 0.3, 0.13, spine)]
+        waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, 0.34, 0.15, spine)]
         ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(0.74, 0.0, 0.42)]
         chest = [self.sphere(points, R_CHEST, weights=w) for w in level(0.97, 0.0, 0.8)]
         collar = self.sphere(points, R_NECK, weights=level(1.08, 0.0, 0.0)[0])
         joint = self.person.trunk[-1] if self.person.trunk else -1
-        self.add(joint, (*pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar))
+        self.add(joint, (*pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar), *([neck] if neck else []))
         for end in (*hips, *shoulders):
             self.covered.update(path_up(self.skeleton, end - 1))
 
@@ -255,18 +255,18 @@ class _Maker:
         best = min(near, key=lambda point: abs(near[point] - 0.4))
         return best, near[best]
 
-    def add_head(self) -> None:
+    def add_head(self) -> tuple[int, ...]:
+        """Add the head; return the spheres of the neck, none where no head is known."""
         shoulders = [self.point(f"{side}_{SHOULDER}") for side in SIDES]
         found = self._find_head(shoulders)
         if found is None:
-            return
+            return ()
         joint, at, along, skull, across = found
         top = self.sphere(at, R_SKULL, along=(*along, skull))
         chin = self.sphere(at, R_CHIN, along=(*along, skull - CHIN), across=across)
         hips = [self.point(f"{side}_{HIP}") for side in SIDES]
-        base = self.sphere((*shoulders, *hips), R_NECK, weights=(0.52, 0.52, -0.02, -0.02))
-        throat = self.sphere(at, 0.85 * R_NECK, along=(*along, skull - 0.9 * CHIN), inside=True)
-        self.add(joint, (base, throat))
+        base = self.sphere((*shoulders, *hips), R_NECK, weights=(0.52, 0.52, -0.02, -0.02), inside=True)
+        throat = self.sphere(at, 0.9 * R_NECK, along=(*along, skull - CHIN), inside=True)
         self.add(joint, (top, chin))
         self.covered.update(path_up(self.skeleton, joint))
         near = 0.2 * self.height
@@ -274,6 +274,7 @@ class _Maker:
         for j in self._after(joint if joint not in self._face() else int(self.skeleton.parents[joint])):
             if np.linalg.norm(where[j] - where[joint]) < near:
                 self.covered.add(j)  # eyes, ears, jaw
+        return base, throat
 
     def _face(self) -> dict[int, str]:
         """Return joints at ears and nose by their names, of layouts that have them."""

@@ -2,8 +2,8 @@
 
 const DIRECTIONS = Array.from({ length: 32 }, (_, i) => [Math.cos((i * Math.PI) / 16), Math.sin((i * Math.PI) / 16)]);
 const LIGHT = [-0.64, -0.77]; // where it comes from, in the picture
-// A soft shadow: how much wider than a sphere, up to which height, in sizes, and then narrower.
-const SHADOWS = [[2.1, 1.3], [1.6, 0.55], [1.25, 0.22], [0.9, 0.08]];
+// A soft shadow: how much wider than a sphere, up to which height, in sizes, where it is narrow, and how dark.
+const SHADOWS = [[3, 1.3, 0.4], [2, 1.1, 0.5], [2.8, 0.2, 0.6], [2.4, 0.11, 1], [1.8, 0.07, 1.2]];
 
 const meanOf = (points, some) => [0, 1, 2].map((axis) => some.reduce((sum, i) => sum + points[i][axis], 0) / some.length);
 const lineOf = (points, [start, end]) => {
@@ -116,7 +116,8 @@ function drawShadow(context, view, shape, centres, size) {
   if (view.squash <= 0) return;
   const feet = centres.map((centre) => centre && view.project([centre[0], 0, centre[2]]));
   context.fillStyle = colours.shadow;
-  for (const [wider, reach] of SHADOWS) {
+  for (const [wider, reach, darkness] of SHADOWS) {
+    context.globalAlpha = 0.8 * darkness;
     const discs = centres.map((centre, i) => {
       const share = centre && 1 - Math.max(0, centre[1]) / (reach * size);
       if (!(share > 0) || feet[i].away <= view.near) return null;
@@ -131,6 +132,7 @@ function drawShadow(context, view, shape, centres, size) {
     }
     context.fill();
   }
+  context.globalAlpha = 1;
 }
 
 /** The spheres of a shape as discs in the picture, null for those that are not seen. */
@@ -163,8 +165,8 @@ function drawFigure(context, view, points, shape, { size, colourOf, shadow, show
   for (const { joint, found, all } of parts.filter((part) => part.all.length).sort((a, b) => b.away - a.away)) {
     const outlines = found.map((some) => outlineOf(some));
     context.beginPath();
-    for (const outline of outlines) drawEdge(context, outline);
-    context.lineWidth = Math.min(4, 0.8 + 0.3 * all[0].radius);
+    for (const outline of outlines) traceEdge(context, outline);
+    context.lineWidth = Math.min(3, 0.8 + 0.15 * all[0].radius);
     context.stroke();
     context.beginPath();
     for (const outline of outlines) trace(context, outline);
@@ -174,13 +176,17 @@ function drawFigure(context, view, points, shape, { size, colourOf, shadow, show
   return flat.map((at, i) => (shows(i) ? at : null));
 }
 
-/** Trace an outline without the arcs where another part goes on. */
-function drawEdge(context, outline) {
-  outline.forEach(({ x, y, disc }, i) => {
-    const before = outline.at(i - 1);
-    if (disc.inside && before.disc === disc) return;
-    context.moveTo(before.x, before.y);
-    context.lineTo(x, y);
+/** Trace an outline, but not near the joints where another part goes on. */
+function traceEdge(context, outline) {
+  outline.forEach((to, i) => {
+    const from = outline.at(i - 1);
+    if (from.disc === to.disc && to.disc.inside) return;
+    const length = Math.hypot(to.x - from.x, to.y - from.y);
+    /** What is left out at an end, as a share of the line. */
+    const gap = ({ disc }, other) => (disc.inside && disc !== other.disc ? Math.min(0.5, (1.2 * disc.radius) / length) : 0);
+    const [first, last] = [gap(from, to), 1 - gap(to, from)];
+    context.moveTo(from.x + first * (to.x - from.x), from.y + first * (to.y - from.y));
+    context.lineTo(from.x + last * (to.x - from.x), from.y + last * (to.y - from.y));
   });
 }
 
