@@ -42,6 +42,7 @@ HEEL = (-0.014, 0.024)  # from the ankle: along the foot, and at a right angle t
 TIP_OF_TOE = (0.038, -0.009)  # from the ball
 HAND_LENGTH = 0.085  # of a relaxed hand
 FEW_FINGERS = 3  # ends of chains after a wrist, up to which a hand is drawn as a mitten
+FACE = ("eye", "ear", "nose", "mouth", "jaw")  # parts of names of points that are inside of a head
 MARKER = 0.006  # of a bone that belongs to no part, such as that from a joint to a marker
 
 
@@ -103,6 +104,10 @@ def _between(skeleton: Skeleton, above: int, below: int) -> list[int]:
     """Return the joints after one, up to another one that comes after it."""
     path = path_up(skeleton, below)
     return path[: path.index(above)] if above in path else []
+
+
+def _is_of_face(name: str) -> bool:
+    return any(word in name.lower() for word in FACE)
 
 
 class _Maker:
@@ -272,8 +277,8 @@ class _Maker:
         near = 0.2 * self.height
         where = positions_at_zero(self.skeleton)
         for j in self._after(joint if joint not in self._face() else int(self.skeleton.parents[joint])):
-            if np.linalg.norm(where[j] - where[joint]) < near:
-                self.covered.add(j)  # eyes, ears, jaw
+            if np.linalg.norm(where[j] - where[joint]) < near or _is_of_face(self.skeleton.joint_names[j]):
+                self.covered.add(j)
         return base, throat
 
     def _face(self) -> dict[int, str]:

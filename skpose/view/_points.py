@@ -105,7 +105,7 @@ def _shape_of(figure: Figure, size: float) -> Shape:
             mean = offsets.mean(axis=0) if len(offsets) else np.zeros(3)
             mean *= length / (np.linalg.norm(mean) or 1.0)
             parent = None if parents[i] == root else figure.keys[parents[i]]
-            bones.append(Bone(figure.keys[i], parent, tuple(mean), ""))
+            bones.append(Bone(figure.keys[i], parent, tuple(mean), "rotvec"))
         shape = find_shape(Skeleton(bones)).renumber([i + 1 for i in order])
     alone = [i + 1 for i, parent in enumerate(parents) if parent < 0 and (i != root or not shape.parts)]
     return join_shapes(shape, point_shape(alone, size))
