@@ -17,6 +17,7 @@ from skpose.skeleton._shared import size_of
 # Radii of links, as shares of the size of the figure and of the length of the bone. A size is that of the box around
 # all joints at angle zero.
 THICKEST, OF_LENGTH, THINNEST, OF_POINT = 0.018, 0.12, 0.003, 0.008
+GAP = 1.2  # radii of a joint inside of a figure, up to which there is no edge
 N_DIRECTIONS = 32  # in which the outline of a hull is found, so that it is too small by 0.5 % at most
 
 
@@ -116,12 +117,31 @@ def join_shapes(a: Shape, b: Shape) -> Shape:
     return Shape(a.spheres + b.spheres, a.parts + moved, a.is_person or b.is_person)
 
 
-def outline(centres: np.ndarray, radii: np.ndarray, n_directions: int = N_DIRECTIONS) -> np.ndarray:
-    """Return the outline (n, 2) of the hull of discs: in each direction the point that is farthest."""
+class Outline(NamedTuple):
+    """The outline of the hull of discs."""
+
+    points: np.ndarray  # (n, 2) in order
+    edges: np.ndarray  # (n_edges, 2, 2) the lines between them but near joints where another part goes on
+
+
+def outline(
+    centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool], n_directions: int = N_DIRECTIONS
+) -> Outline:
+    """Return the outline of the hull of discs: in each direction the point that is farthest."""
     angles = np.linspace(0.0, 2.0 * np.pi, n_directions, endpoint=False)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     farthest = (directions @ centres.T + radii).argmax(axis=1)
-    return centres[farthest] + radii[farthest, None] * directions
+    points = centres[farthest] + radii[farthest, None] * directions
+    before, open_ = np.roll(farthest, 1), np.array(inside)
+    chosen = (before != farthest) | ~open_[farthest]
+    ends = np.stack([np.roll(points, 1, axis=0), points], axis=1)[chosen]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    left_out = np.where(before != farthest, 1.0, 0.0)[chosen, None] * np.where(open_, GAP * radii, 0.0)[
+        np.stack([before, farthest], axis=1)[chosen]
+    ]
+    shares = np.minimum(0.5, np.divide(left_out, lengths[:, None], out=np.zeros_like(left_out), where=left_out > 0.0))
+    along = (ends[:, 1] - ends[:, 0])[:, None] * shares[..., None] * [[1.0], [-1.0]]
+    return Outline(points, ends + along)
 
 
 def _centre(sphere: Sphere, points: np.ndarray) -> np.ndarray:
