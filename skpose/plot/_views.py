@@ -33,3 +33,19 @@ def name_view(positions: np.ndarray, names: tuple[str, ...], plane: list[int]) -
         if abs(share) > 0.7:
             return f"; seen from {name if share > 0 else {'the left': 'the right', 'the front': 'behind'}[name]}"
     return ""
+
+
+def choose_projection(positions: np.ndarray, vertical: int, is_deep: bool = False) -> str:
+    """Return the two axes that show poses (n_poses, n_joints, 3) from the side on which they differ more.
+
+    The second axis is the vertical one. A single pose is shown from the side on which it is wider; axes of three
+    dimensions show all three axes, the vertical one last.
+    """
+    first, second = (vertical + 1) % 3, (vertical + 2) % 3
+    if is_deep:
+        return "".join("xyz"[axis] for axis in (first, second, vertical))
+    spread = np.nansum(np.nanvar(positions, axis=0), axis=0)
+    if not spread[[first, second]].any():
+        spread = np.nanmax(positions, axis=(0, 1)).clip(min=0.0) - np.nanmin(positions, axis=(0, 1)).clip(max=0.0)
+    low, high = sorted((first, second))
+    return "xyz"[high if spread[high] > spread[low] * (1.0 + 1e-9) else low] + "xyz"[vertical]

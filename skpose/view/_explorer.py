@@ -27,6 +27,7 @@ ASSETS = (
     "explorer.css",
     "page.js",
     "figure.js",
+    "shape.js",
     "orbit.js",
     *NUMBERS,
     "poses.js",

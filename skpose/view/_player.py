@@ -23,6 +23,7 @@ ASSETS = (
     "player.css",
     "page.js",
     "figure.js",
+    "shape.js",
     "orbit.js",
     "clip.js",
     "stage.js",

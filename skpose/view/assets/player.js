@@ -1,7 +1,7 @@
 // The player of motions: time, controls, and the name of the joint under the pointer.
 
 const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
-const CONTROLS = ["place", "layout", "joint", "ground", "axes", "trails", "follow", "differences"];
+const CONTROLS = ["place", "layout", "joint", "ground", "axes", "trails", "ghosts", "follow", "differences"];
 
 if (typeof DecompressionStream === "undefined") {
   element("failure").textContent = "This page needs a browser of 2023 or later.";

@@ -1,6 +1,6 @@
 // The picture of the player: one view for each motion, or one for all, and what is in it.
 
-const TRAIL = 1; // s
+const [TRAIL, GHOST] = [1, 0.35]; // s: how long trails are, and from one ghost to the next
 const [MARGIN, LINE] = [14, 20]; // of texts, px
 
 class Stage {
@@ -68,7 +68,7 @@ class Stage {
       for (const tick of some) {
         const frames = clock.frames(tick);
         const target = this.target(members, frames);
-        const seen = members.flatMap((i) => clips[i].shown(frames[i], place));
+        const seen = members.flatMap((i) => reachOf(clips[i].shape, ...this.figure(i, frames[i])));
         points.push(...seen.map((point) => point.map((value, axis) => value - target[axis])));
       }
     }
@@ -113,15 +113,14 @@ class Stage {
     context.clip();
     if (options.ground) drawGround(context, view, cell);
     const figures = members.map((i) => {
-      const points = clips[i].points(frames[i], options.place);
+      const [points, shows] = this.figure(i, frames[i]);
       if (options.trails) this.drawTrails(view, i, tick);
-      const flat = drawFigure(context, view, points, clips[i].parents, {
-        size,
-        shadow: options.ground && this.camera.elevation > 0,
-        shows: (index) => clips[i].shows(frames[i], index),
+      if (options.ghosts) this.drawGhosts(view, i, tick);
+      const flat = drawFigure(context, view, points, clips[i].shape, {
+        size: clips[i].size,
+        shadow: options.ground,
+        shows,
         colourOf: (joint) => this.colour(i, joint, tick),
-        rootColour: this.colour(i, -1, tick),
-        widthOf: (joint) => (this.compares ? 0.8 + this.clock.pairs.share(tick, i, joint) : 1),
       });
       const marked = clips[i].names.indexOf(options.joint);
       if (marked >= 0 && flat[marked + 1]) this.drawLabel(flat[marked + 1], clips[i].names[marked], area);
@@ -137,6 +136,12 @@ class Stage {
     if (this.showsSides(members)) drawSides(context, right, area.y + MARGIN + 8);
     context.restore();
     return { area, view, figures };
+  }
+
+  /** Points of a motion in a frame, and which of them are shown. */
+  figure(i, frame) {
+    const clip = this.clips[i];
+    return [clip.points(frame, this.options.place), (index) => clip.shows(frame, index)];
   }
 
   /** The colour of a joint of motion i, or of its root, -1. */
@@ -168,6 +173,18 @@ class Stage {
       }
     }
     context.globalAlpha = 1;
+  }
+
+  /** Draw the figure at some times before and after, paler the farther these are. */
+  drawGhosts(view, i, tick) {
+    const { clock, clips, context } = this;
+    const step = Math.max(1, Math.round(GHOST / clock.seconds));
+    for (const [times, alpha] of [[-3, 0.1], [2, 0.08], [-2, 0.16], [1, 0.14], [-1, 0.24]]) {
+      const at = tick + times * step;
+      if (at < 0 || at >= clock.count) continue;
+      const [points, shows] = this.figure(i, clock.frames(at)[i]);
+      drawGhost(context, view, points, clips[i].shape, { alpha, shows, colourOf: (joint) => this.colour(i, joint, at) });
+    }
   }
 
   text(words, x, y, align, colour = colours.quiet) {

@@ -1,0 +1,81 @@
+"""People with volume: the parts of a person as areas behind the lines of the bones."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from skpose.kinematics._shared import Shape, find_shape, outline
+from skpose.skeleton import Skeleton
+from skpose.skeleton._shared import sides
+
+TINT = 0.5  # share of the colour of a side in that of its parts; the rest is the colour of the axes
+EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
+GROUND = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
+
+
+def shape_of_person(skeleton: Skeleton) -> Shape | None:
+    """Return the shape of a person; None for other skeletons, which are drawn as lines alone."""
+    shape = find_shape(skeleton)
+    return shape if shape.is_person else None
+
+
+def draw_volume(
+    ax, positions: np.ndarray, plane: list[int], skeleton: Skeleton, shape: Shape, shift: float, style: Mapping
+) -> None:
+    """Draw the parts of one pose, (n_joints, 3) with the root at the origin, far ones first.
+
+    Colours are those of the sides, or the one that the style has.
+    """
+    from matplotlib.collections import PathCollection
+    from matplotlib.colors import to_rgb
+    from matplotlib.path import Path
+
+    from skpose.plot._pose import SIDES
+
+    side = sides(skeleton.joint_names)
+    paper = np.array(to_rgb(ax.get_facecolor()))
+    depth = np.cross(np.eye(3)[plane[0]], np.eye(3)[plane[1]])  # towards the viewer
+    centres, radii = shape.centres(with_root(positions)), shape.radii
+    inside = np.array([sphere.inside for sphere in shape.spheres])
+    flat = centres[:, plane] + [shift, 0.0]
+    parts = []
+    for part in shape.parts:
+        hulls = [list(hull) for hull in part.hulls if np.isfinite(centres[list(hull)]).all()]
+        if not hulls:
+            continue
+        colour = style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""])
+        near = float(np.mean(centres[sum(hulls, [])] @ depth))
+        outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
+        parts.append((near, outlines, TINT * np.array(to_rgb(colour)) + (1.0 - TINT) * paper))
+    paths, fills, widths = [], [], []
+    lines = [Path.MOVETO, Path.LINETO]
+    for _, outlines, fill in sorted(parts, key=lambda part: part[0]):
+        edges = np.concatenate([one.edges for one in outlines]).reshape(-1, 2)
+        closed = (Path(np.vstack([one.points, one.points[:1]]), closed=True) for one in outlines)
+        paths += [Path(edges, lines * (len(edges) // 2)), Path.make_compound_path(*closed)]
+        fills += ["none", tuple(fill)]
+        widths += [2.0 * EDGE, 0.0]
+    options: dict[str, Any] = {key: style[key] for key in ("alpha", "transform", "clip_on", "zorder") if key in style}
+    drawn = PathCollection(
+        paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **{"zorder": 2} | options
+    )
+    ax.add_collection(drawn, autolim="transform" not in style)
+
+
+def draw_ground(ax, height: float) -> None:
+    """Draw a line across the axes."""
+    from matplotlib.collections import LineCollection
+
+    line = LineCollection([[(0.0, height), (1.0, height)]], transform=ax.get_yaxis_transform(), **GROUND)
+    ax.add_collection(line, autolim=False)
+
+
+def lowest_of(shape: Shape, positions: np.ndarray, axis: int) -> float:
+    """Return the lowest coordinate that poses (n_poses, n_joints, 3) reach along an axis."""
+    return float(np.nanmin(shape.centres(with_root(positions))[..., axis] - shape.radii))
+
+
+def with_root(positions: np.ndarray) -> np.ndarray:
+    """Return positions (..., n_joints, 3) with the root, at the origin, before them."""
+    return np.concatenate([np.zeros((*positions.shape[:-2], 1, 3)), positions], axis=-2)
