@@ -18,6 +18,8 @@ from typing import Any
 
 from skpose._files import PathLike, new_file
 
+Asset = str | Path
+
 HEIGHT = 600  # of a page in a notebook, px
 # Characters by which text could end the element that holds it. json.dumps escapes all that is not ASCII.
 ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&"}
@@ -115,7 +117,7 @@ class Page:
         return f"Page({self.title!r}, {self.n_bytes / 1e3:.0f} kB, {self.note})"
 
 
-def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequence[str]) -> Page:
+def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset]) -> Page:
     """Return the page of some data.
 
     Parameters
@@ -124,9 +126,9 @@ def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequ
         See `Page`.
     data : dict
         What JSON can hold; the scripts find it in the element "data".
-    body : str
-        Name of the asset that is the body's markup.
-    assets : sequence of str
+    body : str or Path
+        Name of the asset that is the body's markup, or a file elsewhere.
+    assets : sequence of str or Path
         Names of the scripts and styles, each after those that it uses.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
@@ -146,13 +148,14 @@ def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequ
     )
 
 
-def assets_of(names: Sequence[str], suffix: str) -> list[str]:
-    return [name for name in names if name.endswith(suffix)]
+def assets_of(names: Sequence[Asset], suffix: str) -> list[Asset]:
+    return [name for name in names if str(name).endswith(suffix)]
 
 
-def asset(name: str) -> str:
-    """Return the content of a file of the folder assets."""
-    return resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
+def asset(name: Asset) -> str:
+    """Return the content of a file of the folder assets, or of one elsewhere."""
+    file = name if isinstance(name, Path) else resources.files("skpose.view").joinpath("assets", name)
+    return file.read_text(encoding="utf-8")
 
 
 def _digest(content: str) -> str:
