@@ -21,9 +21,11 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "api_links",
     "column_names",
+    "drop",
     "mathml",
     "player",
     "search_order",
+    "turns",
 ]
 html_math_renderer = "mathml"
 extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}
@@ -60,6 +62,7 @@ html_theme_options = {
 html_context = {
     "pages_of_bar": [
         ("guide", "Guide"),
+        ("drop", "Your files"),
         ("recipes", "Recipes"),
         ("examples/index", "Examples"),
         ("motions", "Motions"),
@@ -71,7 +74,7 @@ html_context = {
     ],
     "summary": "Distances between human poses that measure how far the joints move, as a part of scikit-learn",
 }
-html_sidebars = {page: [] for page in ("index", "theory", "changelog", "search", "genindex", "examples/**")}
+html_sidebars = {page: [] for page in ("index", "drop", "theory", "changelog", "search", "genindex", "examples/**")}
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",

@@ -1,0 +1,208 @@
+// BVH files: their joints and frames, by the rules of `skpose.io.load_bvh`. Angles become rad, lengths stay as they are.
+
+const CHANNELS = /^([xyz])(position|rotation)$/i;
+
+/** An error in a file, in words. */
+class FileError extends Error {}
+
+/** Read a file's text: joints in its order, the root first, frames as rows of numbers, and the frame rate, Hz. */
+function readBvh(text) {
+  const split = /^[ \t]*MOTION\b/im.exec(text);
+  if (!/^\s*HIERARCHY\b/i.test(text)) throw new FileError("it does not begin with HIERARCHY, as BVH files do");
+  if (!split) throw new FileError("it has no MOTION: is it cut short?");
+  const joints = readJoints(text.slice(0, split.index));
+  const head = /^\s*MOTION\s+Frames\s*:\s*(\d+)\s+Frame\s+Time\s*:\s*(\S+)/i.exec(text.slice(split.index));
+  if (!head) throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
+  const [count, seconds] = [Number(head[1]), Number(head[2])];
+  if (!(seconds > 0)) throw new FileError(`its Frame Time is ${head[2]}, not a positive number of seconds`);
+  const words = text.slice(split.index + head[0].length).trim();
+  const numbers = Float64Array.from(words ? words.split(/\s+/) : [], Number);
+  const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
+  if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
+  if (!count) throw new FileError("it has no frames");
+  if (numbers.length !== count * width) {
+    throw new FileError(`${count} frames of ${width} numbers are ${count * width}, it has ${numbers.length}: is it cut short?`);
+  }
+  const bad = numbers.findIndex((number) => !Number.isFinite(number));
+  if (bad >= 0) throw new FileError(`in frame ${Math.floor(bad / width) + 1} something is no finite number`);
+  return { joints, width, numbers, count, rate: 1 / seconds };
+}
+
+function readJoints(text) {
+  const words = text.match(/[{}]|[^\s{}]+/g).slice(1);
+  const joints = [];
+  const names = new Map(); // of each joint, how many have it
+  let [at, open, first] = [0, -1, 0];
+  const number = () => {
+    const value = words[at] === undefined ? NaN : Number(words[at++]);
+    if (!Number.isFinite(value)) throw new FileError(`an OFFSET has “${words[at - 1]}” for a number`);
+    return value;
+  };
+  const nameOf = (wished) => {
+    const n = (names.get(wished) ?? 0) + 1;
+    names.set(wished, n);
+    return n > 1 ? `${wished}_${n}` : wished;
+  };
+  while (at < words.length) {
+    const word = words[at++].toUpperCase();
+    if (word === "ROOT" || word === "JOINT" || word === "END") {
+      if ((word === "ROOT") !== !joints.length) throw new FileError(`it has ${word} where another joint is expected`);
+      const from = at;
+      while (at < words.length && words[at] !== "{") at++;
+      const name = word === "END" ? `${joints[open].name}_end` : words.slice(from, at).join(" ");
+      if (!name || words[at++] !== "{") throw new FileError(`after ${word} a name and a brace are expected`);
+      joints.push({ name: nameOf(name), parent: open, offset: null, channels: [], first, end: word === "END" });
+      open = joints.length - 1;
+    } else if (open >= 0 && word === "OFFSET") joints[open].offset = [number(), number(), number()];
+    else if (open >= 0 && word === "CHANNELS") {
+      const channels = words.slice(at + 1, at + 1 + Number(words[at]));
+      if (channels.length !== Number(words[at]) || !channels.every((name) => CHANNELS.test(name))) {
+        throw new FileError(`the CHANNELS of ${joints[open].name} are not positions and rotations about x, y and z`);
+      }
+      joints[open].channels = channels.map((name) => name.toLowerCase());
+      Object.assign(joints[open], { first });
+      first += channels.length;
+      at += 1 + channels.length;
+    } else if (open >= 0 && word === "}") {
+      if (!joints[open].offset) throw new FileError(`${joints[open].name} has no OFFSET`);
+      open = joints[open].parent;
+    } else throw new FileError(`“${words[at - 1]}” is not expected in HIERARCHY`);
+  }
+  if (open >= 0) throw new FileError(`${joints[open].name} is still open at the end of HIERARCHY: is it cut short?`);
+  return joints;
+}
+
+/** Columns of a joint's channels of a kind, as [axis, column], in the file's order. */
+const columnsOf = (joint, kind) => joint.channels
+  .map((channel, i) => ["xyz".indexOf(channel[0]), joint.first + i, channel.endsWith(kind)])
+  .filter(([, , is]) => is);
+
+/** The least, the largest and the mean number of a column. */
+function rangeOf({ numbers, width, count }, column) {
+  let [low, high, sum] = [Infinity, -Infinity, 0];
+  for (let frame = 0; frame < count; frame++) {
+    const number = numbers[frame * width + column];
+    [low, high, sum] = [Math.min(low, number), Math.max(high, number), sum + number];
+  }
+  return { low, high, mean: sum / count };
+}
+
+// As shares of the longest bone: by how much a constant position varies by its digits, and one that is not used is not 0.
+const [ROUNDING, UNUSED] = [1e-4, 1e-3];
+const TURNS = (180 * ROUNDING) / Math.PI; // degrees by which an angle that stands still varies
+
+/** The length of the longest bone, by OFFSET or by the means of the position channels. */
+function longestOf(file, joints) {
+  return Math.max(0, ...joints.flatMap((joint) => {
+    const moved = [...joint.offset];
+    for (const [axis, column] of columnsOf(joint, "position")) moved[axis] = rangeOf(file, column).mean;
+    return [Math.hypot(...joint.offset), Math.hypot(...moved)];
+  }));
+}
+
+/** The joint that is the root: the first one, or the only child that travels, if all above it stands still. */
+function rootOf(file) {
+  const { joints, count } = file;
+  const longest = longestOf(file, joints.slice(1));
+  const varies = (j, kind, least) => columnsOf(joints[j], kind).some(([, column]) => {
+    const { low, high } = rangeOf(file, column);
+    return high - low > least;
+  });
+  const isStill = (j) => !varies(j, "rotation", TURNS) && !varies(j, "position", ROUNDING * longest);
+  if (count < 2) return 0;
+  for (let j = 0; j < joints.length - 1; j++) {
+    const children = joints.filter((joint) => joint.parent === j);
+    if (children.length !== 1 || children[0].end || !isStill(j)) return 0;
+    const far = columnsOf(joints[j + 1], "position").some(([, column]) => {
+      const { low, high } = rangeOf(file, column);
+      return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
+    });
+    if (far && varies(j + 1, "position", ROUNDING * longest)) return j + 1;
+  }
+  return 0;
+}
+
+/**
+ * The motion of a file, in units of its lengths times a scale: `skeleton` as `skeleton_data` of
+ * skpose/view/_skeleton.py has it, poses (Float64Array each), positions and orientations of the root, and the rate.
+ */
+function motionOf(file, scale) {
+  const { joints, numbers, width, count } = file;
+  const root = rootOf(file);
+  const chain = [];
+  for (let j = root; j >= 0; j = joints[j].parent) chain.unshift(j);
+  const below = joints.map((_, j) => j).filter((j) => {
+    for (let k = joints[j].parent; k >= 0; k = joints[k].parent) if (k === root) return true;
+    return false;
+  });
+  const longest = longestOf(file, below.map((j) => joints[j]));
+  const travels = new Set(chain.filter((j) => j === 0 || columnsOf(joints[j], "position").some(([, column]) => {
+    const { low, high } = rangeOf(file, column);
+    return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
+  })));
+  const offsets = below.map((j) => offsetOf(file, joints[j], longest));
+  const skeleton = {
+    names: below.map((j) => joints[j].name),
+    parents: below.map((j) => below.indexOf(joints[j].parent)),
+    offsets: offsets.map((offset) => offset.map((value) => scale * value)),
+    dofs: below.map((j) => columnsOf(joints[j], "rotation").map(([axis]) => "XYZ"[axis]).join("")),
+    axes: below.map(() => null), rests: below.map(() => null), weights: below.map(() => 1), signs: below.map(() => null),
+    sides: sidesOf(below.map((j) => joints[j].name)),
+    offsetFrame: "parent",
+  };
+  const columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([, column]) => column));
+  skeleton.columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
+  skeleton.angles = columns.map(() => true);
+  const [poses, positions, orientations] = [[], [], []];
+  for (let frame = 0; frame < count; frame++) {
+    const row = numbers.subarray(frame * width, (frame + 1) * width);
+    poses.push(Float64Array.from(columns, (column) => (row[column] * Math.PI) / 180));
+    let [at, q] = [[0, 0, 0], [1, 0, 0, 0]];
+    for (const j of chain) {
+      const offset = [...joints[j].offset];
+      if (travels.has(j)) for (const [axis, column] of columnsOf(joints[j], "position")) offset[axis] = row[column];
+      at = rotations.apply(q, offset).map((value, axis) => value + at[axis]);
+      for (const [axis, column] of columnsOf(joints[j], "rotation")) {
+        q = rotations.product(q, rotations.about(axis, (row[column] * Math.PI) / 180));
+      }
+    }
+    positions.push(at.map((value) => scale * value));
+    orientations.push(q);
+  }
+  return { skeleton, poses, positions, orientations, rate: file.rate };
+}
+
+/** A bone's offset: OFFSET, or what its position channels have, where these are used and constant. */
+function offsetOf(file, joint, longest) {
+  const offset = [...joint.offset];
+  const columns = columnsOf(joint, "position").map(([axis, column]) => [axis, rangeOf(file, column)]);
+  if (columns.every(([, { low, high }]) => Math.max(Math.abs(low), Math.abs(high)) <= UNUSED * longest)) return offset;
+  for (const [axis, { low, high, mean }] of columns) {
+    if (high - low > ROUNDING * longest) {
+      throw new FileError(`${joint.name} moves by position channels, and bones have constant lengths here: `
+        + "load_bvh(path, stretch=\"mean\") reads it");
+    }
+    offset[axis] = mean;
+  }
+  return offset;
+}
+
+const SIDE_WORDS = [/(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])/,
+  /(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])/];
+// These state a side if there is a joint with the other one.
+const SIDE_LETTERS = [/left|right/i, /(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])/, /(?<=[a-z0-9])[LR]$/];
+
+/** The side of each joint by its name, as `sides` of skpose/skeleton/_sides.py states it. */
+function sidesOf(names) {
+  const other = (word) => {
+    const found = { left: "right", right: "left", l: "r", r: "l" }[word.toLowerCase()];
+    if (word === word.toUpperCase()) return found.toUpperCase();
+    return word[0] === word[0].toUpperCase() ? found[0].toUpperCase() + found.slice(1) : found;
+  };
+  const known = new Set(names);
+  return names.map((name) => {
+    const match = [...SIDE_WORDS, ...SIDE_LETTERS].map((pattern) => [pattern, pattern.exec(name)]).find(([pattern, found]) =>
+      found && (SIDE_WORDS.includes(pattern) || known.has(name.replace(pattern, other))));
+    return match ? { l: "left", r: "right" }[match[1][0][0].toLowerCase()] : "";
+  });
+}
