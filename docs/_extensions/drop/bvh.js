@@ -89,6 +89,7 @@ function rangeOf({ numbers, width, count }, column) {
 
 // As shares of the longest bone: by how much a constant position varies by its digits, and one that is not used is not 0.
 const [ROUNDING, UNUSED] = [1e-4, 1e-3];
+const SAME_PLACE = 1e-9; // m, between joints in one place
 const TURNS = (180 * ROUNDING) / Math.PI; // degrees by which an angle that stands still varies
 
 /** The length of the longest bone, by OFFSET or by the means of the position channels. */
@@ -146,10 +147,11 @@ function motionOf(file, scale) {
     parents: below.map((j) => below.indexOf(joints[j].parent)),
     offsets: offsets.map((offset) => offset.map((value) => scale * value)),
     dofs: below.map((j) => columnsOf(joints[j], "rotation").map(([axis]) => "XYZ"[axis]).join("")),
-    axes: below.map(() => null), rests: below.map(() => null), weights: below.map(() => 1), signs: below.map(() => null),
+    axes: below.map(() => null), rests: below.map(() => null), signs: below.map(() => null),
     sides: sidesOf(below.map((j) => joints[j].name)),
     offsetFrame: "parent",
   };
+  skeleton.weights = weightsOf(skeleton);
   const columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([, column]) => column));
   skeleton.columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
   skeleton.angles = columns.map(() => true);
@@ -185,6 +187,34 @@ function offsetOf(file, joint, longest) {
     offset[axis] = mean;
   }
   return offset;
+}
+
+/** Weights of the joints: 1, and 0 where another one always stands in the same place, see skpose/skeleton/_weights.py. */
+function weightsOf({ parents, offsets, dofs }) {
+  const [axes, points, centres, found, taken] = [[-1], [[-1, [0, 0, 0]]], new Map(), new Map(), new Set()];
+  const near = (a, b) => a.every((value, i) => Math.abs(value - b[i]) <= SAME_PLACE);
+  /** The same for all joints that are at one point in every pose. */
+  const keyOf = ([frame, numbers]) => {
+    if (frame >= 0 && near(numbers, [0, 0, 0])) return centres.get(frame);
+    if (!found.has(frame)) found.set(frame, []);
+    const known = found.get(frame);
+    let number = known.findIndex((one) => near(numbers, one));
+    if (number < 0) number = known.push(numbers) - 1;
+    return `${frame} ${number}`;
+  };
+  return parents.map((parent, j) => {
+    axes.push(dofs[j] ? j : axes[parent + 1]);
+    const [frame, start] = [axes[parent + 1], points[parent + 1]];
+    if (offsets[j].some((value) => value)) {
+      const before = start[0] === frame ? start[1] : [0, 0, 0];
+      if (!centres.has(frame)) centres.set(frame, keyOf(start));
+      points.push([frame, before.map((value, axis) => value + offsets[j][axis])]);
+    } else points.push(start);
+    const key = keyOf(points.at(-1));
+    const weight = taken.has(key) ? 0 : 1;
+    taken.add(key);
+    return weight;
+  });
 }
 
 const SIDE_WORDS = [/(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])/,

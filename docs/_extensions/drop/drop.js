@@ -6,7 +6,7 @@ const MOST = 2; // files
 const PAUSE = 40; // ms between two looks at the player's time
 const [TALL, SMALL] = [5, 0.3]; // m, sizes that no person has
 
-const state = { files: [], motions: [], shown: -1, values: null };
+const state = { files: [], motions: [], shown: -1, values: null, problem: "" };
 const value = (id) => element(id).value;
 
 /** Read files, and show them; a problem is stated, and what was shown before stays. */
@@ -76,8 +76,11 @@ function measure(frame) {
 /** Follow the player: measure where another frame is shown. */
 function follow() {
   const player = element("player").contentWindow?.skpose;
-  if (player && state.motions.length && !state.problem) {
-    const [frame, other] = [0, state.motions.length - 1].map((i) => player.clock.frames(player.tick())[i]);
+  const { motions } = state;
+  const shows = player?.clock.clips.length === motions.length // or it still has those before
+    && motions.every(({ label, poses }, i) => player.clock.clips[i].label === label && player.clock.clips[i].frames === poses.length);
+  if (shows && motions.length && !state.problem) {
+    const [frame, other] = [0, motions.length - 1].map((i) => player.clock.frames(player.tick())[i]);
     if (frame !== state.shown) {
       Object.assign(state, { shown: frame, values: measure(frame) });
       draw(frame, other);

@@ -24,7 +24,8 @@ def page():
     poses = np.zeros((3, skeleton.n_dofs))
     poses[:, skeleton.dof_names.index(TURNS["shoulder"])] = np.linspace(0, MOST, 3)
     height = SOLE - forward_kinematics(poses[:1], skeleton)[..., 1].min()
-    around = forward_kinematics(poses, skeleton).reshape(-1, 3) + [0.0, height, 0.0]
+    around = forward_kinematics(poses, skeleton).reshape(-1, 3)
+    around[:, 1] += height
     low, high = around.min(axis=0), around.max(axis=0)
     data = {
         "skeleton": skeleton_data(skeleton),

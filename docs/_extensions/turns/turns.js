@@ -131,7 +131,8 @@ function rise(start) {
     const share = Math.min(1, Math.max(0, (now - start) / RISE));
     angle = START * (1 - (1 - share) ** 3);
     draw();
-    if (share < 1) requestAnimationFrame(step);
+    rising = share < 1;
+    if (rising) requestAnimationFrame(step);
   };
   requestAnimationFrame(step);
 }
@@ -141,3 +142,5 @@ new ResizeObserver(draw).observe(turns[0].canvas);
 followTheme(element("theme"), draw);
 if (matchMedia("(prefers-reduced-motion: reduce)").matches) show(START);
 else rise(performance.now() + 400);
+// For tests: places of the hands in their pictures, and whether the movement of the start is over.
+window.shown = () => ({ hands: Object.fromEntries(Object.keys(data.turns).map((id, i) => [id, turns[i].at])), rising });
