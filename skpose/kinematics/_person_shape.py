@@ -30,7 +30,7 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import PROPORTIONS, positions_at_zero
 
 # Radii, as shares of the height.
-R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.05, 0.03, 0.034, 0.0195
+R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.05, 0.0305, 0.0325, 0.0195
 R_SHOULDER, R_ELBOW, R_FOREARM, R_WRIST = 0.0275, 0.0215, 0.0255, 0.0155
 R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
