@@ -30,12 +30,12 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import PROPORTIONS, positions_at_zero
 
 # Radii, as shares of the height.
-R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.05, 0.03, 0.034, 0.0195
+R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.055, 0.0305, 0.0325, 0.0195
 R_SHOULDER, R_ELBOW, R_FOREARM, R_WRIST = 0.0275, 0.0215, 0.0255, 0.0155
 R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
 R_SKULL, R_CHIN, R_NECK = 0.047, 0.037, 0.03
-R_PELVIS, R_WAIST, R_RIBS, R_CHEST = 0.053, 0.052, 0.054, 0.034
+R_PELVIS, R_WAIST, R_RIBS, R_CHEST = 0.055, 0.052, 0.054, 0.034
 # The middle of the skull above the joint between neck and head, and the chin below the skull.
 SKULL, CHIN = 0.045, 0.042
 HEEL = (-0.014, 0.024)  # from the ankle: along the foot, and at a right angle to that, down
@@ -295,7 +295,8 @@ class _Maker:
                 continue
             top = self.joints.get(HEAD_TOP, -1)
             if mark == HEAD and top >= 0 and self._length(top):
-                return joint, [joint + 1], ([joint + 1], [top + 1]), skull, None
+                crown = min(self._length(top) / self.height, PROPORTIONS["head"])
+                return joint, [joint + 1], ([joint + 1], [top + 1]), max(skull, crown - R_SKULL), None
             above = joint
             while above >= 0 and not self._length(above):
                 above = int(parents[above])

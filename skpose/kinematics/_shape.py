@@ -84,8 +84,8 @@ def link_shape(skeleton: Skeleton, joints: Sequence[int]) -> Shape:
         for point in (j + 1, int(skeleton.parents[j]) + 1):
             radii[point] = max(radii[point], own[j])
     radii[0] = radii[0] or max(radii.max(), OF_POINT * size)
-    for j in range(skeleton.n_joints):  # bones of no length are as thick as what is before them
-        radii[j + 1] = radii[j + 1] or radii[int(skeleton.parents[j]) + 1]
+    for j in np.flatnonzero(own == 0.0):  # bones of no length are as thick as what is before them
+        radii[j + 1] = max(radii[j + 1], radii[int(skeleton.parents[j]) + 1])
     spheres: list[Sphere] = []
     at: dict[int, int] = {}
     carries = {int(skeleton.parents[j]) + 1 for j in joints}

@@ -1,9 +1,10 @@
 // Figures with volume: parts that are hulls of spheres about joints, see skpose/kinematics/_shape.py.
 
-const DIRECTIONS = Array.from({ length: 32 }, (_, i) => [Math.cos((i * Math.PI) / 16), Math.sin((i * Math.PI) / 16)]);
+const circle = (n) => Array.from({ length: n }, (_, i) => [Math.cos((i * 2 * Math.PI) / n), Math.sin((i * 2 * Math.PI) / n)]);
+const [FEW, SOME, MANY] = [12, 20, 32].map(circle); // directions in which an outline is found
 const LIGHT = [-0.64, -0.77]; // where it comes from, in the picture
 // A soft shadow: how much wider than a sphere, up to which height, in sizes, where it is narrow, and how dark.
-const SHADOWS = [[3, 1.3, 0.4], [2, 1.1, 0.5], [2.8, 0.2, 0.6], [2.4, 0.11, 1], [1.8, 0.07, 1.2]];
+const SHADOWS = [[3, 1.3, 0.4], [1.8, 1, 0.5], [2.6, 0.16, 1], [1.7, 0.08, 1.5]];
 
 const meanOf = (points, some) => [0, 1, 2].map((axis) => some.reduce((sum, i) => sum + points[i][axis], 0) / some.length);
 const lineOf = (points, [start, end]) => {
@@ -48,8 +49,8 @@ function reachOf(shape, points, shows) {
 }
 
 /** The outline of the hull of discs, flattened to a share of their height: in each direction the farthest point. */
-function outlineOf(discs, squash = 1) {
-  return DIRECTIONS.map(([cos, sin]) => {
+function outlineOf(discs, squash = 1, directions = MANY) {
+  return directions.map(([cos, sin]) => {
     let [best, most] = [discs[0], -Infinity];
     for (const disc of discs) {
       const far = disc.x * cos + (disc.y / squash) * sin + disc.radius;
@@ -127,7 +128,7 @@ function drawShadow(context, view, shape, centres, size) {
     for (const [, hulls] of shape.parts) {
       for (const hull of hulls) {
         const found = hull.map((i) => discs[i]).filter(Boolean);
-        if (found.length) trace(context, outlineOf(found, view.squash));
+        if (found.length) trace(context, outlineOf(found, view.squash, FEW));
       }
     }
     context.fill();
@@ -160,10 +161,12 @@ function drawFigure(context, view, points, shape, { size, colourOf, shadow, show
     const all = found.flat();
     return { joint, found, all, away: all.reduce((sum, disc) => sum + disc.away, 0) / all.length };
   });
-  context.lineJoin = context.lineCap = "round";
+  context.lineJoin = "bevel";
+  context.lineCap = "butt";
   context.strokeStyle = colours.paper; // an edge that sets a part apart from those behind it
   for (const { joint, found, all } of parts.filter((part) => part.all.length).sort((a, b) => b.away - a.away)) {
-    const outlines = found.map((some) => outlineOf(some));
+    const widest = Math.max(...all.map((disc) => disc.radius));
+    const outlines = found.map((some) => outlineOf(some, 1, widest < 5 ? FEW : widest < 25 ? SOME : MANY));
     context.beginPath();
     for (const outline of outlines) traceEdge(context, outline);
     context.lineWidth = Math.min(3, 0.8 + 0.15 * all[0].radius);
@@ -178,15 +181,18 @@ function drawFigure(context, view, points, shape, { size, colourOf, shadow, show
 
 /** Trace an outline, but not near the joints where another part goes on. */
 function traceEdge(context, outline) {
+  let joined = false; // whether the line before ends where this one starts
   outline.forEach((to, i) => {
     const from = outline.at(i - 1);
-    if (from.disc === to.disc && to.disc.inside) return;
-    const length = Math.hypot(to.x - from.x, to.y - from.y);
+    const same = from.disc === to.disc;
+    if (same && to.disc.inside) return (joined = false);
+    const [dx, dy] = [to.x - from.x, to.y - from.y];
     /** What is left out at an end, as a share of the line. */
-    const gap = ({ disc }, other) => (disc.inside && disc !== other.disc ? Math.min(0.5, (1.2 * disc.radius) / length) : 0);
-    const [first, last] = [gap(from, to), 1 - gap(to, from)];
-    context.moveTo(from.x + first * (to.x - from.x), from.y + first * (to.y - from.y));
-    context.lineTo(from.x + last * (to.x - from.x), from.y + last * (to.y - from.y));
+    const gap = ({ disc }) => (disc.inside && !same ? Math.min(0.5, (1.2 * disc.radius) / Math.hypot(dx, dy)) : 0);
+    const [first, last] = [gap(from), gap(to)];
+    if (!joined || first) context.moveTo(from.x + first * dx, from.y + first * dy);
+    context.lineTo(to.x - last * dx, to.y - last * dy);
+    joined = !last;
   });
 }
 
@@ -198,7 +204,7 @@ function drawGhost(context, view, points, shape, { colourOf, shows = () => true,
     const colour = colourOf(joint);
     if (!paths.has(colour)) paths.set(colour, new Path2D());
     for (const some of hulls.map((hull) => discsOf(hull, discs)).filter((one) => one.length)) {
-      trace(paths.get(colour), outlineOf(some));
+      trace(paths.get(colour), outlineOf(some, 1, SOME));
     }
   }
   context.globalAlpha = alpha;
