@@ -15,7 +15,7 @@ PATTERNS = [
     "benchmarks/*",
     "examples/**/*",
     "docs/*.*",
-    "docs/_extensions/*",
+    "docs/_extensions/**/*",
     "*.md",
     ".ci/run",
 ]

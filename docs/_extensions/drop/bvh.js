@@ -21,7 +21,8 @@ function readBvh(text) {
   if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
   if (!count) throw new FileError("it has no frames");
   if (numbers.length !== count * width) {
-    throw new FileError(`${count} frames of ${width} numbers are ${count * width}, it has ${numbers.length}: is it cut short?`);
+    throw new FileError(`${count} frames of ${width} numbers are ${count * width}, it has ${numbers.length}: is it cut `
+      + "short?");
   }
   const bad = numbers.findIndex((number) => !Number.isFinite(number));
   if (bad >= 0) throw new FileError(`in frame ${Math.floor(bad / width) + 1} something is no finite number`);
@@ -87,7 +88,7 @@ function rangeOf({ numbers, width, count }, column) {
   return { low, high, mean: sum / count };
 }
 
-// As shares of the longest bone: by how much a constant position varies by its digits, and one that is not used is not 0.
+// As shares of the longest bone: by how much a constant position varies by its digits, and what is zero but for noise.
 const [ROUNDING, UNUSED] = [1e-4, 1e-3];
 const SAME_PLACE = 1e-9; // m, between joints in one place
 const TURNS = (180 * ROUNDING) / Math.PI; // degrees by which an angle that stands still varies
@@ -147,13 +148,16 @@ function motionOf(file, scale) {
     parents: below.map((j) => below.indexOf(joints[j].parent)),
     offsets: offsets.map((offset) => offset.map((value) => scale * value)),
     dofs: below.map((j) => columnsOf(joints[j], "rotation").map(([axis]) => "XYZ"[axis]).join("")),
-    axes: below.map(() => null), rests: below.map(() => null), signs: below.map(() => null),
+    axes: below.map(() => null),
+    rests: below.map(() => null),
+    signs: below.map(() => null),
     sides: sidesOf(below.map((j) => joints[j].name)),
     offsetFrame: "parent",
   };
   skeleton.weights = weightsOf(skeleton);
   const columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([, column]) => column));
-  skeleton.columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
+  skeleton.columns = below.flatMap((j) =>
+    columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
   skeleton.angles = columns.map(() => true);
   const [poses, positions, orientations] = [[], [], []];
   for (let frame = 0; frame < count; frame++) {
@@ -189,7 +193,7 @@ function offsetOf(file, joint, longest) {
   return offset;
 }
 
-/** Weights of the joints: 1, and 0 where another one always stands in the same place, see skpose/skeleton/_weights.py. */
+/** Weights of the joints: 1, or 0 where another one always stands in the same place, as in skeleton/_weights.py. */
 function weightsOf({ parents, offsets, dofs }) {
   const [axes, points, centres, found, taken] = [[-1], [[-1, [0, 0, 0]]], new Map(), new Map(), new Set()];
   const near = (a, b) => a.every((value, i) => Math.abs(value - b[i]) <= SAME_PLACE);
@@ -231,8 +235,8 @@ function sidesOf(names) {
   };
   const known = new Set(names);
   return names.map((name) => {
-    const match = [...SIDE_WORDS, ...SIDE_LETTERS].map((pattern) => [pattern, pattern.exec(name)]).find(([pattern, found]) =>
-      found && (SIDE_WORDS.includes(pattern) || known.has(name.replace(pattern, other))));
-    return match ? { l: "left", r: "right" }[match[1][0][0].toLowerCase()] : "";
+    const pattern = [...SIDE_WORDS, ...SIDE_LETTERS].find((one) =>
+      one.test(name) && (SIDE_WORDS.includes(one) || known.has(name.replace(one, other))));
+    return pattern ? { l: "left", r: "right" }[pattern.exec(name)[0][0].toLowerCase()] : "";
   });
 }

@@ -60,7 +60,7 @@ function problemOf(motions) {
   if (motions.length < 2) return "";
   const [a, b] = motions.map(({ skeleton }) => skeleton.columns);
   const missing = a.find((name) => !b.includes(name)) ?? b.find((name) => !a.includes(name));
-  return missing ? `Only one of the two has ${missing}, so that there is no distance between them; the library retargets.` : "";
+  return missing ? `Only one of the two has ${missing}, so that there is no distance; the library retargets.` : "";
 }
 
 /** Distances of a frame of the first motion to all frames of the last, on the skeleton of the first. */
@@ -70,15 +70,17 @@ function measure(frame) {
   const order = first.skeleton.columns.map((name) => last.skeleton.columns.indexOf(name));
   const from = first.poses[frame];
   const metric = value("metric");
-  return Float64Array.from(last.poses, (pose) => distances(skeleton, from, Float64Array.from(order, (i) => pose[i]))[metric]);
+  const placed = (pose) => Float64Array.from(order, (i) => pose[i]);
+  return Float64Array.from(last.poses, (pose) => distances(skeleton, from, placed(pose))[metric]);
 }
 
 /** Follow the player: measure where another frame is shown. */
 function follow() {
   const player = element("player").contentWindow?.skpose;
   const { motions } = state;
-  const shows = player?.clock.clips.length === motions.length // or it still has those before
-    && motions.every(({ label, poses }, i) => player.clock.clips[i].label === label && player.clock.clips[i].frames === poses.length);
+  const clips = player?.clock.clips ?? [];
+  const shows = clips.length === motions.length // or it still has those before
+    && motions.every(({ label, poses }, i) => clips[i].label === label && clips[i].frames === poses.length);
   if (shows && motions.length && !state.problem) {
     const [frame, other] = [0, motions.length - 1].map((i) => player.clock.frames(player.tick())[i]);
     if (frame !== state.shown) {

@@ -52,14 +52,15 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
   const root = positions.map(turned);
   const joints = poses.map((pose, f) => {
     const at = kinematics.positions(pose);
-    return skeleton.names.map((_, j) => turned(rotations.apply(orientations[f], Array.from(at.subarray(3 * j, 3 * j + 3)))));
+    return skeleton.names.map((_, j) => turned(rotations.apply(orientations[f], [...at.subarray(3 * j, 3 * j + 3)])));
   });
   const sizeOf = (frame) => Math.max(...[0, 1, 2].map((axis) => {
     const values = frame.map((point) => point[axis]);
     return Math.max(0, ...values) - Math.min(0, ...values);
   }));
   const size = sizeOf(joints[0]) || Math.max(...joints.map(sizeOf)) || 1;
-  const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => at.map((value, axis) => value + root[f][axis]))]);
+  const beside = (at, f) => at.map((value, axis) => value + root[f][axis]);
+  const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => beside(at, f))]);
   const ground = findGround(placed, rate, size);
   const headings = orientations.map((q) => wrapped(2 * Math.atan2(q["xyz".indexOf(up) + 1], q[0])));
   for (const point of root) point[1] -= ground.height;

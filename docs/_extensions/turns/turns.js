@@ -14,7 +14,8 @@ const posed = (column, angle) => rest.map((_, i) => (i === column ? angle : 0));
 /** Root and joints, above the ground. */
 function pointsOf(pose) {
   const at = skeleton.positions(pose);
-  return [[0, data.height, 0], ...data.skeleton.names.map((_, j) => [at[3 * j], at[3 * j + 1] + data.height, at[3 * j + 2]])];
+  const joints = data.skeleton.names.map((_, j) => [at[3 * j], at[3 * j + 1] + data.height, at[3 * j + 2]]);
+  return [[0, data.height, 0], ...joints];
 }
 
 /** A person who turns at one joint, and the two distances of that. */
@@ -24,7 +25,7 @@ class Turn {
     const [still, moved] = [0, 1].map((angle) => skeleton.positions(posed(column, angle)));
     Object.assign(this, { column, hand, canvas: figure.querySelector("canvas"), camera: new Camera() });
     this.context = this.canvas.getContext("2d");
-    this.moves = data.skeleton.names.map((_, j) => [0, 1, 2].some((axis) => still[3 * j + axis] !== moved[3 * j + axis]));
+    this.moves = data.skeleton.names.map((_, j) => [0, 1, 2].some((i) => still[3 * j + i] !== moved[3 * j + i]));
     this.pivot = data.skeleton.parents[this.moves.indexOf(true)] + 1; // a point that stays
     this.rows = Object.fromEntries(["angle", "spatial"].map((kind) => [kind, this.row(kind)]));
     const caption = figure.querySelector("figcaption");
@@ -35,7 +36,8 @@ class Turn {
   row(kind) {
     const track = Object.assign(document.createElement("span"), { className: `track ${kind}` });
     track.append(Object.assign(document.createElement("div"), { className: "bar" }));
-    return { name: textElement("span", kind, { className: kind }), track, value: textElement("output", "", { className: kind }) };
+    const [name, value] = [["span", kind], ["output", ""]].map((one) => textElement(...one, { className: kind }));
+    return { name, track, value };
   }
 
   /** The distances between the person at rest and turned by an angle. */
@@ -90,13 +92,15 @@ class Turn {
       return [clientX - left, clientY - top];
     };
     const isNear = (event) => Math.hypot(place(event)[0] - this.at.x, place(event)[1] - this.at.y) < NEAR_HAND;
-    canvas.addEventListener("touchstart", (event) => isNear(event.touches[0]) && event.preventDefault(), { passive: false });
+    const keep = (event) => isNear(event.touches[0]) && event.preventDefault();
+    canvas.addEventListener("touchstart", keep, { passive: false });
     canvas.addEventListener("pointerdown", (event) => {
       if (event.pointerType === "touch" && !isNear(event)) return;
       held = this.direction(place(event)) - angle;
       canvas.setPointerCapture(event.pointerId);
     });
-    canvas.addEventListener("pointermove", (event) => held !== null && show(wrapped(this.direction(place(event)) - held)));
+    const turn = (event) => held !== null && show(wrapped(this.direction(place(event)) - held));
+    canvas.addEventListener("pointermove", turn);
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => (held = null));
   }
 
