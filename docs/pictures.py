@@ -40,7 +40,7 @@ def turned(skeleton, column):
 
 
 def draw_person(ax, ink, joints, skeleton, colours, *, at=(0.0, 0.0), scale=1.0, turn=0.0, alpha=1.0, shaded=True):
-    """Draw a figure as the pages do, turned about the vertical: parts in colours of joints, the root's last."""
+    """Draw a figure as the pages do, at a turn around the vertical: parts in colours of joints, the root's last."""
     cos, sin = np.cos(turn), np.sin(turn)
     points = np.vstack([np.zeros(3), joints]) @ [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
     shape = find_shape(skeleton)

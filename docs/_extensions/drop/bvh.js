@@ -1,4 +1,4 @@
-// BVH files: their joints and frames, by the rules of `skpose.io.load_bvh`. Angles become rad, lengths stay as they are.
+// BVH files: joints and frames, by the rules of `skpose.io.load_bvh`. Angles become rad, lengths stay as they are.
 
 const CHANNELS = /^([xyz])(position|rotation)$/i;
 

@@ -59,8 +59,8 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
     return Math.max(0, ...values) - Math.min(0, ...values);
   }));
   const size = sizeOf(joints[0]) || Math.max(...joints.map(sizeOf)) || 1;
-  const beside = (at, f) => at.map((value, axis) => value + root[f][axis]);
-  const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => beside(at, f))]);
+  const moved = (at, f) => at.map((value, axis) => value + root[f][axis]);
+  const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => moved(at, f))]);
   const ground = findGround(placed, rate, size);
   const headings = orientations.map((q) => wrapped(2 * Math.atan2(q["xyz".indexOf(up) + 1], q[0])));
   for (const point of root) point[1] -= ground.height;
