@@ -9,6 +9,7 @@ import base64
 import hashlib
 import html
 import json
+import re
 import tempfile
 import webbrowser
 from collections.abc import Sequence
@@ -21,6 +22,8 @@ from skpose._files import PathLike, new_file
 HEIGHT = 600  # of a page in a notebook, px
 # Characters by which text could end the element that holds it. json.dumps escapes all that is not ASCII.
 ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&"}
+
+COMMENTS = re.compile(r"^ *(?:/\*\*.*?\*/|//[^\n]*)\n", re.MULTILINE | re.DOTALL)  # those that begin a line of a script
 
 DOCUMENT = """<!DOCTYPE html>
 <html lang="en">
@@ -107,8 +110,9 @@ class Page:
     def _repr_html_(self) -> str:
         """Return the page as a frame in a notebook, apart from all else that is in it."""
         return (
-            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self.title)}" sandbox="allow-scripts" '
-            f'style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
+            f'<figure style="margin: 0"><iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self.title)}" '
+            f'sandbox="allow-scripts allow-downloads" style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
+            f"<figcaption>{html.escape(self.title)}: {html.escape(self.note)}</figcaption></figure>"
         )
 
     def __repr__(self) -> str:
@@ -151,8 +155,12 @@ def assets_of(names: Sequence[str], suffix: str) -> list[str]:
 
 
 def asset(name: str) -> str:
-    """Return the content of a file of the folder assets."""
-    return resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
+    """Return the content of a file of the folder assets; of a script without lines of comments and without indentation.
+
+    A script has no text of several lines, in which that would change something; a test states it.
+    """
+    content = resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
+    return content if not name.endswith(".js") else re.sub(r"(?m)^ +", "", COMMENTS.sub("", content))
 
 
 def _digest(content: str) -> str:

@@ -24,8 +24,13 @@ ASSETS = (
     "page.js",
     "figure.js",
     "orbit.js",
+    "between.js",
     "clip.js",
     "stage.js",
+    "loop.js",
+    "link.js",
+    "gif.js",
+    "record.js",
     "player.js",
 )
 

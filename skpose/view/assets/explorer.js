@@ -245,7 +245,7 @@ function listen() {
   const back = () => element("canvas").focus({ preventScroll: true }); // as the button is hidden
   element("end").addEventListener("click", () => (endComparison(), back()));
   element("release").addEventListener("click", () => (enclose([]), back()));
-  listenForHelp();
+  listenForDialog("help", "about", "close");
   const resized = new ResizeObserver(() => (view.fit(false), refresh(true)));
   for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
 }

@@ -46,14 +46,20 @@ function orbit(canvas, camera, actions) {
     else camera.turn(TURN * dx, TURN * dy);
     actions.moved();
   });
-  const release = (event) => {
+  canvas.addEventListener("pointerup", (event) => {
     if (fingers.delete(event.pointerId) && event.pointerType === "touch" && travelled < 6) {
       const { x, y } = at(event);
       actions.point(x, y, true);
     }
-  };
-  canvas.addEventListener("pointerup", release);
-  canvas.addEventListener("pointercancel", release);
+  });
+  canvas.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId)); // the page scrolls
+  // Two fingers are for the picture; one that goes up or down scrolls a page that is longer than the window.
+  canvas.addEventListener("touchmove", (event) => event.touches.length > 1 && event.cancelable && event.preventDefault(),
+    { passive: false });
+  new ResizeObserver(() => {
+    const { scrollHeight, clientHeight } = document.documentElement;
+    canvas.style.touchAction = window !== window.parent || scrollHeight > clientHeight ? "pan-y" : "none";
+  }).observe(document.documentElement);
   canvas.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && actions.leave());
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", () => actions.home());
