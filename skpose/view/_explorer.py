@@ -35,6 +35,7 @@ ASSETS = (
     "gestures.js",
     "marks.js",
     "comparison.js",
+    "link.js",
     "texts.js",
     "explorer.js",
 )

@@ -1,7 +1,7 @@
 """A page: one HTML file with all that it needs in it, and what can be done with one.
 
 Nothing in a page comes from the network, and its own policy (Content-Security-Policy) forbids it to ask: of scripts
-and styles only those are run whose digests it names. Data, names from files among them, are JSON in an element that is
+and styles only those are run whose digests it names. The scripts are compressed, and a short one unpacks them. Data, names from files among them, are JSON in an element that is
 no program, and the scripts show them as text.
 """
 
@@ -9,8 +9,8 @@ import base64
 import hashlib
 import html
 import json
-import re
 import tempfile
+import zlib
 import webbrowser
 from collections.abc import Sequence
 from importlib import resources
@@ -23,14 +23,12 @@ HEIGHT = 600  # of a page in a notebook, px
 # Characters by which text could end the element that holds it. json.dumps escapes all that is not ASCII.
 ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&"}
 
-COMMENTS = re.compile(r"^ *(?:/\*\*.*?\*/|//[^\n]*)\n", re.MULTILINE | re.DOTALL)  # those that begin a line of a script
-
 DOCUMENT = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src '{script_digest}'; \
-style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src '{starter_digest}' \
+'{script_digest}'; style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="skpose">
 <title>{title}</title>
@@ -39,7 +37,7 @@ style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
 <body>
 {body}
 <script type="application/json" id="data">{data}</script>
-<script type="module">{script}</script>
+<script data-program="{program}">{starter}</script>
 </body>
 </html>
 """
@@ -134,8 +132,10 @@ def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequ
         Names of the scripts and styles, each after those that it uses.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
+    starter = asset("start.js")
     return Page(
         DOCUMENT.format(
+            starter_digest=_digest(starter),
             script_digest=_digest(script),
             style_digest=_digest(style),
             # A lone surrogate, of a name that was no UTF-8, has no bytes; as a reference the browser replaces it.
@@ -143,7 +143,8 @@ def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequ
             style=style,
             body=asset(body),
             data=json.dumps(data, separators=(",", ":"), allow_nan=False).translate(ESCAPED),
-            script=script,
+            program=base64.b64encode(zlib.compress(script.encode("utf-8"), 9)).decode("ascii"),
+            starter=starter,
         ),
         title,
         note,
@@ -155,12 +156,8 @@ def assets_of(names: Sequence[str], suffix: str) -> list[str]:
 
 
 def asset(name: str) -> str:
-    """Return the content of a file of the folder assets; of a script without lines of comments and without indentation.
-
-    A script has no text of several lines, in which that would change something; a test states it.
-    """
-    content = resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
-    return content if not name.endswith(".js") else re.sub(r"(?m)^ +", "", COMMENTS.sub("", content))
+    """Return the content of a file of the folder assets."""
+    return resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 def _digest(content: str) -> str:

@@ -54,8 +54,9 @@ class Clip {
   /** Weights of the frames around a moment; of a point, of those in which it is seen. */
   weights(moment, point = -1) {
     const frame = Math.floor(moment);
-    const known = (at, next) => this.continues(next ? at - 1 : at) && (point < 0 || !this.seen || this.isSeen(at, point));
-    return cubicWeights(moment - frame, known(frame - 1, false), known(frame + 2, true));
+    const seen = (at) => point < 0 || this.isSeen(at, point);
+    return cubicWeights(moment - frame, this.continues(frame - 1) && seen(frame - 1),
+      this.continues(frame + 1) && seen(frame + 2));
   }
 
   isSeen(frame, joint) {

@@ -16,8 +16,10 @@ function paletteOf(pictures) {
     }
   }
   const boxOf = (colours) => {
-    const range = (c) => Math.max(...colours.map((one) => one.mean[c])) - Math.min(...colours.map((one) => one.mean[c]));
-    const ranges = [0, 1, 2].map(range);
+    const ranges = [0, 1, 2].map((c) => {
+      const values = colours.map((one) => one.mean[c]);
+      return Math.max(...values) - Math.min(...values);
+    });
     const count = colours.reduce((sum, one) => sum + one.count, 0);
     const widest = Math.max(...ranges);
     return { colours, count, channel: ranges.indexOf(widest), size: colours.length > 1 ? widest * count ** 0.3 : 0 };

@@ -1,6 +1,6 @@
 // What a page shows, in the fragment of its address: a link that opens the same.
 
-const PAUSE = 400; // ms between two writes; browsers permit some hundred in half a minute
+const BETWEEN_WRITES = 400; // ms between two writes; browsers permit some hundred in half a minute
 const OWN_ADDRESS = location.protocol !== "about:"; // a page inside of a notebook has none
 
 class Link {
@@ -29,7 +29,7 @@ class Link {
     this.waiting = setTimeout(() => {
       this.waiting = 0;
       if (this.address !== location.href) history.replaceState(history.state, "", this.address);
-    }, PAUSE);
+    }, BETWEEN_WRITES);
   }
 }
 
@@ -62,6 +62,17 @@ function setControl(control, word, usual) {
   else if (control.tagName === "SELECT") {
     control.value = [...control.options].some(({ value }) => value === word) ? word : usual;
   } else control.value = word && numbersIn(word, 1) ? clamp(Number(word), control.min, control.max) : usual;
+}
+
+/** A polygon with as few corners, every other one left out again and again, as have the same inside. */
+function fewer(corners, inside) {
+  const same = String(inside(corners));
+  for (let kept = corners; kept.length > 6;) {
+    kept = kept.filter((_, i) => i % 2 === 0);
+    if (String(inside(kept)) !== same) break;
+    corners = kept;
+  }
+  return corners;
 }
 
 /** Let a button copy the link, by the means that the browser has, and say so; or show it, to be copied by hand. */

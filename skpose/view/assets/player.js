@@ -7,11 +7,6 @@ const CONTROLS = [
 ];
 const LINKED = [...CONTROLS, "align", "speed"];
 
-if (typeof DecompressionStream === "undefined") {
-  element("failure").textContent = "This page needs a browser of 2023 or later.";
-  element("failure").hidden = false;
-  throw new Error("DecompressionStream is missing");
-}
 const clips = await Promise.all(data.motions.map(Clip.of));
 const pairs = data.alignment && (await Pairs.of(data.alignment));
 const clock = new Clock(clips, pairs);
@@ -140,9 +135,9 @@ function listen() {
     keys,
   });
   document.addEventListener("keydown", (event) => { // where nothing has the focus
-    if (event.target !== document.body || event.ctrlKey || event.altKey || event.metaKey || event.key.length > 1) return;
-    if (!keys[event.key] || document.querySelector("dialog[open]")) return;
-    keys[event.key]();
+    const { target, key, ctrlKey, altKey, metaKey } = event;
+    if (target !== document.body || ctrlKey || altKey || metaKey || key.length > 1 || !keys[key]) return;
+    keys[key]();
     event.preventDefault();
   });
   element("play").addEventListener("click", () => play(!state.playing));
@@ -163,7 +158,7 @@ function loopOfFile() {
   return { duration: (to + 1 - from) / ticks, moment: (seconds) => Math.min(from + seconds * ticks, to) };
 }
 
-// --- the link ---------------------------------------------------------------------------------------------------------
+// --- the link --------------------------------------------------------------------------------------------------------
 
 /** What is in a link. While it plays there is no time, and the link plays. */
 function linked() {
@@ -214,7 +209,8 @@ function describe() {
   }
   const names = new Set(clips.flatMap((clip) => clip.names));
   element("joint").append(...[...names].map((name) => textElement("option", name, { value: name })));
-  element("dim").append(...clips.map(({ label }, i) => textElement("option", `all but ${label}`, { value: String(i) })));
+  const others = clips.map(({ label }, i) => textElement("option", `all but ${label}`, { value: String(i) }));
+  element("dim").append(...others);
   Object.assign(element("apart"), { max: 2 * stage.size, step: cellOf(stage.size) });
   for (const one of document.querySelectorAll(".several")) one.hidden = clips.length < 2;
   for (const one of document.querySelectorAll(".aligned")) one.hidden = !pairs;

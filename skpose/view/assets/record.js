@@ -1,17 +1,21 @@
 // Files of what is seen: a picture (PNG), and a video (WebM) or moving picture (GIF) of the loop.
 
 const SHARP = 2; // pixels in a px of a picture, or as many as the display has
-const LONG_SIDE = 800; // px of a GIF at most
+const [LONG_SIDE, LONG_SIDE_OF_VIDEO] = [800, 1280]; // px of a GIF, and of a video, at most
 const STEP_OF_GIF = 4; // hundredths of a second; browsers show shorter ones slower
 const MOST_PICTURES = 600; // in a GIF
+const SHORTEST = 1; // s of a video: a shorter loop is in it several times, as encoders take some frames to begin
 const VIDEO = globalThis.MediaRecorder && HTMLCanvasElement.prototype.captureStream
-  && ["video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type));
+  && ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type));
+
+const ENDING = VIDEO?.startsWith("video/mp4") ? "mp4" : "webm";
 
 /** A canvas for pictures of a stage, of an even number of pixels along both sides; `paint` fills it. */
 class Film {
   constructor(stage, density, paper) {
     const { clientWidth, clientHeight } = stage.canvas;
-    const [width, height] = [clientWidth, clientHeight].map((side) => Math.max(2, 2 * Math.round((side * density) / 2)));
+    const even = (side) => Math.max(2, 2 * Math.round((side * density) / 2));
+    const [width, height] = [even(clientWidth), even(clientHeight)];
     this.canvas = Object.assign(document.createElement("canvas"), { width, height });
     this.context = this.canvas.getContext("2d", { willReadFrequently: density <= 1 });
     Object.assign(this, { stage, paper, scales: [width / clientWidth, height / clientHeight] });
@@ -43,7 +47,9 @@ function picture(stage, moment, paper) {
  * lasts, as browsers record a canvas; `task` has `progress(share)`, and `cancelled`, then there is no video.
  */
 async function video(stage, { duration, moment }, task) {
-  const film = new Film(stage, devicePixelRatio, true);
+  const { clientWidth, clientHeight } = stage.canvas;
+  const most = LONG_SIDE_OF_VIDEO / Math.max(clientWidth, clientHeight);
+  const film = new Film(stage, Math.min(devicePixelRatio, most), true);
   film.paint(moment(0));
   const recorder = new MediaRecorder(film.canvas.captureStream(), { mimeType: VIDEO, videoBitsPerSecond: 8e6 });
   const parts = [];
@@ -51,18 +57,19 @@ async function video(stage, { duration, moment }, task) {
   const ended = new Promise((done) => recorder.addEventListener("stop", done));
   recorder.start();
   let [seconds, before] = [0, null];
-  while (seconds < duration && !task.cancelled) {
+  const whole = duration * Math.ceil(SHORTEST / duration);
+  while (seconds < whole && !task.cancelled) {
     const now = await new Promise(requestAnimationFrame);
     seconds += before === null ? 0 : Math.min((now - before) / 1000, LONGEST);
     before = now;
-    film.paint(moment(Math.min(seconds, duration)));
-    task.progress(seconds / duration);
+    film.paint(moment(seconds < whole ? seconds % duration : duration));
+    task.progress(seconds / whole);
   }
   recorder.stop();
   await ended;
   if (task.cancelled) return null;
   const bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
-  return new Blob([VIDEO === "video/webm" ? withDuration(bytes, 1000 * seconds) : bytes], { type: VIDEO });
+  return new Blob([withDuration(bytes, 1000 * seconds)], { type: ENDING === "webm" ? "video/webm" : "video/mp4" });
 }
 
 /** The same as a GIF, picture by picture. */
@@ -83,18 +90,19 @@ async function movingPicture(stage, { duration, moment }, task) {
 }
 
 /**
- * A WebM file that states its duration, ms: browsers record without, and players then show no end. The element Duration
- * is put into Info, whose size grows; where all is not as expected the file stays as it is.
+ * A WebM file that states its duration, ms: some browsers record without, and players then show no end. The element
+ * Duration is put into Info, whose size grows; a file that has one, or a table of where its parts are, stays as it is.
  */
 function withDuration(bytes, duration) {
-  const find = (id) => {
+  const find = (id) => { // where an element begins, near the start
     for (let at = 0; at < Math.min(bytes.length - 16, 4096); at++) {
       if (id.every((byte, i) => bytes[at + i] === byte)) return at + id.length;
     }
     return -1;
   };
   const at = find([0x15, 0x49, 0xa9, 0x66]);
-  if (at < 0 || find([0x44, 0x89, 0x88]) >= 0) return bytes;
+  const hasTable = find([0x11, 0x4d, 0x9b, 0x74]) >= 0;
+  if (at < 0 || hasTable || find([0x44, 0x89, 0x84]) >= 0 || find([0x44, 0x89, 0x88]) >= 0) return bytes;
   const length = Math.clz32(bytes[at]) - 23; // bytes of the size, whose first bit set says so
   let size = bytes[at] & (0xff >> length);
   for (let i = 1; i < length; i++) size = 256 * size + bytes[at + i];
@@ -115,7 +123,8 @@ function download(blob, name) {
 }
 
 /** A title as the name of a file. */
-const fileName = (title) => title.replace(/[^\p{L}\p{N}.-]+/gu, "_").replace(/^[._]+|[._]+$/g, "").slice(0, 80) || "motion";
+const fileName = (title) =>
+  title.replace(/[^\p{L}\p{N}.-]+/gu, "_").slice(0, 80).replace(/^[._]+|[._]+$/g, "") || "motion";
 
 /**
  * Let the buttons of the dialog make files of a stage; `now()` is the moment that is shown, `loop()` the part of the
@@ -146,7 +155,7 @@ function listenForFiles(stage, { now, loop, begin }) {
     element("said").textContent = `${name}.png`;
   });
   element("video").hidden = !VIDEO;
-  element("video").addEventListener("click", () => make(video, VIDEO.slice(6)));
+  element("video").addEventListener("click", () => make(video, ENDING));
   element("gif").addEventListener("click", () => make(movingPicture, "gif"));
   element("cancel").addEventListener("click", cancel);
   element("sharing").addEventListener("close", cancel);

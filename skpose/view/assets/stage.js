@@ -52,7 +52,7 @@ class Stage {
     }));
   }
 
-  /** How far a motion is moved aside where all are in one picture, m along x and z: across the direction of the first. */
+  /** How far a motion is moved aside where all are in one picture, m along x and z: across where the first one goes. */
   offset(i) {
     if (!this.overlaid || !this.options.apart) return [0, 0];
     const far = (i - (this.clips.length - 1) / 2) * Number(this.options.apart);
@@ -116,27 +116,10 @@ class Stage {
   }
 
   draw(tick) {
-    this.keepAbove();
+    if (this.options.ground) keepAbove(this.camera, this.centre[1], LEAST_HEIGHT * this.size);
     this.written = [];
     sharpen(this.canvas, this.context);
     this.views = this.paint(this.context, tick);
-  }
-
-  /** Keep the camera above the ground, where there is one: by where it looks from, or where it has been moved to. */
-  keepAbove() {
-    const { camera, centre, options, size } = this;
-    if (!options.ground) return;
-    const [low, far, up] = [LEAST_HEIGHT * size - centre[1], camera.distance / camera.zoom, camera.shift[1] * camera.distance];
-    const moved = this.shifted !== undefined && this.shifted !== camera.shift[1];
-    const height = () => far * Math.sin(camera.elevation) + camera.shift[1] * camera.distance * Math.cos(camera.elevation);
-    if (!moved && height() < low) {
-      const share = low / Math.hypot(far, up);
-      camera.elevation = Math.max(camera.elevation, Math.min(1.55, Math.asin(Math.min(share, 1)) - Math.atan2(up, far)));
-    }
-    if (height() < low - 1e-9) {
-      camera.shift[1] = (low - far * Math.sin(camera.elevation)) / (camera.distance * Math.cos(camera.elevation));
-    }
-    this.shifted = camera.shift[1];
   }
 
   /** Draw into any canvas, whose unit is a px of that of the page; return the views. */
@@ -297,7 +280,8 @@ class Stage {
       within = Math.hypot(flat[index].x - x, flat[index].y - y);
       this.hover = { clip, index };
     }
-    this.hover ??= this.written.find((one) => x >= one.x && x < one.right && Math.abs(y - one.y + 5) < LINE / 2) ?? null;
+    const isAt = (name) => x >= name.x && x < name.right && Math.abs(y - name.y + 5) < LINE / 2;
+    this.hover ??= this.written.find(isAt) ?? null;
   }
 }
 
