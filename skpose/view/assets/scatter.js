@@ -37,7 +37,7 @@ class Scatter {
   }
 
   get isHome() {
-    return this.zoom === 1 && this.middle.every((value, axis) => value === this.centre[axis]);
+    return !this.grid || (this.zoom === 1 && this.middle.every((value, axis) => value === this.centre[axis]));
   }
 
   get width() {
