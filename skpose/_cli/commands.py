@@ -297,8 +297,7 @@ def compare_metrics(
     """Print how well actions are recognised under each metric; draw it to a file."""
     if out is not None:
         check_new(out)
-        if find_spec("matplotlib") is None:
-            raise ValueError("the picture needs matplotlib: pip install 'skpose[plot]'")
+        check_matplotlib("the picture needs")
     if folder is not None:
         dataset, source = read_labelled(folder, scale, walks_and_runs if paper else choose_actions), str(folder)
     elif paper:

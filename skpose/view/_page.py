@@ -1,8 +1,8 @@
 """A page: one HTML file with all that it needs in it, and what can be done with one.
 
 Nothing in a page comes from the network, and its own policy (Content-Security-Policy) forbids it to ask: of scripts
-and styles only those are run whose digests it names. The scripts are compressed, and a short one unpacks them. Data, names from files among them, are JSON in an element that is
-no program, and the scripts show them as text.
+and styles only those are run whose digests it names. The scripts are compressed, and a short one unpacks them.
+Data, names from files among them, are JSON in an element that is no program, and the scripts show them as text.
 """
 
 import base64
@@ -10,8 +10,8 @@ import hashlib
 import html
 import json
 import tempfile
-import zlib
 import webbrowser
+import zlib
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path

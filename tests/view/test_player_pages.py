@@ -262,11 +262,18 @@ def test_all_is_used_by_the_keyboard(browser, comparison):
     assert browser.driver.switch_to.active_element.get_attribute("id") == "help"
 
 
-def test_letters_outside_the_picture_do_nothing(browser, comparison):
+def test_only_space_does_something_outside_the_picture(browser, comparison):
     browser.open(comparison)
     before = state_of(browser)
-    browser.press("END", "0", "+", ".", " ", css="body")
+    browser.press("END", "0", "+", ".", "i", css="body")
     assert state_of(browser) == before
+    browser.press(" ", css="body")
+    assert state_of(browser)["playing"]
+    browser.press(" ", css="#speed")  # which opens the menu
+    browser.press("ESCAPE", css="#speed")
+    assert state_of(browser)["playing"]
+    browser.press(" ", css="#play")
+    assert not state_of(browser)["playing"]
 
 
 # --- unusual motions --------------------------------------------------------------------------------------------------

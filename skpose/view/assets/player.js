@@ -136,8 +136,8 @@ function listen() {
   });
   document.addEventListener("keydown", (event) => { // where nothing has the focus
     const { target, key, ctrlKey, altKey, metaKey } = event;
-    if (target !== document.body || ctrlKey || altKey || metaKey || key.length > 1 || !keys[key]) return;
-    keys[key]();
+    if (target !== document.body || ctrlKey || altKey || metaKey || key !== " ") return;
+    keys[" "]();
     event.preventDefault();
   });
   element("play").addEventListener("click", () => play(!state.playing));
