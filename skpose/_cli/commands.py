@@ -215,6 +215,33 @@ def view(
     print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
+def draw(
+    shown: list[Motion | Keypoints],
+    names: list[str],
+    png: Path | None,
+    at: float | None,
+    gif: Path | None,
+    part: tuple[float | None, float | None],
+    fps: float | None,
+) -> None:
+    """Write a picture of motions, a moving one, or both."""
+    from skpose._cli.moving_picture import FPS, Recording  # slow to import
+
+    recording = Recording(shown, _shorten(names))
+    if png is not None:
+        recording.save_png(png, at)
+        print(f"{png}: {png.stat().st_size / 1e6:.2g} MB")
+    if gif is not None:
+        n = recording.save_gif(gif, *part, FPS if fps is None else fps)
+        print(f"{gif}: {n} picture{'s' * (n != 1)}, {gif.stat().st_size / 1e6:.2g} MB")
+
+
+def check_matplotlib(what: str) -> None:
+    """Refuse what cannot be drawn before anything is read."""
+    if find_spec("matplotlib") is None:
+        raise ValueError(f"{what} matplotlib: pip install 'skpose[plot]'")
+
+
 def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out: Path, n_jobs: int) -> None:
     """Write a page of all poses; the motions of the dataset have the names of their files."""
     names = list(dataset.subjects)
@@ -240,8 +267,7 @@ def _shorten(names: Sequence[str]) -> list[str]:
 
 def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: Path, seed: int, n_jobs: int) -> None:
     """Repeat section 3 of the paper: print the numbers, and write them with the figures to a folder."""
-    if find_spec("matplotlib") is None:
-        raise ValueError("the figures need matplotlib: pip install 'skpose[plot]'")
+    check_matplotlib("the figures need")
     from skpose._cli import report  # slow to import
     from skpose._cli import reproduce as studies
 
@@ -271,8 +297,7 @@ def compare_metrics(
     """Print how well actions are recognised under each metric; draw it to a file."""
     if out is not None:
         check_new(out)
-        if find_spec("matplotlib") is None:
-            raise ValueError("the picture needs matplotlib: pip install 'skpose[plot]'")
+        check_matplotlib("the picture needs")
     if folder is not None:
         dataset, source = read_labelled(folder, scale, walks_and_runs if paper else choose_actions), str(folder)
     elif paper:

@@ -99,6 +99,17 @@ def _find_contradiction(options: argparse.Namespace) -> str:
         return "--pose is a single pose, and --from and --to are for a motion: leave one of them out"
     if getattr(options, "endpoint", False) and not options.cycle:
         return "--endpoint is of --cycle: pass both"
+    if options.command == "view":
+        if (options.out, options.png, options.gif) == (None, None, None):
+            return "pass --out VIEW.html for a page, --png OUT.png for a picture or --gif OUT.gif for a moving one"
+        if options.out is None and (options.align or options.overlay):
+            return "--align and --overlay are for a page, and pictures show motions side by side: pass --out VIEW.html"
+        if options.png is None and options.at is not None:
+            return "--at is the time of --png: pass both"
+        if options.gif is None and (options.begins, options.ends, options.fps) != (None, None, None):
+            return "--from, --to and --fps are for --gif: pass it too"
+        if options.fps is not None and options.fps > 50:
+            return f"--fps must be at most 50, as viewers show shorter pictures of a GIF longer, got {options.fps:g}"
     if options.command == "retarget":
         if options.out is not None and len(options.files) > 1:
             return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"
@@ -165,7 +176,9 @@ def _run(options: argparse.Namespace, skipped: Skipped) -> None:
     if options.command in PRINTING or (options.command == "retarget" and options.out is None):
         _print(options, skipped)
         return
-    targets.check(options.command, options.out)
+    for name in ("out", "png", "gif"):
+        if (path := getattr(options, name, None)) is not None:
+            targets.check(options.command, path)
     with output_may_close():
         _write(options, skipped)
 
@@ -212,9 +225,18 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
     elif options.command == "view":
+        if options.png is not None or options.gif is not None:
+            commands.check_matplotlib("pictures need")
         reader = _reader(options, skipped)
         names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
-        commands.view(shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout)
+        if options.out is not None:
+            commands.view(
+                shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout
+            )
+        if options.png is not None or options.gif is not None:
+            commands.draw(
+                shown, names, options.png, options.at, options.gif, (options.begins, options.ends), options.fps
+            )
     elif options.command == "angles":
         from skpose._cli.angles import angles
 

@@ -25,7 +25,7 @@ from skpose._cli.options import (
     share,
 )
 from skpose._cli.parser_motions import add_angles, add_between, add_convert, add_mean, add_retarget
-from skpose._cli.targets import NAMED
+from skpose._cli.targets import NAMED, file_named
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
 EXIT_STATUS = (
@@ -275,7 +275,16 @@ def _add_view(view: CommandParser) -> None:
         formats="BVH, AMC, AMASS, TRC or C3D files, .npz files of skpose, or keypoints as JSON, CSV or .npz",
         of_folders="BVH, AMC, TRC and C3D",
     )
-    add_out(view, "VIEW.html", (".html",), "the page; open it in a browser")
+    add_out(view, "VIEW.html", (".html",), "the page; open it in a browser", required=False)
+    group = view.group("output")
+    group.add_argument("--png", type=file_named(".png"), metavar="OUT.png", help="a picture of one moment")
+    group.add_argument("--at", type=seconds, metavar="S", help="time of --png in the files, s; default: the begin")
+    group.add_argument("--gif", type=file_named(".gif"), metavar="OUT.gif", help="a moving picture")
+    for name, does in (("from", "begins"), ("to", "ends")):
+        group.add_argument(
+            f"--{name}", dest=does, type=seconds, metavar="S", help=f"where --gif {does}, s; default: where files do"
+        )
+    group.add_argument("--fps", type=positive(float), metavar="N", help="pictures a second of --gif; default: 20")
     group = view.group("result")
     group.add_argument(
         "--align",

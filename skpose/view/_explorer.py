@@ -36,6 +36,7 @@ ASSETS = (
     "gestures.js",
     "marks.js",
     "comparison.js",
+    "link.js",
     "texts.js",
     "explorer.js",
 )

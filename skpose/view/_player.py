@@ -25,8 +25,13 @@ ASSETS = (
     "figure.js",
     "shape.js",
     "orbit.js",
+    "between.js",
     "clip.js",
     "stage.js",
+    "loop.js",
+    "link.js",
+    "gif.js",
+    "record.js",
     "player.js",
 )
 

@@ -5,11 +5,6 @@ const PARTS = 60; // steps of the slider along two paths
 const SECONDS = 2; // of two paths
 const N_COLOURS = 10; // of groups; the eleventh has the colour of the first
 
-if (typeof DecompressionStream === "undefined") {
-  element("failure").textContent = "This page needs a browser of 2023 or later.";
-  element("failure").hidden = false;
-  throw new Error("DecompressionStream is missing");
-}
 const poses = await Poses.of(data);
 const tables = await Promise.all(data.embeddings.map((embedding) => unpack(embedding.points)));
 const scatter = new Scatter(element("layer"), element("canvas"), poses.count);
@@ -67,6 +62,7 @@ function step(now) {
   drawMarks(marks, scatter, poses, state);
   view.draw(state);
   write();
+  link.write();
   if (!state.drawn++) performance.mark("skpose: first frame drawn");
 }
 
@@ -245,15 +241,66 @@ function listen() {
   const back = () => element("canvas").focus({ preventScroll: true }); // as the button is hidden
   element("end").addEventListener("click", () => (endComparison(), back()));
   element("release").addEventListener("click", () => (enclose([]), back()));
-  listenForHelp();
+  listenForDialog("help", "about", "close");
   const resized = new ResizeObserver(() => (view.fit(false), refresh(true)));
   for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
 }
 
+// --- the link --------------------------------------------------------------------------------------------------------
+
+/** What is in a link. While a motion plays its pose is in it all the same. */
+function linked() {
+  const { comparison, current, first, share, lasso, group } = state;
+  const camera = cameraWord(view.camera);
+  return {
+    metric: element("metric").value === "0" ? null : data.embeddings[element("metric").value].metric,
+    colour: element("colour").value === usual.colour ? null : element("colour").value,
+    group: group < 0 ? null : group,
+    pose: current || first >= 0 ? current : null,
+    compared: comparison ? wordOf(comparison.first, comparison.second, share) : null,
+    lasso: lasso.length > 2 ? wordOf(...fewer(lasso, (corners) => scatter.inside(corners)).flat()) : null,
+    plane: scatter.isHome ? null : wordOf(scatter.zoom, ...scatter.centre),
+    camera: camera === usual.camera ? null : camera,
+  };
+}
+
+/** Show what a link says; what it does not say, or says wrongly, is as usual. */
+function restore(words) {
+  const row = (value) => (Number.isInteger(value) && value >= 0 && value < poses.count ? value : -1);
+  const metric = data.embeddings.findIndex((one) => one.metric === words.get("metric"));
+  state.comparison?.stop();
+  Object.assign(state, { comparison: null, first: -1, group: -1, hover: -1 });
+  element("metric").value = String(Math.max(0, metric));
+  setControl(element("colour"), words.get("colour"), usual.colour);
+  writeGroups();
+  chooseMetric();
+  const [pose, compared] = [numbersIn(words.get("pose"), 1)?.[0], numbersIn(words.get("compared"), 3)];
+  show(Math.max(0, row(pose)));
+  if (row(pose) >= 0) state.first = row(pose);
+  if (compared && row(compared[0]) >= 0 && row(compared[1]) >= 0) {
+    state.first = compared[0];
+    choose(compared[1], true);
+    state.share = clamp(compared[2], 0, 1);
+  }
+  const group = numbersIn(words.get("group"), 1)?.[0];
+  if (Number.isInteger(group)) element("groups").querySelectorAll("button")[group]?.click(); // before what is inside
+  const places = numbersIn(words.get("lasso"), (words.get("lasso") ?? "").split(",").length) ?? [];
+  const corners = Array.from({ length: Math.floor(places.length / 2) }, (_, i) => places.slice(2 * i, 2 * i + 2));
+  enclose(corners.length > 2 ? corners : []);
+  view.fit(true);
+  usual.camera = cameraWord(view.camera);
+  restoreCamera(view.camera, words.get("camera"));
+  const plane = numbersIn(words.get("plane"), 3);
+  if (plane) scatter.zoomTo(plane[0], plane.slice(1));
+  play(false);
+  colour();
+  writeComparison();
+  announce();
+}
+
 describe();
-writeGroups();
-chooseMetric();
-view.fit(true);
+const usual = { colour: element("colour").value }; // values as they are at first
+const link = new Link(linked, restore);
 listen();
-play(false);
-window.skpose = { state, stage: scatter, view, poses, position }; // for tests, and for the console of the browser
+restore(link.words);
+window.skpose = { state, stage: scatter, view, poses, position, link }; // for tests, and for the console of the browser

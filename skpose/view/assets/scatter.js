@@ -28,8 +28,16 @@ class Scatter {
   }
 
   home() {
+    this.zoomTo(1, this.middle);
+  }
+
+  get middle() {
     const { low, high } = this.grid;
-    Object.assign(this, { zoom: 1, centre: [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2] });
+    return [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+  }
+
+  get isHome() {
+    return !this.grid || (this.zoom === 1 && this.middle.every((value, axis) => value === this.centre[axis]));
   }
 
   get width() {
@@ -75,6 +83,11 @@ class Scatter {
     this.zoom = Math.max(LEAST_ZOOM, Math.min(MOST_ZOOM, this.zoom * factor));
     const now = this.placeOf(x, y);
     this.centre = this.centre.map((value, axis) => value + kept[axis] - now[axis]);
+  }
+
+  /** Have a zoom and a place in the middle. */
+  zoomTo(zoom, centre) {
+    Object.assign(this, { zoom: Math.max(LEAST_ZOOM, Math.min(MOST_ZOOM, zoom)), centre });
   }
 
   /** Move the view if a point is outside of it. */
