@@ -140,11 +140,11 @@ class Stage {
     context.rect(area.x, area.y, area.width, area.height);
     context.clip();
     if (options.ground) drawGround(context, view, cell);
+    if (options.ghosts) members.forEach((i) => this.drawGhosts(view, i, tick)); // behind all figures
     const figures = this.drawDimmed(members, (i) => {
       const [points, shows] = this.figure(i, frames[i]);
       const { context } = this; // of a layer, perhaps
       if (options.trails) this.drawTrails(view, i, tick);
-      if (options.ghosts) this.drawGhosts(view, i, tick);
       const flat = drawFigure(context, view, points, clips[i].shape, {
         size: clips[i].size,
         shadow: options.ground,
