@@ -2,8 +2,8 @@
 
 All lengths are shares of the height, which follows from the lengths of the limbs. The radii are such that each segment
 of a limb has nearly the volume that its mass needs, by the same table as `mass_weights`: P. de Leva, "Adjustments to
-Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9), 1996, for people of 67.5 kg and 1.74 m
-whose segments have 1.05 g/cm³. Lengths of head, hands and feet are those of `PROPORTIONS`.
+Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9), 1996, for people of 67.5 kg and
+1.74 m whose segments have 1.05 g/cm³. Lengths of head, hands and feet are those of `PROPORTIONS`.
 """
 
 from collections.abc import Iterable
@@ -110,6 +110,16 @@ def _is_of_face(name: str) -> bool:
     return any(word in name.lower() for word in FACE)
 
 
+class _Head(NamedTuple):
+    """Where a head is."""
+
+    joint: int
+    points: list[int]  # of which the skull begins at the mean
+    along: tuple[list[int], list[int]]  # points between which the line up from the neck is
+    skull: float  # the middle of the skull along this line, as a share of the height
+    ahead: tuple[list[int], list[int], float] | None  # the line to the face, and how far along it the chin is
+
+
 class _Maker:
     """Makes the parts of one person."""
 
@@ -137,11 +147,11 @@ class _Maker:
         inside: bool = False,
     ) -> int:
         """Add a sphere, with lengths as shares of the height; return its index."""
-        shifts = [
+        first, second = (
             None if shift is None else Shift(tuple(shift[0]), tuple(shift[1]), self.height * shift[2])
             for shift in (along, across)
-        ]
-        self.spheres.append(Sphere(tuple(points), self.height * radius, weights, *shifts, inside=inside))
+        )
+        self.spheres.append(Sphere(tuple(points), self.height * radius, weights, first, second, inside))
         return len(self.spheres) - 1
 
     def add(self, joint: int, *hulls: tuple[int, ...]) -> None:
@@ -286,8 +296,8 @@ class _Maker:
         names = {name.lower(): j for j, name in enumerate(self.skeleton.joint_names)}
         return {names[name]: name for name in ("left_ear", "right_ear", "nose") if name in names}
 
-    def _find_head(self, shoulders: list[int]):
-        """Return a joint of the head, points, the line up from the neck, how far the skull's middle is from them."""
+    def _find_head(self, shoulders: list[int]) -> _Head | None:
+        """Return where the head is, by its joint, its end or its middle, or by the ears; None if that is not known."""
         parents = self.skeleton.parents
         for mark, skull in ((HEAD, SKULL), (HEAD_TOP, -R_SKULL), (HEAD_CENTER, 0.0)):
             joint = self.joints.get(mark, -1)
@@ -296,19 +306,19 @@ class _Maker:
             top = self.joints.get(HEAD_TOP, -1)
             if mark == HEAD and top >= 0 and self._length(top):
                 crown = min(self._length(top) / self.height, PROPORTIONS["head"])
-                return joint, [joint + 1], ([joint + 1], [top + 1]), max(skull, crown - R_SKULL), None
+                return _Head(joint, [joint + 1], ([joint + 1], [top + 1]), max(skull, crown - R_SKULL), None)
             above = joint
             while above >= 0 and not self._length(above):
                 above = int(parents[above])
             before = int(parents[above]) if above >= 0 else -1
             start = [before + 1] if before >= 0 and before + 1 not in shoulders else shoulders
-            return joint, [joint + 1], (start, [joint + 1]), skull, None
+            return _Head(joint, [joint + 1], (start, [joint + 1]), skull, None)
         face = {name: j for j, name in self._face().items()}
         if "left_ear" not in face or "right_ear" not in face:
             return None
         ears = [face["left_ear"] + 1, face["right_ear"] + 1]
         across = (ears, [face["nose"] + 1], 0.02) if "nose" in face else None
-        return face.get("nose", face["left_ear"]), ears, (shoulders, ears), 0.015, across
+        return _Head(face.get("nose", face["left_ear"]), ears, (shoulders, ears), 0.015, across)
 
     def add_rest(self) -> list[int]:
         """Return the joints whose bones are in no part; in a whole person these are thin."""
