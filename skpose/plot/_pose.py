@@ -1,4 +1,4 @@
-"""Displays of poses as stick figures."""
+"""Displays of poses as figures."""
 
 from collections.abc import Sequence
 
@@ -89,7 +89,10 @@ def draw_pose(
 
 
 class PoseDisplay:
-    """One pose as a stick figure, seen along an axis or in three dimensions.
+    """One pose as a figure, seen along an axis or in three dimensions.
+
+    People have head, trunk, limbs, hands and feet behind the lines of their bones, and in axes of their own a line for
+    the ground; other skeletons, and all in three dimensions, are lines alone.
 
     Limbs of the left are blue, those of the right vermilion, the rest is grey, by the names of the joints; all is blue
     where the names state no side, and in one colour where ``color=`` is given.
@@ -105,6 +108,8 @@ class PoseDisplay:
     ----------
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
+    projection_ : str
+        The axes of the drawing.
 
     Examples
     --------
@@ -237,6 +242,8 @@ class PoseStripDisplay:
     ----------
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
+    projection_ : str
+        The axes of the drawing.
 
     Examples
     --------
