@@ -36,19 +36,19 @@ def draw_turn(ax, ink, column):
     moved = np.ptp(joints, axis=0).any(axis=1)
     for k, pose in enumerate(joints):
         share = k / (len(joints) - 1)
-        style = {"linewidth": 3, "markersize": 0, "alpha": 0.18 + 0.82 * share**2}
+        style = {"linewidth": 0, "markersize": 0, "alpha": 0.18 + 0.82 * share**2}
         arm = pose.copy()
         arm[~moved] = np.nan  # the bone of the first joint that moves begins at one that does not
         first = np.flatnonzero(moved)[0]
         arm[skeleton.parents[first]] = pose[skeleton.parents[first]]
         if k == 0:
-            PoseDisplay.from_positions(pose, skeleton, ax=ax, color=ink["grey"], linewidth=3, markersize=0)
+            PoseDisplay.from_positions(
+                pose, skeleton, ax=ax, projection="xy", color=ink["grey"], linewidth=0, markersize=0
+            )
         else:
-            PoseDisplay.from_positions(arm, skeleton, ax=ax, color=ink["orange"], **style)
+            PoseDisplay.from_positions(arm, skeleton, ax=ax, projection="xy", color=ink["orange"], **style)
     for joint in np.flatnonzero(moved):
         ax.plot(*joints[:, joint, :2].T, color=ink["blue"], linewidth=2.5)
-    x, y = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0, skeleton.joint_names.index("head"), :2]
-    ax.plot(x, y, "o", color=ink["grey"], markersize=15)
     ax.set_aspect("equal", adjustable="box")
     ax.set(xlim=(-0.45, 1.0), ylim=(-1.0, 0.95))
     ax.set_axis_off()

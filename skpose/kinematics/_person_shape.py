@@ -31,6 +31,7 @@ from skpose.skeleton._shared import PROPORTIONS, positions_at_zero
 
 # Radii, as shares of the height.
 R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.055, 0.0305, 0.0325, 0.0195
+WIDEST = 0.115  # of the hips from their middle; of files whose hip joints are at the side, thighs begin further inside
 R_SHOULDER, R_ELBOW, R_FOREARM, R_WRIST = 0.0275, 0.0215, 0.0255, 0.0155
 R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
@@ -140,8 +141,8 @@ class _Maker:
         self,
         points: Iterable[int],
         radius: float,
-        *,
         weights: tuple[float, ...] = (),
+        *,
         along: tuple[Iterable[int], Iterable[int], float] | None = None,
         across: tuple[Iterable[int], Iterable[int], float] | None = None,
         inside: bool = False,
@@ -166,7 +167,8 @@ class _Maker:
 
     def _add_leg(self, side: str) -> None:
         hip, knee, ankle = (self.point(f"{side}_{mark}") for mark in (HIP, KNEE, ANKLE))
-        upper, lower = self.sphere([hip], R_HIP, inside=True), self.sphere([knee], R_KNEE, inside=True)
+        upper = self.sphere(*self._hip(side, R_HIP), inside=True)
+        lower = self.sphere([knee], R_KNEE, inside=True)
         calf = self.sphere([knee], R_CALF, along=([knee], [ankle], 0.28 * PROPORTIONS["shank"]))
         foot = self.sphere([ankle], R_ANKLE, inside=True)
         self.add(knee - 1, (upper, lower))
@@ -218,6 +220,14 @@ class _Maker:
         self.add(known if known >= 0 else wrist - 1, (hand, middle, tip))
         self.covered.update(after if known >= 0 else [])
 
+    def _hip(self, side: str, radius: float) -> tuple[list[int], float, tuple[float, ...]]:
+        """Return the points, the radius and the weights of a sphere at a hip that is not wider than a person's."""
+        hip, other = (self.point(f"{one}_{HIP}") for one in (side, *(one for one in SIDES if one != side)))
+        where = positions_at_zero(self.skeleton)
+        width = float(np.linalg.norm(where[hip - 1] - where[other - 1])) / self.height
+        share = max(0.0, 0.5 * width + radius - WIDEST) / width if width else 0.0
+        return ([hip, other], radius, (1.0 - share, share)) if 0.0 < share < 0.5 else ([hip], radius, ())
+
     def _length(self, joint: int) -> float:
         return float(np.linalg.norm(self.skeleton.offsets[joint]))
 
@@ -247,7 +257,7 @@ class _Maker:
                 )
             return found
 
-        pelvis = [self.sphere([hip], R_PELVIS) for hip in hips]
+        pelvis = [self.sphere(*self._hip(side, R_PELVIS)) for side in SIDES]
         spine = 0.0 if at is None else 0.5
         waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, 0.34, 0.15, spine)]
         ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(0.74, 0.0, 0.42)]
