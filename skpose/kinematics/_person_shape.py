@@ -215,8 +215,10 @@ class _Maker:
             self.covered.update(after)
             return
         toward = ([elbow], [wrist]) if known < 0 else ([wrist], [known + 1])
-        middle = self.sphere([wrist], R_PALM, along=(*toward, 0.45 * HAND_LENGTH))
-        tip = self.sphere([wrist], R_TIP, along=(*toward, HAND_LENGTH))
+        far = max((self._distance(wrist - 1, j) for j in after), default=0.0) - R_TIP
+        length = float(np.clip(far, HAND_LENGTH, PROPORTIONS["hand"]))
+        middle = self.sphere([wrist], R_PALM, along=(*toward, 0.45 * length))
+        tip = self.sphere([wrist], R_TIP, along=(*toward, length))
         self.add(known if known >= 0 else wrist - 1, (hand, middle, tip))
         self.covered.update(after if known >= 0 else [])
 
@@ -227,6 +229,10 @@ class _Maker:
         width = float(np.linalg.norm(where[hip - 1] - where[other - 1])) / self.height
         share = max(0.0, 0.5 * width + radius - WIDEST) / width if width else 0.0
         return ([hip, other], radius, (1.0 - share, share)) if 0.0 < share < 0.5 else ([hip], radius, ())
+
+    def _distance(self, above: int, below: int) -> float:
+        """Return the length of the bones between two joints, as a share of the height."""
+        return sum(map(self._length, _between(self.skeleton, above, below))) / self.height
 
     def _length(self, joint: int) -> float:
         return float(np.linalg.norm(self.skeleton.offsets[joint]))

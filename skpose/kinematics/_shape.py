@@ -84,8 +84,10 @@ def link_shape(skeleton: Skeleton, joints: Sequence[int]) -> Shape:
         for point in (j + 1, int(skeleton.parents[j]) + 1):
             radii[point] = max(radii[point], own[j])
     radii[0] = radii[0] or max(radii.max(), OF_POINT * size)
-    for j in np.flatnonzero(own == 0.0).tolist():  # bones of no length are as thick as what is before them
-        radii[j + 1] = max(radii[j + 1], radii[int(skeleton.parents[j]) + 1])
+    without = np.flatnonzero(own == 0.0).tolist()
+    for j in (*reversed(without), *without):  # points at one place are as thick as the thickest of them
+        both = [j + 1, int(skeleton.parents[j]) + 1]
+        radii[both] = radii[both].max()
     spheres: list[Sphere] = []
     at: dict[int, int] = {}
     carries = {int(skeleton.parents[j]) + 1 for j in joints}
