@@ -2,8 +2,8 @@
 
 All lengths are shares of the height, which follows from the lengths of the limbs. The radii are such that each segment
 of a limb has nearly the volume that its mass needs, by the same table as `mass_weights`: P. de Leva, "Adjustments to
-Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9), 1996, for people of 67.5 kg and 1.74 m
-whose segments have 1.05 g/cm³. Lengths of head, hands and feet are those of `PROPORTIONS`.
+Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9), 1996, for people of 67.5 kg and
+1.74 m whose segments have 1.05 g/cm³. Lengths of head, hands and feet are those of `PROPORTIONS`.
 """
 
 from collections.abc import Iterable
@@ -31,6 +31,7 @@ from skpose.skeleton._shared import PROPORTIONS, positions_at_zero
 
 # Radii, as shares of the height.
 R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.055, 0.0305, 0.0325, 0.0195
+WIDEST = 0.115  # of the hips from their middle; of files whose hip joints are at the side, thighs begin further inside
 R_SHOULDER, R_ELBOW, R_FOREARM, R_WRIST = 0.0275, 0.0215, 0.0255, 0.0155
 R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
@@ -110,6 +111,16 @@ def _is_of_face(name: str) -> bool:
     return any(word in name.lower() for word in FACE)
 
 
+class _Head(NamedTuple):
+    """Where a head is."""
+
+    joint: int
+    points: list[int]  # of which the skull begins at the mean
+    along: tuple[list[int], list[int]]  # points between which the line up from the neck is
+    skull: float  # the middle of the skull along this line, as a share of the height
+    ahead: tuple[list[int], list[int], float] | None  # the line to the face, and how far along it the chin is
+
+
 class _Maker:
     """Makes the parts of one person."""
 
@@ -130,18 +141,18 @@ class _Maker:
         self,
         points: Iterable[int],
         radius: float,
-        *,
         weights: tuple[float, ...] = (),
+        *,
         along: tuple[Iterable[int], Iterable[int], float] | None = None,
         across: tuple[Iterable[int], Iterable[int], float] | None = None,
         inside: bool = False,
     ) -> int:
         """Add a sphere, with lengths as shares of the height; return its index."""
-        shifts = [
+        first, second = (
             None if shift is None else Shift(tuple(shift[0]), tuple(shift[1]), self.height * shift[2])
             for shift in (along, across)
-        ]
-        self.spheres.append(Sphere(tuple(points), self.height * radius, weights, *shifts, inside=inside))
+        )
+        self.spheres.append(Sphere(tuple(points), self.height * radius, weights, first, second, inside))
         return len(self.spheres) - 1
 
     def add(self, joint: int, *hulls: tuple[int, ...]) -> None:
@@ -156,7 +167,8 @@ class _Maker:
 
     def _add_leg(self, side: str) -> None:
         hip, knee, ankle = (self.point(f"{side}_{mark}") for mark in (HIP, KNEE, ANKLE))
-        upper, lower = self.sphere([hip], R_HIP, inside=True), self.sphere([knee], R_KNEE, inside=True)
+        upper = self.sphere(*self._hip(side, R_HIP), inside=True)
+        lower = self.sphere([knee], R_KNEE, inside=True)
         calf = self.sphere([knee], R_CALF, along=([knee], [ankle], 0.28 * PROPORTIONS["shank"]))
         foot = self.sphere([ankle], R_ANKLE, inside=True)
         self.add(knee - 1, (upper, lower))
@@ -203,10 +215,24 @@ class _Maker:
             self.covered.update(after)
             return
         toward = ([elbow], [wrist]) if known < 0 else ([wrist], [known + 1])
-        middle = self.sphere([wrist], R_PALM, along=(*toward, 0.45 * HAND_LENGTH))
-        tip = self.sphere([wrist], R_TIP, along=(*toward, HAND_LENGTH))
+        far = max((self._distance(wrist - 1, j) for j in after), default=0.0) - R_TIP
+        length = float(np.clip(far, HAND_LENGTH, PROPORTIONS["hand"]))
+        middle = self.sphere([wrist], R_PALM, along=(*toward, 0.45 * length))
+        tip = self.sphere([wrist], R_TIP, along=(*toward, length))
         self.add(known if known >= 0 else wrist - 1, (hand, middle, tip))
         self.covered.update(after if known >= 0 else [])
+
+    def _hip(self, side: str, radius: float) -> tuple[list[int], float, tuple[float, ...]]:
+        """Return the points, the radius and the weights of a sphere at a hip that is not wider than a person's."""
+        hip, other = (self.point(f"{one}_{HIP}") for one in (side, *(one for one in SIDES if one != side)))
+        where = positions_at_zero(self.skeleton)
+        width = float(np.linalg.norm(where[hip - 1] - where[other - 1])) / self.height
+        share = max(0.0, 0.5 * width + radius - WIDEST) / width if width else 0.0
+        return ([hip, other], radius, (1.0 - share, share)) if 0.0 < share < 0.5 else ([hip], radius, ())
+
+    def _distance(self, above: int, below: int) -> float:
+        """Return the length of the bones between two joints, as a share of the height."""
+        return sum(map(self._length, _between(self.skeleton, above, below))) / self.height
 
     def _length(self, joint: int) -> float:
         return float(np.linalg.norm(self.skeleton.offsets[joint]))
@@ -237,7 +263,7 @@ class _Maker:
                 )
             return found
 
-        pelvis = [self.sphere([hip], R_PELVIS) for hip in hips]
+        pelvis = [self.sphere(*self._hip(side, R_PELVIS)) for side in SIDES]
         spine = 0.0 if at is None else 0.5
         waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, 0.34, 0.15, spine)]
         ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(0.74, 0.0, 0.42)]
@@ -286,8 +312,8 @@ class _Maker:
         names = {name.lower(): j for j, name in enumerate(self.skeleton.joint_names)}
         return {names[name]: name for name in ("left_ear", "right_ear", "nose") if name in names}
 
-    def _find_head(self, shoulders: list[int]):
-        """Return a joint of the head, points, the line up from the neck, how far the skull's middle is from them."""
+    def _find_head(self, shoulders: list[int]) -> _Head | None:
+        """Return where the head is, by its joint, its end or its middle, or by the ears; None if that is not known."""
         parents = self.skeleton.parents
         for mark, skull in ((HEAD, SKULL), (HEAD_TOP, -R_SKULL), (HEAD_CENTER, 0.0)):
             joint = self.joints.get(mark, -1)
@@ -296,19 +322,19 @@ class _Maker:
             top = self.joints.get(HEAD_TOP, -1)
             if mark == HEAD and top >= 0 and self._length(top):
                 crown = min(self._length(top) / self.height, PROPORTIONS["head"])
-                return joint, [joint + 1], ([joint + 1], [top + 1]), max(skull, crown - R_SKULL), None
+                return _Head(joint, [joint + 1], ([joint + 1], [top + 1]), max(skull, crown - R_SKULL), None)
             above = joint
             while above >= 0 and not self._length(above):
                 above = int(parents[above])
             before = int(parents[above]) if above >= 0 else -1
             start = [before + 1] if before >= 0 and before + 1 not in shoulders else shoulders
-            return joint, [joint + 1], (start, [joint + 1]), skull, None
+            return _Head(joint, [joint + 1], (start, [joint + 1]), skull, None)
         face = {name: j for j, name in self._face().items()}
         if "left_ear" not in face or "right_ear" not in face:
             return None
         ears = [face["left_ear"] + 1, face["right_ear"] + 1]
         across = (ears, [face["nose"] + 1], 0.02) if "nose" in face else None
-        return face.get("nose", face["left_ear"]), ears, (shoulders, ears), 0.015, across
+        return _Head(face.get("nose", face["left_ear"]), ears, (shoulders, ears), 0.015, across)
 
     def add_rest(self) -> list[int]:
         """Return the joints whose bones are in no part; in a whole person these are thin."""

@@ -84,8 +84,10 @@ def link_shape(skeleton: Skeleton, joints: Sequence[int]) -> Shape:
         for point in (j + 1, int(skeleton.parents[j]) + 1):
             radii[point] = max(radii[point], own[j])
     radii[0] = radii[0] or max(radii.max(), OF_POINT * size)
-    for j in np.flatnonzero(own == 0.0):  # bones of no length are as thick as what is before them
-        radii[j + 1] = max(radii[j + 1], radii[int(skeleton.parents[j]) + 1])
+    without = np.flatnonzero(own == 0.0).tolist()
+    for j in (*reversed(without), *without):  # points at one place are as thick as the thickest of them
+        both = [j + 1, int(skeleton.parents[j]) + 1]
+        radii[both] = radii[both].max()
     spheres: list[Sphere] = []
     at: dict[int, int] = {}
     carries = {int(skeleton.parents[j]) + 1 for j in joints}
@@ -125,7 +127,7 @@ class Outline(NamedTuple):
 
 
 def outline(
-    centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool], n_directions: int = N_DIRECTIONS
+    centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool] | np.ndarray, n_directions: int = N_DIRECTIONS
 ) -> Outline:
     """Return the outline of the hull of discs: in each direction the point that is farthest."""
     angles = np.linspace(0.0, 2.0 * np.pi, n_directions, endpoint=False)
@@ -136,9 +138,10 @@ def outline(
     chosen = (before != farthest) | ~open_[farthest]
     ends = np.stack([np.roll(points, 1, axis=0), points], axis=1)[chosen]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    left_out = np.where(before != farthest, 1.0, 0.0)[chosen, None] * np.where(open_, GAP * radii, 0.0)[
-        np.stack([before, farthest], axis=1)[chosen]
-    ]
+    left_out = (
+        np.where(before != farthest, 1.0, 0.0)[chosen, None]
+        * np.where(open_, GAP * radii, 0.0)[np.stack([before, farthest], axis=1)[chosen]]
+    )
     shares = np.minimum(0.5, np.divide(left_out, lengths[:, None], out=np.zeros_like(left_out), where=left_out > 0.0))
     along = (ends[:, 1] - ends[:, 0])[:, None] * shares[..., None] * [[1.0], [-1.0]]
     return Outline(points, ends + along)
@@ -163,12 +166,12 @@ def _vector(shift: Any, points: np.ndarray) -> np.ndarray:
 
 
 def _direction(shift: Any, points: np.ndarray) -> np.ndarray:
-    return np.zeros(points.shape[:-2] + (3,)) if shift is None else _unit(_vector(shift, points))
+    return np.zeros((*points.shape[:-2], 3)) if shift is None else _unit(_vector(shift, points))
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths != 0.0)
 
 
 def _renumber(shift: Any, points: Sequence[int]) -> Any:

@@ -128,11 +128,12 @@ class AlignmentDisplay:
             ends = np.stack([where[some], np.tile([1.0 - LINES, LINES], (len(some), 1))], axis=2)
             ax.add_collection(LineCollection(list(ends), colors=colour, linewidths=width), autolim=False)
         positions = [
-            forward_kinematics(poses[found.path[pairs, i]], skeleton)
-            for i, poses in enumerate((found.a, found.b))
+            forward_kinematics(poses[found.path[pairs, i]], skeleton) for i, poses in enumerate((found.a, found.b))
         ]
         shape = shape_of_person(skeleton)
-        low, high = (edge(np.stack(positions)[..., plane], axis=2, initial=0.0) for edge in (np.min, np.max))  # with the root
+        low, high = (
+            edge(np.stack(positions)[..., plane], axis=2, initial=0.0) for edge in (np.min, np.max)
+        )  # with the root
         middle = (low + high) / 2
         bottom, top = low[..., 1].min(), high[..., 1].max()
         middle[..., 1] = (bottom + top) / 2  # of all, so that the roots have one height

@@ -24,8 +24,8 @@ from skpose.plot._confused import (
 )
 from skpose.plot._pose import GAP as BETWEEN
 from skpose.plot._pose import check_projection, draw_pose
-from skpose.plot._volume import shape_of_person
 from skpose.plot._views import find_vertical, name_view
+from skpose.plot._volume import shape_of_person
 from skpose.skeleton import Motion, Skeleton
 
 MATRIX, CELLS, MARGIN, GAP = (
@@ -277,7 +277,9 @@ class ConfusionDisplay:
             for part in (upper, lower)
             if part
         ]
-        low, high = (edge(np.concatenate(strips)[:, :, plane], axis=1, initial=0.0) for edge in (np.min, np.max))  # with the root
+        low, high = (
+            edge(np.concatenate(strips)[:, :, plane], axis=1, initial=0.0) for edge in (np.min, np.max)
+        )  # with the root
         middle = (low + high) / 2
         bottom, top = low[:, 1].min(), high[:, 1].max()
         middle[:, 1] = (bottom + top) / 2  # of all, so that the roots have one height

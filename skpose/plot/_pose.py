@@ -1,4 +1,4 @@
-"""Displays of poses as stick figures."""
+"""Displays of poses as figures."""
 
 from collections.abc import Sequence
 
@@ -71,8 +71,7 @@ def draw_pose(
     from matplotlib.lines import Line2D
 
     style, seen = normalize_kwargs(style, Line2D), positions[:, plane]
-    has_volume = shape is not None and len(plane) == 2
-    if has_volume:
+    if shape is not None and len(plane) == 2:
         draw_volume(ax, positions, plane, skeleton, shape, shift, style)
     side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
     colours = {"": COLOURS[0]} if (side == "").all() else SIDES
@@ -80,7 +79,7 @@ def draw_pose(
     segments = np.stack([parent, seen, np.full_like(seen, np.nan)], axis=1)
     segments[..., 0] += shift
     defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
-    if has_volume:
+    if shape is not None and len(plane) == 2:
         defaults |= {"linewidth": 0.8, "markersize": 1.8}
     for name, colour in colours.items():
         chosen = side == name
@@ -90,7 +89,10 @@ def draw_pose(
 
 
 class PoseDisplay:
-    """One pose as a stick figure, seen along an axis or in three dimensions.
+    """One pose as a figure, seen along an axis or in three dimensions.
+
+    People have head, trunk, limbs, hands and feet behind the lines of their bones, and in axes of their own a line for
+    the ground; other skeletons, and all in three dimensions, are lines alone.
 
     Limbs of the left are blue, those of the right vermilion, the rest is grey, by the names of the joints; all is blue
     where the names state no side, and in one colour where ``color=`` is given.
@@ -106,6 +108,8 @@ class PoseDisplay:
     ----------
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
+    projection_ : str
+        The axes of the drawing.
 
     Examples
     --------
@@ -238,6 +242,8 @@ class PoseStripDisplay:
     ----------
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
+    projection_ : str
+        The axes of the drawing.
 
     Examples
     --------
@@ -374,7 +380,14 @@ class PoseStripDisplay:
 
     @classmethod
     def from_geodesic(
-        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, projection: str | None = None, **style
+        cls,
+        geodesic: GeodesicResult,
+        skeleton: Skeleton,
+        *,
+        n_poses: int = 8,
+        ax=None,
+        projection: str | None = None,
+        **style,
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them.
 

@@ -8,8 +8,8 @@ from skpose._validation.options import check_integer, check_kind
 from skpose.motions import Repetitions
 from skpose.plot._axes import axes
 from skpose.plot._pose import GAP, check_projection, draw_pose
-from skpose.plot._volume import shape_of_person
 from skpose.plot._views import find_vertical, name_view
+from skpose.plot._volume import shape_of_person
 from skpose.skeleton import Motion
 
 HEIGHT, REST, LEAST, MOST = 2.3, (1.9, 1.3), 5.6, 10.0  # inches: of poses, what is around them, widths of the figure

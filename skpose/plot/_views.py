@@ -44,8 +44,9 @@ def choose_projection(positions: np.ndarray, vertical: int, is_deep: bool = Fals
     first, second = (vertical + 1) % 3, (vertical + 2) % 3
     if is_deep:
         return "".join("xyz"[axis] for axis in (first, second, vertical))
-    spread = np.nansum(np.nanvar(positions, axis=0), axis=0)
+    known = positions[:, np.isfinite(positions).all(axis=(0, 2))]
+    spread = known.var(axis=0).sum(axis=0)
     if not spread[[first, second]].any():
-        spread = np.nanmax(positions, axis=(0, 1)).clip(min=0.0) - np.nanmin(positions, axis=(0, 1)).clip(max=0.0)
+        spread = known.max(axis=(0, 1), initial=0.0) - known.min(axis=(0, 1), initial=0.0)
     low, high = sorted((first, second))
     return "xyz"[high if spread[high] > spread[low] * (1.0 + 1e-9) else low] + "xyz"[vertical]

@@ -11,7 +11,7 @@ from skpose.skeleton._shared import sides
 
 TINT = 0.5  # share of the colour of a side in that of its parts; the rest is the colour of the axes
 EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
-GROUND = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
+GROUND: dict[str, Any] = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
 
 
 def shape_of_person(skeleton: Skeleton) -> Shape | None:
@@ -45,7 +45,7 @@ def draw_volume(
         if not hulls:
             continue
         colour = style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""])
-        near = float(np.mean(centres[sum(hulls, [])] @ depth))
+        near = float(np.mean(centres[np.concatenate(hulls)] @ depth))
         outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
         parts.append((near, outlines, TINT * np.array(to_rgb(colour)) + (1.0 - TINT) * paper))
     paths, fills, widths = [], [], []

@@ -25,9 +25,9 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     -------
     dict
         Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges), `rests`,
-        `weights`, `sides` ("left", "right" or ""), and `signs`. And `shape`, as figures are drawn. A rest rotation is a unit quaternion (w, x, y, z), or None for the identity. Of
-        each column of a pose: `columns`, its name, and `angles`, true for one whose difference is wrapped. And
-        `offsetFrame`, "own" or "parent".
+        `weights`, `sides` ("left", "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or
+        None for the identity. Of each column of a pose: `columns`, its name, and `angles`, true for one whose
+        difference is wrapped. And `offsetFrame`, "own" or "parent", and `shape`, as figures are drawn.
 
         `signs` are for ball joints: two quaternions by which a rotation is multiplied from the left and from the right,
         before its sign decides which of two equal halves of a turn is taken, as `pose_distances` does; None elsewhere.

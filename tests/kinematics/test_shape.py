@@ -1,5 +1,7 @@
 """The shape of figures: people have the parts and the size of a person, and nothing else has."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from conftest import SKELETONS
@@ -35,7 +37,7 @@ def height_of(skeleton):
     joints = find_landmarks(skeleton).joints
     where = points_of(skeleton)[1:]
     ends = [where[joints[f"left_{mark}"]] for mark in ("hip", "knee", "ankle")]
-    leg = sum(np.linalg.norm(b - a) for a, b in zip(ends[:-1], ends[1:], strict=True))
+    leg = sum(np.linalg.norm(b - a) for a, b in pairwise(ends))
     return leg / (PROPORTIONS["thigh"] + PROPORTIONS["shank"])
 
 
@@ -78,9 +80,9 @@ def test_shapes_turn_and_grow_with_the_figure(name):
     skeleton = skeleton_of(name)
     shape = find_shape(skeleton)
     points = points_of(skeleton, np.random.default_rng(1).normal(scale=0.4, size=skeleton.n_dofs))
-    turn = Rotation.from_rotvec([0.3, -1.2, 0.7])
+    turn, moved = Rotation.from_rotvec([0.3, -1.2, 0.7]), np.array([1.0, 2.0, 3.0])
     np.testing.assert_allclose(
-        shape.centres(turn.apply(points) + [1, 2, 3]), turn.apply(shape.centres(points)) + [1, 2, 3], atol=1e-12
+        shape.centres(turn.apply(points) + moved), turn.apply(shape.centres(points)) + moved, atol=1e-12
     )
     larger = Skeleton(
         [Bone(b.name, b.parent, tuple(100 * np.array(b.offset)), b.dofs) for b in skeleton.bones],
@@ -130,12 +132,16 @@ def test_robots_hands_and_animals_have_no_head(robots_folder):
     ]
     assert not find_shape(Skeleton([Bone("right_wrist", None, (0.05, 0, 0), "xyz"), *fingers])).is_person
     dog = skeleton_of("Mixamo")
-    tailed = Skeleton([*dog.bones, Bone("tail", dog.joint_names[0], (0, 0, -0.3), "xyz")], offset_frame=dog.offset_frame)
+    tailed = Skeleton(
+        [*dog.bones, Bone("tail", dog.joint_names[0], (0, 0, -0.3), "xyz")], offset_frame=dog.offset_frame
+    )
     assert not find_shape(tailed).is_person
 
 
 def test_radii_of_links_meet_and_bones_without_length_are_there():
-    arm = Skeleton([Bone("a", None, (0, 0, 0.5), "z"), Bone("b", "a", (0, 0, 0), "z"), Bone("c", "b", (0, 0, 0.02), "x")])
+    arm = Skeleton(
+        [Bone("a", None, (0, 0, 0.5), "z"), Bone("b", "a", (0, 0, 0), "z"), Bone("c", "b", (0, 0, 0.02), "x")]
+    )
     shape = find_shape(arm)
     assert [len(part.hulls[0]) for part in shape.parts] == [2, 1, 2]
     of_point = {sphere.points[0]: sphere.radius for sphere in shape.spheres}

@@ -287,7 +287,7 @@ def test_degrees_are_noticed_once():
 def test_figures_of_a_strip_do_not_overlap_and_keep_their_size():
     skeleton = SKELETONS["humanoid"]
     poses = np.random.default_rng(0).normal(scale=0.3, size=(5, skeleton.n_dofs))
-    display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose")
+    display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose", projection="xy")
     figures = [np.concatenate([drawn_bones(line) for line in display.ax_.lines[3 * i : 3 * i + 3]]) for i in range(5)]
     order = np.argsort([["", "left", "right"].index(side) for side in sides(skeleton.joint_names)], kind="stable")
     for i, figure in enumerate(figures):
@@ -356,7 +356,7 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
     [
         (lambda: PoseDisplay.from_pose(START, ARM, projection="xx"), "projection must be two of the axes"),
         (lambda: PoseDisplay.from_pose(START, ARM, projection="front"), "projection must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(START, ARM, projection=None), "projection must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, projection=1), "projection must be two of the axes"),
         (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion has no frames"),
         (
             lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0),

@@ -11,8 +11,8 @@ from test_points_in_browser import squatting
 
 from skpose import Motion, forward_kinematics
 from skpose.datasets import make_gait
-from skpose.kinematics._shared import find_shape
 from skpose.keypoints import layouts
+from skpose.kinematics._shared import find_shape
 from skpose.view import player
 from skpose.view._page import asset
 from skpose.view._points import points_data

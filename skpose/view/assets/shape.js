@@ -1,7 +1,7 @@
 // Figures with volume: parts that are hulls of spheres about joints, see skpose/kinematics/_shape.py.
 
 const circle = (n) => Array.from({ length: n }, (_, i) => [Math.cos((i * 2 * Math.PI) / n), Math.sin((i * 2 * Math.PI) / n)]);
-const [FEW, SOME, MANY] = [12, 20, 32].map(circle); // directions in which an outline is found
+const [ROUGH, ROUND, ROUNDEST] = [12, 20, 32].map(circle); // directions in which an outline is found
 const LIGHT = [-0.64, -0.77]; // where it comes from, in the picture
 // A soft shadow: how much wider than a sphere, up to which height, in sizes, where it is narrow, and how dark.
 const SHADOWS = [[3, 1.3, 0.4], [1.8, 1, 0.5], [2.6, 0.16, 1], [1.7, 0.08, 1.5]];
@@ -49,7 +49,7 @@ function reachOf(shape, points, shows) {
 }
 
 /** The outline of the hull of discs, flattened to a share of their height: in each direction the farthest point. */
-function outlineOf(discs, squash = 1, directions = MANY) {
+function outlineOf(discs, squash = 1, directions = ROUNDEST) {
   return directions.map(([cos, sin]) => {
     let [best, most] = [discs[0], -Infinity];
     for (const disc of discs) {
@@ -107,7 +107,8 @@ function fillOf(context, outline, discs, colour) {
   const lit = nx * LIGHT[0] + ny * LIGHT[1];
   const fill = context.createLinearGradient(...at(high), ...at(low));
   fill.addColorStop(0, toneOf(colour, 0.26 * lit - 0.08));
-  fill.addColorStop(0.5, colour);
+  fill.addColorStop(0.35, colour);
+  fill.addColorStop(0.65, colour);
   fill.addColorStop(1, toneOf(colour, -0.26 * lit - 0.08));
   return fill;
 }
@@ -128,7 +129,7 @@ function drawShadow(context, view, shape, centres, size) {
     for (const [, hulls] of shape.parts) {
       for (const hull of hulls) {
         const found = hull.map((i) => discs[i]).filter(Boolean);
-        if (found.length) trace(context, outlineOf(found, view.squash, FEW));
+        if (found.length) trace(context, outlineOf(found, view.squash, ROUGH));
       }
     }
     context.fill();
@@ -166,7 +167,7 @@ function drawFigure(context, view, points, shape, { size, colourOf, shadow, show
   context.strokeStyle = colours.paper; // an edge that sets a part apart from those behind it
   for (const { joint, found, all } of parts.filter((part) => part.all.length).sort((a, b) => b.away - a.away)) {
     const widest = Math.max(...all.map((disc) => disc.radius));
-    const outlines = found.map((some) => outlineOf(some, 1, widest < 5 ? FEW : widest < 25 ? SOME : MANY));
+    const outlines = found.map((some) => outlineOf(some, 1, widest < 5 ? ROUGH : widest < 25 ? ROUND : ROUNDEST));
     context.beginPath();
     for (const outline of outlines) traceEdge(context, outline);
     context.lineWidth = Math.min(3, 0.8 + 0.15 * all[0].radius);
@@ -204,7 +205,7 @@ function drawGhost(context, view, points, shape, { colourOf, shows = () => true,
     const colour = colourOf(joint);
     if (!paths.has(colour)) paths.set(colour, new Path2D());
     for (const some of hulls.map((hull) => discsOf(hull, discs)).filter((one) => one.length)) {
-      trace(paths.get(colour), outlineOf(some, 1, SOME));
+      trace(paths.get(colour), outlineOf(some, 1, ROUND));
     }
   }
   context.globalAlpha = alpha;
