@@ -142,6 +142,7 @@ class Stage {
     context.clip();
     if (options.ground) drawGround(context, view, cell);
     const figures = this.drawDimmed(members, (i) => {
+      const { context } = this; // which may be that of figures that step back
       const points = this.points(i, frames[i]);
       if (options.trails) this.drawTrails(view, i, tick);
       const flat = drawFigure(context, view, points, clips[i].parents, {
