@@ -115,8 +115,8 @@ class Recording:
 def _panel(motion: Motion | Keypoints, label: str) -> Panel:
     if isinstance(motion, Keypoints):
         raise ValueError(
-            f"{label} has points without a skeleton, of which --png and --gif draw nothing: write a page by --out, which "
-            "saves pictures too"
+            f"{label} has points without a skeleton, of which --png and --gif draw nothing: write a page by --out, "
+            "which saves pictures too"
         )
     scene = scene_of(motion)
     aside = _front(scene.joints, scene.root, motion.skeleton.joint_names, scene.size) - ASIDE

@@ -91,7 +91,7 @@ def test_bones_keep_their_lengths_between_frames(browser, walks):
 
 
 def test_what_is_between_is_near_to_what_was_recorded_there(browser):
-    """Every other frame of an arm that swings, and those left out: a straight line in space is ten times as far away."""
+    """Every other frame of an arm that swings, and those left out: a line in space is ten times as far away."""
     time = np.arange(81)[:, None] / 40
     angles = np.sin(2 * np.pi * time + [0.0, 0.5, 1.0])
     browser.open(player([Motion(Skeleton.chain(3), angles, 40), Motion(Skeleton.chain(3), angles[::2], 20)]))

@@ -57,10 +57,11 @@ function orbit(canvas, camera, actions) {
   canvas.addEventListener("touchmove", (event) => {
     if (event.touches.length > 1 && event.cancelable) event.preventDefault();
   }, { passive: false });
-  new ResizeObserver(() => {
+  const fits = new ResizeObserver(() => {
     const { scrollHeight, clientHeight } = document.documentElement;
     canvas.style.touchAction = window !== window.parent || scrollHeight > clientHeight ? "pan-y" : "none";
-  }).observe(document.documentElement);
+  });
+  for (const one of [document.documentElement, document.body]) fits.observe(one);
   canvas.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && actions.leave());
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", () => actions.home());

@@ -209,7 +209,7 @@ function describe() {
   }
   const names = new Set(clips.flatMap((clip) => clip.names));
   element("joint").append(...[...names].map((name) => textElement("option", name, { value: name })));
-  const others = clips.map(({ label }, i) => textElement("option", `all but ${label}`, { value: String(i) }));
+  const others = stage.names.map((name, i) => textElement("option", `all but ${name}`, { value: String(i) }));
   element("dim").append(...others);
   Object.assign(element("apart"), { max: 2 * stage.size, step: cellOf(stage.size) });
   for (const one of document.querySelectorAll(".several")) one.hidden = clips.length < 2;

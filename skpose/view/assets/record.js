@@ -10,12 +10,12 @@ const VIDEO = globalThis.MediaRecorder && HTMLCanvasElement.prototype.captureStr
 
 const ENDING = VIDEO?.startsWith("video/mp4") ? "mp4" : "webm";
 
-/** A canvas for pictures of a stage, of an even number of pixels along both sides; `paint` fills it. */
+/** A canvas for pictures of a stage, whose sides are multiples of so many pixels; `paint` fills it. */
 class Film {
-  constructor(stage, density, paper) {
+  constructor(stage, density, paper, multiple = 1) {
     const { clientWidth, clientHeight } = stage.canvas;
-    const even = (side) => Math.max(2, 2 * Math.round((side * density) / 2));
-    const [width, height] = [even(clientWidth), even(clientHeight)];
+    const pixels = (side) => multiple * Math.max(1, Math.round((side * density) / multiple));
+    const [width, height] = [pixels(clientWidth), pixels(clientHeight)];
     this.canvas = Object.assign(document.createElement("canvas"), { width, height });
     this.context = this.canvas.getContext("2d", { willReadFrequently: density <= 1 });
     Object.assign(this, { stage, paper, scales: [width / clientWidth, height / clientHeight] });
@@ -49,7 +49,7 @@ function picture(stage, moment, paper) {
 async function video(stage, { duration, moment }, task) {
   const { clientWidth, clientHeight } = stage.canvas;
   const most = LONG_SIDE_OF_VIDEO / Math.max(clientWidth, clientHeight);
-  const film = new Film(stage, Math.min(devicePixelRatio, most), true);
+  const film = new Film(stage, Math.min(devicePixelRatio, most), true, 2); // as encoders need
   film.paint(moment(0));
   const recorder = new MediaRecorder(film.canvas.captureStream(), { mimeType: VIDEO, videoBitsPerSecond: 8e6 });
   const parts = [];

@@ -142,8 +142,8 @@ class Stage {
     if (options.ground) drawGround(context, view, cell);
     if (options.ghosts) members.forEach((i) => this.drawGhosts(view, i, tick)); // behind all figures
     const figures = this.drawDimmed(members, (i) => {
+      const { context } = this; // which may be that of figures that step back
       const [points, shows] = this.figure(i, frames[i]);
-      const { context } = this; // of a layer, perhaps
       if (options.trails) this.drawTrails(view, i, tick);
       const flat = drawFigure(context, view, points, clips[i].shape, {
         size: clips[i].size,
