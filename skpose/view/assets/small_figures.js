@@ -1,8 +1,8 @@
 // Small figures among the points of an explorer: one for each group, with its name, and as one zooms in poses, so many
 // as have space. None lies over another.
 
-const SIDE = 64; // px, of the square that a small figure fills
-const GAP = 4; // px between two
+const SMALL_SIDE = 64; // px, of the square that a small figure fills
+const SMALL_GAP = 4; // px between two
 const ZOOM_OF_POSES = 2; // from which poses are shown
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
 const KEPT = 400; // pictures that are kept
@@ -29,7 +29,7 @@ class SmallFigures {
     const rows = [];
     this.medoids.forEach((row, group) => {
       if (row < 0 || hidden(row)) return;
-      const box = boxAt(scatter.at(row), 0.7 * SIDE, SIDE + 16);
+      const box = boxAt(scatter.at(row), 0.7 * SMALL_SIDE, SMALL_SIDE + 16);
       if (!fits(box)) return;
       placed.push(box);
       rows.push(row);
@@ -37,9 +37,9 @@ class SmallFigures {
       this.name(context, box, this.names[group], colourOf(row));
     });
     if (scatter.zoom < ZOOM_OF_POSES) return rows;
-    for (const row of nearCells(scatter, SIDE + GAP)) {
+    for (const row of nearCells(scatter, SMALL_SIDE + SMALL_GAP)) {
       if (hidden(row)) continue;
-      const box = boxAt(scatter.at(row), 0.7 * SIDE, SIDE);
+      const box = boxAt(scatter.at(row), 0.7 * SMALL_SIDE, SMALL_SIDE);
       if (!fits(box)) continue;
       placed.push(box);
       rows.push(row);
@@ -60,14 +60,14 @@ class SmallFigures {
     const key = `${row} ${colour}`;
     if (!this.pictures.has(key)) this.pictures.set(key, this.picture(row, colour));
     context.globalAlpha = 0.9;
-    context.drawImage(this.pictures.get(key), x + (width - SIDE) / 2, y, SIDE, SIDE);
+    context.drawImage(this.pictures.get(key), x + (width - SMALL_SIDE) / 2, y, SMALL_SIDE, SMALL_SIDE);
     context.globalAlpha = 1;
   }
 
   /** The picture of a pose in one colour, on nothing. */
   picture(row, colour) {
     const density = window.devicePixelRatio || 1;
-    const canvas = Object.assign(document.createElement("canvas"), { width: SIDE * density, height: SIDE * density });
+    const canvas = Object.assign(document.createElement("canvas"), { width: SMALL_SIDE * density, height: SMALL_SIDE * density });
     const context = canvas.getContext("2d");
     context.scale(density, density);
     const points = this.poses.points(this.poses.pose(row));
@@ -78,7 +78,7 @@ class SmallFigures {
       return (Math.min(...values) + Math.max(...values)) / 2;
     });
     const camera = Object.assign(new Camera(), this.view.camera, { zoom: 1, shift: [0, 0] });
-    const area = { x: 0, y: 0, width: SIDE, height: SIDE };
+    const area = { x: 0, y: 0, width: SMALL_SIDE, height: SMALL_SIDE };
     const moved = around.map((point) => point.map((value, axis) => value - centre[axis]));
     camera.distance = Math.max(camera.distanceTo(moved, area), 0.5 * this.size);
     drawFigure(context, camera.view(area, centre), points, shape, { size: this.size, colourOf: () => colour });
@@ -92,15 +92,15 @@ class SmallFigures {
       lineWidth: 4, strokeStyle: colours.paper, fillStyle: colour,
     });
     const short = words.length > 14 ? `${words.slice(0, 13)}…` : words;
-    context.strokeText(short, x + width / 2, y + SIDE);
-    context.fillText(short, x + width / 2, y + SIDE);
+    context.strokeText(short, x + width / 2, y + SMALL_SIDE);
+    context.fillText(short, x + width / 2, y + SMALL_SIDE);
   }
 }
 
 const boxAt = ([x, y], width, height) => ({ x: x - width / 2, y: y - height / 2, width, height });
 
-const overlap = (a, b) => Math.abs(a.x + a.width / 2 - b.x - b.width / 2) < (a.width + b.width) / 2 + GAP
-  && Math.abs(a.y + a.height / 2 - b.y - b.height / 2) < (a.height + b.height) / 2 + GAP;
+const overlap = (a, b) => Math.abs(a.x + a.width / 2 - b.x - b.width / 2) < (a.width + b.width) / 2 + SMALL_GAP
+  && Math.abs(a.y + a.height / 2 - b.y - b.height / 2) < (a.height + b.height) / 2 + SMALL_GAP;
 
 /** The point of a group that is nearest to the medians of its places, or -1. */
 function medoidOf({ x, y, count }, of, group) {
