@@ -87,6 +87,7 @@ def add_between(between: CommandParser) -> None:
         dest="interpolation",
         choices=["spline", "geodesic"],
         default="spline",
+        metavar="NAME",
         help="spline: a smooth curve; geodesic: shortest paths at constant speed, with corners at the keys; default: "
         "spline",
     )
@@ -115,9 +116,10 @@ def add_retarget(retarget: CommandParser) -> None:
         "--method",
         choices=["auto", "numbers", "orientations", "positions", "limbs", "unchecked"],
         default="auto",
-        help="by the numbers of the angles, by the directions of the bones in the world, by the positions of the "
-        "joints, by limbs within the limits of a robot, by the first of these that can (auto), or by the numbers as "
-        "they are, unchecked; default: auto",
+        metavar="BY",
+        help="numbers (of the angles), orientations (directions of the bones in the world), positions (of the joints), "
+        "limbs (within the limits of a robot), unchecked (the numbers as they are), or auto, the first of these that "
+        "can; default: auto",
     )
     group.add_argument(
         "--joints",

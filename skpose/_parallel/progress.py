@@ -42,9 +42,9 @@ def _bar(what: str, n_steps: int) -> AbstractContextManager[Advance]:
     try:
         from rich.console import Console
     except ImportError:
-        return _lines(what, n_steps)
+        return plain_lines(what, n_steps)
     console = Console(stderr=True)
-    return _rich(what, n_steps, console) if console.is_terminal or console.is_jupyter else _lines(what, n_steps)
+    return _rich(what, n_steps, console) if console.is_terminal or console.is_jupyter else plain_lines(what, n_steps)
 
 
 @contextmanager
@@ -58,7 +58,7 @@ def _rich(what: str, n_steps: int, console: Any) -> Iterator[Advance]:
 
 
 @contextmanager
-def _lines(what: str, n_steps: int) -> Iterator[Advance]:
+def plain_lines(what: str, n_steps: int) -> Iterator[Advance]:
     start = printed = time.monotonic()
     n_done = 0
 
@@ -68,13 +68,13 @@ def _lines(what: str, n_steps: int) -> Iterator[Advance]:
         now = time.monotonic()
         if now - printed >= SECONDS and n_done < n_steps:
             printed, left = now, (now - start) * (n_steps - n_done) / n_done
-            print(f"{what}: {n_done / n_steps:.0%}, {_clock(left)} to go", file=sys.stderr, flush=True)
+            print(f"{what}: {n_done / n_steps:.0%}, {clock(left)} to go", file=sys.stderr, flush=True)
 
     yield advance
-    print(f"{what}: done in {_clock(time.monotonic() - start)}", file=sys.stderr, flush=True)
+    print(f"{what}: done in {clock(time.monotonic() - start)}", file=sys.stderr, flush=True)
 
 
-def _clock(seconds: float) -> str:
+def clock(seconds: float) -> str:
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, seconds = divmod(round(seconds), 60)
