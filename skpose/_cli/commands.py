@@ -66,7 +66,7 @@ def distances(dataset: MotionDataset, metric: str, out: Path, dtype: str) -> Non
     remedy = "use a lower --frame-rate, or --dtype float32"
 
     def compute(new: np.ndarray) -> None:
-        pose_distances(X, skeleton=skeleton, metric=metric, out=new, verbose=1)
+        pose_distances(X, skeleton=skeleton, metric=metric, out=new)
 
     if continues("distances", out):
         _write_matrix(out, len(X), X.dtype, remedy, compute)
@@ -84,9 +84,7 @@ def motions(
     arrays, skeleton = [motion.angles.astype(dtype) for motion in dataset], dataset.motions[0].skeleton
 
     def compute(new: np.ndarray) -> None:
-        motion_distances(
-            arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
-        )
+        motion_distances(arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new)
 
     remedy = "use --dtype float32"
     with files_in_messages(list(dataset.subjects), "X"):
@@ -167,10 +165,10 @@ def neighbors(dataset: MotionDataset, metric: str, out: Path, n_neighbors: int, 
     """Write the graph of neighbours to a file. No pose is a neighbour of itself."""
     X, skeleton = join_poses(dataset), dataset.motions[0].skeleton
     if radius is None:
-        search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors, verbose=1).fit(X)
+        search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors).fit(X)
         graph = search.kneighbors_graph(mode="distance")
     else:
-        search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
+        search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius).fit(X)
         graph = search.radius_neighbors_graph(mode="distance")
     with new_file(out) as new:
         write_graph(new, graph, name_poses(dataset).rows)
@@ -226,7 +224,6 @@ def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out:
         frame_rate=None,  # that of the dataset
         labels=None if every else _shorten(names),
         n_jobs=n_jobs,
-        verbose=1,
     )
     page.save(out)
     print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
@@ -250,7 +247,7 @@ def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: P
     else:
         dataset = read_labelled(folder, scale)
         source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people in the folder {folder.resolve().name}"
-    findings = studies.reproduce(dataset, seed, n_jobs=n_jobs, verbose=1)
+    findings = studies.reproduce(dataset, seed, n_jobs=n_jobs)
     print(report.text(findings))
     given = ("" if folder is None else "FOLDER ") + (
         "" if scale is None else f"--scale {scale if scale == 'auto' else format(scale, 'g')} "

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
 from skpose._cli.messages import Skipped, describe
 from skpose._cli.parser import command_line
+from skpose._cli.stages import show_stages
 from skpose._cli.terminal import Interruption, discard, output_may_close, standard_streams
+from skpose._parallel.progress import stage
 
 if TYPE_CHECKING:
     from skpose._cli import new_motions
@@ -68,8 +70,9 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         with warnings.catch_warnings():
             _show_warnings(options)
             try:
-                _run(options, skipped)
-                sys.stdout.flush()
+                with show_stages():
+                    _run(options, skipped)
+                    sys.stdout.flush()
             finally:
                 _list_skipped(skipped, options)
     except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
@@ -162,16 +165,24 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
 
 
 def _run(options: argparse.Namespace, skipped: Skipped) -> None:
-    if options.command in PRINTING or (options.command == "retarget" and options.out is None):
-        _print(options, skipped)
-        return
-    targets.check(options.command, options.out)
-    with output_may_close():
-        _write(options, skipped)
+    with stage(f"skpose {options.command}"):  # what is shown where nothing finer is
+        if options.command in PRINTING or (options.command == "retarget" and options.out is None):
+            _print(options, skipped)
+            return
+        targets.check(options.command, options.out)
+        with output_may_close():
+            _write(options, skipped)
+
+
+def _load() -> None:
+    """Import what commands need, which takes some seconds."""
+    with stage("loading skpose"):
+        import skpose._cli.commands  # noqa: F401
 
 
 def _print(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command whose output is all that there is of it."""
+    _load()
     from skpose._cli import commands, contents, finding, inputs
 
     if options.command == "compare":
@@ -207,6 +218,7 @@ def _print(options: argparse.Namespace, skipped: Skipped) -> None:
 
 def _write(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command that writes files."""
+    _load()
     from skpose._cli import commands, contents, inputs
 
     if options.command == "reproduce":

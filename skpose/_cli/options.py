@@ -280,8 +280,8 @@ def add_reading(parser: CommandParser) -> None:
         "--up",
         choices=["x", "y", "z", "-x", "-y", "-z"],
         metavar="AXIS",
-        help="the axis of the files' world that points up: x, y, z, -x, -y or -z, as --up z or --up=-y; default: y for BVH and AMC "
-        "files, z for AMASS files, and what .npz files of skpose state",
+        help="the axis of the files' world that points up: x, y, z, -x, -y or -z, as --up z or --up=-y; default: y for BVH "
+        "and AMC files, z for AMASS files, and what .npz files of skpose state",
     )
     group.add_argument(
         "--model",
@@ -300,7 +300,12 @@ def add_reading(parser: CommandParser) -> None:
         ("trust", ["header", "rows"], "WHAT", "number of frames of a BVH or TRC file: of its {}, or as it has {}"),
         ("stretch", ["raise", "mean"], "DO", "bones of a BVH file that change their lengths: {} (refuse it), or {}"),
         ("root-offset", ["replace", "add"], "DO", "position channels of a BVH file's ROOT {} its OFFSET, or {} to it"),
-        ("missing", ["raise", "rest"], "DO", "bones that a frame of an AMC file leaves out: {} (refuse it), or {}: zero"),
+        (
+            "missing",
+            ["raise", "rest"],
+            "DO",
+            "bones that a frame of an AMC file lacks: {} (refuse it), or {}: zero",
+        ),
     ):
         default = choices[0]
         meaning = f"{meaning.format(*choices)}; default: {default}"

@@ -117,8 +117,8 @@ def command_line() -> CommandParser:
         command(
             "motions",
             "write the distances between the motions of some files to a file",
-            f", by dynamic time warping, with a row for each file{MEAN.format('Motions')}. If the command is interrupted, run it again to "
-            "continue a matrix in .npy",
+            f", by dynamic time warping, with a row for each file{MEAN.format('Motions')}. If the command is "
+            "interrupted, run it again to continue a matrix in .npy",
         )
     )
     _add_find(
@@ -132,7 +132,8 @@ def command_line() -> CommandParser:
         command(
             "mean",
             "write the typical motion of some files to a file",
-            ", by dynamic time warping, on their mean skeleton: bones keep their lengths. How much the motions differ from it is printed",
+            ", by dynamic time warping, on their mean skeleton: bones keep their lengths. How much the motions differ "
+            "from it is printed",
         )
     )
     add_between(
@@ -176,7 +177,8 @@ def command_line() -> CommandParser:
         command(
             "explore",
             "write a page of all poses of some files as points",
-            ", to find and compare poses and motions. Near points are similar poses under the metric. Subjects and actions are those of an index.csv in the "
+            ", to find and compare poses and motions. Near points are similar poses under the metric. "
+            "Subjects and actions are those of an index.csv in the "
             "folder of a file or in one above it, see skpose.datasets.load_cmu, or of the names of files, "
             "SUBJECT_ACTION_TRIAL.bvh or as those of CMU and HDM05. The page is one HTML file that needs no network",
         )

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose._cli.messages import Note, Skipped, count_files, describe, group
+from skpose._cli.stages import steps
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._warnings import warn
 from skpose.datasets._shared import NAME, rows_of
@@ -78,7 +79,8 @@ class Reader:
         self.rates, names = self._find_rates(files), [name_of(path) for path in files]
         n_read = 0
         try:
-            for i, (path, name) in enumerate(zip(files, names, strict=True)):
+            what = f"reading {len(files)} files"
+            for i, (path, name) in enumerate(steps(what, list(zip(files, names, strict=True)))):
                 try:
                     content = self._read(path, load)
                     if frames and not len(content):

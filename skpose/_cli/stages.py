@@ -4,19 +4,16 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from typing import Any, TextIO
 
 from skpose._cli.colours import CYAN, DIM, is_live, paint
-from skpose._parallel.progress import clock, plain_lines, report_to
+from skpose._parallel.progress import clock, plain_lines, progress, report_stages_to, report_to
 
 TICK = 0.1  # s between two pictures of the line
 LASTING = 2.0  # s; a stage that took as long leaves a line
 BAR = 24  # characters
-
-_line: ContextVar["_Line | None"] = ContextVar("line", default=None)
 
 
 @contextmanager
@@ -26,24 +23,16 @@ def show_stages() -> Iterator[None]:
         with report_to(_Plain().report):
             yield
         return
-    line = _Line(sys.stderr)
-    token = _line.set(line)
-    try:
-        with line, report_to(line.report):
-            yield
-    finally:
-        _line.reset(token)
-
-
-@contextmanager
-def stage(what: str) -> Iterator[None]:
-    """Show that this is being done, in a terminal, with its time; for what has no steps that can be counted."""
-    line = _line.get()
-    if line is None:
+    with _Line(sys.stderr) as line, report_to(line.report), report_stages_to(lambda what: line.report(what, 0)):
         yield
-    else:
-        with line.report(what, 0):
-            yield
+
+
+def steps(what: str, items: Sequence[Any]) -> Iterator[Any]:
+    """Yield items, and show how many of them are done."""
+    with progress(what, len(items), 0) as advance:
+        for item in items:
+            yield item
+            advance()
 
 
 class _Plain:
@@ -58,7 +47,7 @@ class _Plain:
             if self.depth > 1:
                 yield lambda: None
             else:
-                with plain_lines(what, n_steps) as advance:
+                with plain_lines(what, n_steps, LASTING) as advance:
                     yield advance
         finally:
             self.depth -= 1
@@ -73,17 +62,17 @@ class _Stage:
     def advance(self) -> None:
         self.n_done += 1
 
-    def text(self, columns: int, stream: TextIO) -> str:
-        """Return the stage in one line."""
+    def text(self, what: str, columns: int, stream: TextIO) -> str:
+        """Return the stage, under a name, in one line."""
         elapsed = time.monotonic() - self.start
         if self.n_steps == 0:
             dots = "." * (1 + int(2 * elapsed) % 3)
-            return paint(f"{self.what} {clock(elapsed)} {dots}"[: columns - 1], CYAN, stream)
+            return paint(f"{what} {clock(elapsed)} {dots}"[: columns - 1], CYAN, stream)
         share = min(self.n_done / self.n_steps, 1.0)
         filled = int(share * BAR)
         left = f", {clock(elapsed * (1.0 - share) / share)} to go" if 0.0 < share < 1.0 and elapsed > 1.0 else ""
         after = f" {share:4.0%}  {clock(elapsed)}{left}"
-        what = self.what[: max(columns - 1 - BAR - 1 - len(after), 8)]
+        what = what[: max(columns - 1 - BAR - 1 - len(after), 8)]
         full, empty = _bars(stream)
         return f"{what} {paint(full * filled, CYAN, stream)}{paint(empty * (BAR - filled), DIM, stream)}{after}"
 
@@ -124,7 +113,7 @@ class _Line:
             raise
         self._remove(one)
         elapsed = time.monotonic() - one.start
-        if n_steps and not self._stages and elapsed >= LASTING:
+        if n_steps and not any(other.n_steps for other in self._stages) and elapsed >= LASTING:
             with self.paused():
                 self._stream.write(f"{what}: done in {clock(elapsed)}\n")
 
@@ -161,7 +150,9 @@ class _Line:
         with self._lock:
             if self._stages and self._at_start:
                 columns = shutil.get_terminal_size().columns
-                self._stream.write(f"\r{self._stages[-1].text(columns, self._stream)}\x1b[K")
+                # The first is the command, and says nothing where there are others.
+                what = ": ".join(one.what for one in (self._stages[1:] or self._stages)[-2:])
+                self._stream.write(f"\r{self._stages[-1].text(what, columns, self._stream)}\x1b[K")
                 self._stream.flush()
                 self._shown = True
 

@@ -22,7 +22,7 @@ def read_motions(
     """Read the AMC files that rows refer to, and each ASF file once; `origin` is the index that the rows are from."""
     skeletons: dict[Path, AsfFile] = {}
     motions = []
-    with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
+    with progress(f"reading {len(rows)} motions", len(rows), verbose) as advance:
         for row in rows:
             path = folder / row["file"]
             asf = asf_of(path)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from skpose._parallel.progress import stage
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.manifold import SpatialMDS
@@ -245,7 +246,8 @@ def _embeddings(
             n_jobs=n_jobs,
             verbose=verbose,
         )
-        points = scaling.fit_transform(X)
+        with stage(f"embedding by {metric.label}"):
+            points = scaling.fit_transform(X)
         first = points if first is None else first
         points = points * np.where((points * first).sum(axis=0) < 0.0, -1.0, 1.0)
         found.append(
