@@ -2,7 +2,9 @@
 
 import os
 import re
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 BOLD, RED, YELLOW, CYAN, DIM = "1", "1;31", "33", "36", "2"
@@ -46,3 +48,18 @@ def paint_help(text: str, stream: Any) -> str:
 
 def _painted(colour: str, stream: Any) -> Callable[[re.Match], str]:
     return lambda found: paint(found[0], colour, stream)
+
+
+def print_written(out: Path, text: str) -> None:
+    """Print which file was written, and what is in it."""
+    print(f"{paint(str(out), BOLD, sys.stdout)}: {text}")
+
+
+def print_error(text: str) -> None:
+    """Print an error of a command."""
+    print(f"{paint('skpose:', RED, sys.stderr)} {text}", file=sys.stderr)
+
+
+def print_warning(text: str) -> None:
+    """Print a warning of a command."""
+    print(f"skpose: {paint('warning:', YELLOW, sys.stderr)} {text}", file=sys.stderr)

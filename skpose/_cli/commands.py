@@ -12,6 +12,7 @@ import joblib
 import numpy as np
 from sklearn.neighbors import NearestNeighbors
 
+from skpose._cli.colours import print_written
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER, choose_actions, compare, prepare
 from skpose._cli.inputs import check_one_frame_rate, files_in_messages, join_poses, read_labelled
 from skpose._cli.labels import Labels
@@ -112,7 +113,7 @@ def _write_named(
     compute(D)
     with new_file(out) as new:
         write_matrix(new, D, names, *measure)
-    print(f"{out}: {n:,} × {n:,} distances with names, {dtype}")
+    print_written(out, f"{n:,} × {n:,} distances with names, {dtype}")
 
 
 def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Callable[[np.ndarray], object]) -> None:
@@ -138,7 +139,7 @@ def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Call
         if not notes.path.exists() and not array[:1].any():  # stopped before anything was computed
             out.unlink()
         raise
-    print(f"{out}: {n:,} × {n:,} distances, {array.dtype}")
+    print_written(out, f"{n:,} × {n:,} distances, {array.dtype}")
 
 
 def _check_room(out: Path, size: int, remedy: str) -> None:
@@ -172,7 +173,7 @@ def neighbors(dataset: MotionDataset, metric: str, out: Path, n_neighbors: int, 
         graph = search.radius_neighbors_graph(mode="distance")
     with new_file(out) as new:
         write_graph(new, graph, name_poses(dataset).rows)
-    print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
+    print_written(out, f"{graph.nnz:,} neighbours of {len(X):,} poses")
 
 
 def neighbors_in(path: Path, out: Path, n_neighbors: int, radius: float | None) -> None:
@@ -188,7 +189,7 @@ def neighbors_in(path: Path, out: Path, n_neighbors: int, radius: float | None) 
         graph = search.radius_neighbors_graph(mode="distance", sort_results=True)
     with new_file(out) as new:
         write_graph(new, graph, matrix.names)
-    print(f"{out}: {graph.nnz:,} neighbours of {graph.shape[0]:,} rows")
+    print_written(out, f"{graph.nnz:,} neighbours of {graph.shape[0]:,} rows")
 
 
 def view(
@@ -210,7 +211,7 @@ def view(
         raise ValueError("--layout is for files of keypoints or markers, and these have skeletons: leave it out")
     page = player(shown, labels=_shorten(names), alignment=alignment, layout=layout, overlay=overlay)
     page.save(out)
-    print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+    print_written(out, f"{page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
 def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out: Path, n_jobs: int) -> None:
@@ -226,7 +227,7 @@ def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out:
         n_jobs=n_jobs,
     )
     page.save(out)
-    print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+    print_written(out, f"{page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
 def _shorten(names: Sequence[str]) -> list[str]:

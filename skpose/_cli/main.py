@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
+from skpose._cli.browser import show_file
+from skpose._cli.colours import print_error, print_warning
 from skpose._cli.messages import Skipped, describe
 from skpose._cli.parser import command_line
 from skpose._cli.stages import show_stages
@@ -42,6 +44,7 @@ POINTS = "layout", "names", "zeros"  # of the readers of markers and keypoints
 PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window", "endpoint", "joints"
 PRINTING = "info", "compare", "find", "warm-up"  # commands whose output is all that there is of them
+PAGES = "view", "explore"  # commands that write a page
 NAMED = {"method": "retarget", "frame_rate": "file-frame-rate"}  # options that have another name than the argument
 STORED = {"frame_rate": "amc_frame_rate"}  # under another name than the argument
 
@@ -85,7 +88,7 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         if not isinstance(error, (OSError, ValueError, RuntimeError, MemoryError)):
             raise
         message = describe(error)
-        print(f"skpose: {_as_options(message, options)}", file=sys.stderr)
+        print_error(_as_options(message, options))
         return 1
     return INCOMPLETE if skipped.messages else 0
 
@@ -105,6 +108,8 @@ def _find_contradiction(options: argparse.Namespace) -> str:
     if options.command == "retarget":
         if options.out is not None and len(options.files) > 1:
             return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"
+        if options.out is None and options.open:
+            return "--open is of what --out writes: pass both"
         if options.joints is not None and options.method in ("numbers", "unchecked"):
             return f"--joints is for --method auto, orientations or positions, not {options.method}"
     return ""
@@ -132,7 +137,7 @@ def _show_warnings(options: argparse.Namespace) -> None:
         line = _as_options(str(message), options)
         if line not in shown:
             shown.add(line)
-            print(f"skpose: warning: {line}", file=sys.stderr)
+            print_warning(line)
 
     warnings.showwarning = show
 
@@ -169,9 +174,20 @@ def _run(options: argparse.Namespace, skipped: Skipped) -> None:
         if options.command in PRINTING or (options.command == "retarget" and options.out is None):
             _print(options, skipped)
             return
+        if options.out is None:
+            options.out = targets.default_name(options.command, _inputs(options))
         targets.check(options.command, options.out)
         with output_may_close():
             _write(options, skipped)
+            if options.command in PAGES and options.open:
+                show_file(options.out)
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """Return the files or the folder that a command is given."""
+    given = vars(options)
+    one = given.get("file", given.get("folder"))
+    return given.get("files", [] if one is None else [one])
 
 
 def _load() -> None:
@@ -242,7 +258,7 @@ def _write_motion(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command that writes a motion."""
     from skpose._cli import inputs, new_motions
 
-    target = new_motions.Target(options.out, options.out_scale)
+    target = new_motions.Target(options.out, options.out_scale, options.open)
     if options.command == "mean":
         dataset = inputs.read_motions(
             options.files, options.frame_rate, **_reading_arguments(options, skipped), one_frame_rate=True

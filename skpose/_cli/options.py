@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from skpose._cli.colours import RED, paint, paint_help
-from skpose._cli.targets import CONTENTS, file_named
+from skpose._cli.targets import CONTENTS, ENDINGS, file_named
 from skpose._validation.names import near_names
 
 # The groups of options of every command, in this order: what differs between commands comes first.
@@ -133,19 +133,25 @@ def add_poses(parser: CommandParser, out: str, suffixes: Sequence[str], result: 
     add_jobs(parser)
 
 
-def add_out(parser: CommandParser, out: str, suffixes: Sequence[str], result: str, *, required: bool = True) -> None:
-    parser.group("output").add_argument(
-        "--out", type=file_named(*suffixes), required=required, metavar=out, help=result
-    )
+def add_out(parser: CommandParser, out: str, suffixes: Sequence[str], result: str, *, named: bool = True) -> None:
+    """Add the option of the file that is written; `named` says that there is one without the option too."""
+    if ending := ENDINGS.get(parser.prog.split()[-1], "") if named else "":
+        result += f"; default: the name of FILE with {ending}, here, with a number where there is one already"
+    parser.group("output").add_argument("--out", type=file_named(*suffixes), metavar=out, help=result)
 
 
-def add_new_motion(parser: CommandParser, result: str, *, required: bool = True) -> None:
+def add_open(parser: CommandParser, what: str) -> None:
+    parser.group("output").add_argument("--open", action="store_true", help=f"show {what} in the browser")
+
+
+def add_new_motion(parser: CommandParser, result: str, *, named: bool = True) -> None:
     """Add the options of a command that writes a motion."""
     formats = (
         f"{result}: .bvh for other programs; .npz, which loses nothing, for all commands, skpose.io.load_motion and "
         "numpy; .csv, a table of the angles in rad, for pandas and spreadsheets"
     )
-    add_out(parser, "FILE", CONTENTS, formats, required=required)
+    add_out(parser, "FILE", CONTENTS, formats, named=named)
+    add_open(parser, "what is written")
     parser.group("output").add_argument(
         "--out-scale",
         type=positive(float),
@@ -280,8 +286,8 @@ def add_reading(parser: CommandParser) -> None:
         "--up",
         choices=["x", "y", "z", "-x", "-y", "-z"],
         metavar="AXIS",
-        help="the axis of the files' world that points up: x, y, z, -x, -y or -z, as --up z or --up=-y; default: y for BVH "
-        "and AMC files, z for AMASS files, and what .npz files of skpose state",
+        help="the axis of the files' world that points up: x, y, z, -x, -y or -z, as --up z or --up=-y; default: y for "
+        "BVH and AMC files, z for AMASS files, and what .npz files of skpose state",
     )
     group.add_argument(
         "--model",

@@ -16,6 +16,7 @@ from skpose._cli.options import (
     add_frame_rate,
     add_jobs,
     add_metric,
+    add_open,
     add_out,
     add_poses,
     add_preparing,
@@ -27,7 +28,7 @@ from skpose._cli.options import (
     share,
 )
 from skpose._cli.parser_motions import add_angles, add_between, add_convert, add_mean, add_retarget
-from skpose._cli.targets import NAMED
+from skpose._cli.targets import ENDINGS, NAMED
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
 EXIT_STATUS = (
@@ -76,7 +77,7 @@ def command_line() -> CommandParser:
         action="store_true",
         help="the paper's protocol: walking and running alone, and joint angles as the files have them",
     )
-    add_out(compare, "FILE.png", [".png"], "the table as a picture, with a pose of each action", required=False)
+    add_out(compare, "FILE.png", [".png"], "the table as a picture, with a pose of each action", named=False)
     add_jobs(compare)
 
     reproduce = command(
@@ -89,9 +90,9 @@ def command_line() -> CommandParser:
     reproduce.group("output").add_argument(
         "--out",
         type=Path,
-        required=True,
         metavar="DIR",
-        help="output folder; created if missing, inside an existing folder",
+        help="output folder; created if missing, inside an existing folder; default: the name of FOLDER with "
+        f"{ENDINGS['reproduce']}, here, with a number where there is one already",
     )
     reproduce.group("computation").add_argument(
         "--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0"
@@ -302,7 +303,8 @@ def _add_view(view: CommandParser) -> None:
         formats="BVH, AMC, AMASS, TRC or C3D files, .npz files of skpose, or keypoints as JSON, CSV or .npz",
         of_folders="BVH, AMC, TRC and C3D",
     )
-    add_out(view, "VIEW.html", (".html",), "the page; open it in a browser")
+    add_out(view, "VIEW.html", (".html",), "the page")
+    add_open(view, "it")
     group = view.group("result")
     group.add_argument(
         "--align",
@@ -320,7 +322,8 @@ def _add_view(view: CommandParser) -> None:
 
 def _add_explore(explore: CommandParser) -> None:
     add_files(explore, order="")
-    add_out(explore, "EXPLORE.html", (".html",), "the page; open it in a browser")
+    add_out(explore, "EXPLORE.html", (".html",), "the page")
+    add_open(explore, "it")
     explore.group("metric").add_argument(
         "--metric",
         dest="metrics",

@@ -110,7 +110,7 @@ def add_retarget(retarget: CommandParser) -> None:
         metavar="OTHER",
         help="file whose skeleton it is: as FILE, an ASF file, or a robot (MJCF, URDF)",
     )
-    add_new_motion(retarget, "the motion on the skeleton of OTHER; default: print the report alone", required=False)
+    add_new_motion(retarget, "the motion on the skeleton of OTHER; default: print the report alone", named=False)
     group = retarget.group("result")
     group.add_argument(
         "--method",
