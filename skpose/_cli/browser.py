@@ -16,19 +16,23 @@ DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY", "BROWSER"  # variables of X, of Wayland
 def show_file(path: Path) -> None:
     """Open a page in the browser, or print why not: the page is written all the same."""
     if not has_display():
-        problem = "there is no display for a browser here"
+        _print_why_not(f"there is no display for a browser here: open {path} elsewhere")
     elif not webbrowser.open(path.absolute().as_uri()):
-        problem = "no browser was found"
-    else:
-        return
-    print(f"skpose: --open: {problem}: open {path} elsewhere", file=sys.stderr)
+        _print_why_not(f"no browser was found: open {path} elsewhere")
 
 
 def show_page(page: "Page") -> None:
     """Open a page that is in no file yet, if there is a display."""
+    if not has_display():
+        _print_why_not("there is no display for a browser here: skpose view makes a page of the file")
+        return
     path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
     page.save(path)
     show_file(path)
+
+
+def _print_why_not(reason: str) -> None:
+    print(f"skpose: --open: {reason}", file=sys.stderr)
 
 
 def has_display() -> bool:

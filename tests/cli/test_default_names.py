@@ -12,6 +12,7 @@ from conftest import DATA
 from skpose._cli import browser
 from skpose._cli.main import main
 from skpose._cli.targets import ENDINGS, default_name
+from skpose._parallel.checkpoint import FileCheckpoint
 
 
 @pytest.fixture(autouse=True)
@@ -62,22 +63,14 @@ def test_what_is_written_is_printed(capsys):
     assert sorted(os.listdir()) == ["walk.bvh", "walk.html", "walk_2.html"]
 
 
-def test_an_unfinished_matrix_is_continued(monkeypatch):
-    from skpose._cli import commands
-
-    command = ["distances", "walk.bvh", "--metric", "position", "--scale", "0.01"]
-    real = commands.pose_distances
-
-    def stops(*arguments, **options):
-        from skpose._parallel.checkpoint import FileCheckpoint
-
-        real(*arguments, **options | {"out": options["out"]})
-        Path(FileCheckpoint(Path("walk_distances.npy")).path).touch()
-        raise RuntimeError("the machine stops")
-
-    monkeypatch.setattr(commands, "pose_distances", stops)
-    assert main(command) == 1
-    assert default_name("distances", [Path("walk.bvh")]) == Path("walk_distances.npy")
+def test_an_unfinished_matrix_is_continued():
+    out = Path("walk_distances.npy")
+    out.touch()
+    FileCheckpoint(out).path.touch()
+    assert default_name("distances", [Path("walk.bvh")]) == out
+    Path("walk_neighbors.npz").touch()
+    FileCheckpoint(Path("walk_neighbors.npz")).path.touch()  # of a command that continues nothing
+    assert default_name("neighbors", [Path("walk.bvh")]) == Path("walk_neighbors_2.npz")
 
 
 @pytest.fixture
@@ -106,6 +99,10 @@ def test_without_a_display_there_are_words(monkeypatch, capsys):
     assert main(["view", "walk.bvh", "--scale", "0.01", "--open"]) == 0
     assert capsys.readouterr().err == (
         "skpose: --open: there is no display for a browser here: open walk.html elsewhere\n"
+    )
+    assert main(["convert", "walk.bvh", "--scale", "0.01", "--open", "--out", "same.npz"]) == 0
+    assert capsys.readouterr().err == (
+        "skpose: --open: there is no display for a browser here: skpose view makes a page of the file\n"
     )
     monkeypatch.setattr(browser, "has_display", lambda: True)
     monkeypatch.setattr(webbrowser, "open", lambda uri: False)
