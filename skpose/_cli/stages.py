@@ -81,14 +81,15 @@ class _Line:
     """The last line of a terminal, which shows the stage that began last; other output goes above it."""
 
     def __init__(self, stream: TextIO):
-        self._stream, self._stages, self._lock = stream, [], threading.RLock()
+        self._stream, self._lock = stream, threading.RLock()
+        self._stages: list[_Stage] = []
         self._shown, self._ended = False, threading.Event()
         self._at_start = True  # whether the last output ended its line
 
     def __enter__(self) -> "_Line":
         self._before = sys.stdout, sys.stderr
         # What is printed while the line is shown would be appended to it.
-        sys.stdout, sys.stderr = (_Above(one, self) if is_live(one) else one for one in self._before)  # type: ignore
+        sys.stdout, sys.stderr = (_Above(one, self) if is_live(one) else one for one in self._before)
         self._thread = threading.Thread(target=self._tick, daemon=True)
         self._thread.start()
         return self
