@@ -14,7 +14,7 @@ DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY", "BROWSER"  # variables of X, of Wayland
 
 
 def show_file(path: Path) -> None:
-    """Open a page in the browser, or print why not: the page is written all the same."""
+    """Open a page in the browser, or print why not: the page is written nevertheless."""
     if not has_display():
         _print_why_not(f"there is no display for a browser here: open {path} elsewhere")
     elif not webbrowser.open(path.absolute().as_uri()):

@@ -1,4 +1,4 @@
-"""Colours of what a terminal shows: of help, messages and results; none where they are not wanted."""
+"""Colours of help, messages and results in a terminal."""
 
 import os
 import re
@@ -42,11 +42,11 @@ def paint_help(text: str, stream: Any) -> str:
     if not has_colours(stream):
         return text
     for pattern, colour in ((OPTION, CYAN), (COMMAND, CYAN), (HEADING, BOLD), (USAGE, BOLD)):
-        text = pattern.sub(_painted(colour, stream), text)
+        text = pattern.sub(_painter(colour, stream), text)
     return text
 
 
-def _painted(colour: str, stream: Any) -> Callable[[re.Match], str]:
+def _painter(colour: str, stream: Any) -> Callable[[re.Match], str]:
     return lambda found: paint(found[0], colour, stream)
 
 

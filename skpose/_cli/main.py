@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
 from skpose._cli.browser import show_file
 from skpose._cli.colours import print_error, print_warning
+from skpose._cli.contradictions import find_contradiction
 from skpose._cli.messages import Skipped, describe
 from skpose._cli.parser import command_line
 from skpose._cli.stages import show_stages
@@ -66,7 +67,7 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         parser.print_help()
         return 0
     options = parser.parse_args(arguments)
-    if complaint := _find_contradiction(options):
+    if complaint := find_contradiction(options):
         parser.error(complaint)
     skipped = Skipped()
     try:
@@ -91,28 +92,6 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         print_error(_as_options(message, options))
         return 1
     return INCOMPLETE if skipped.messages else 0
-
-
-def _find_contradiction(options: argparse.Namespace) -> str:
-    """Return in words which options exclude each other, empty if none do."""
-    if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
-        return f"--scheduler is for --backend dask or ray, not {options.backend}"
-    if getattr(options, "window", None) is not None and getattr(options, "alignment", "dtw") != "dtw":
-        return f"--window is the band of --alignment dtw, not {options.alignment}"
-    if getattr(options, "ends", None) is not None and options.ends <= (options.begins or 0.0):
-        return f"--to {options.ends:g} must be after --from {options.begins or 0:g}"
-    if getattr(options, "pose", None) is not None and (options.begins, options.ends) != (None, None):
-        return "--pose is a single pose, and --from and --to are for a motion: leave one of them out"
-    if getattr(options, "endpoint", False) and not options.cycle:
-        return "--endpoint is of --cycle: pass both"
-    if options.command == "retarget":
-        if options.out is not None and len(options.files) > 1:
-            return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"
-        if options.out is None and options.open:
-            return "--open is of what --out writes: pass both"
-        if options.joints is not None and options.method in ("numbers", "unchecked"):
-            return f"--joints is for --method auto, orientations or positions, not {options.method}"
-    return ""
 
 
 def _list_skipped(skipped: Skipped, options: argparse.Namespace) -> None:

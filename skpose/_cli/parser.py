@@ -6,17 +6,14 @@ from pathlib import Path
 
 import skpose
 from skpose._cli.options import (
-    METRICS,
     SUBJECTS,
     CommandParser,
     ListFormatter,
     add_dtype,
     add_files,
     add_folder,
-    add_frame_rate,
     add_jobs,
     add_metric,
-    add_open,
     add_out,
     add_poses,
     add_preparing,
@@ -28,6 +25,7 @@ from skpose._cli.options import (
     share,
 )
 from skpose._cli.parser_motions import add_angles, add_between, add_convert, add_mean, add_retarget
+from skpose._cli.parser_pages import add_explore, add_view
 from skpose._cli.targets import ENDINGS, NAMED
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
@@ -55,7 +53,11 @@ SECTIONS = {
 
 def command_line() -> CommandParser:
     """Return the parser of ``skpose`` and its commands."""
-    parser = CommandParser(prog="skpose", formatter_class=ListFormatter, epilog="skpose COMMAND --help: its options")
+    parser = CommandParser(
+        prog="skpose",
+        formatter_class=ListFormatter,
+        epilog=f"skpose COMMAND --help: its options\n\n{textwrap.fill(EXIT_STATUS, 78)}",
+    )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", help=argparse.SUPPRESS)
     summaries = {}
@@ -167,14 +169,14 @@ def command_line() -> CommandParser:
             "skpose.biomechanics.joint_angles. Markers and keypoints are fitted by a skeleton",
         )
     )
-    _add_view(
+    add_view(
         command(
             "view",
             "write a page that plays the motions of some files",
             ", to turn them and to compare them. The page is one HTML file that needs no network",
         )
     )
-    _add_explore(
+    add_explore(
         command(
             "explore",
             "write a page of all poses of some files as points",
@@ -294,48 +296,6 @@ def _add_find(find: CommandParser) -> None:
     add_metric(find)
     add_preparing(find)
     add_jobs(find)
-
-
-def _add_view(view: CommandParser) -> None:
-    add_files(
-        view,
-        order="",
-        formats="BVH, AMC, AMASS, TRC or C3D files, .npz files of skpose, or keypoints as JSON, CSV or .npz",
-        of_folders="BVH, AMC, TRC and C3D",
-    )
-    add_out(view, "VIEW.html", (".html",), "the page")
-    add_open(view, "it")
-    group = view.group("result")
-    group.add_argument(
-        "--align",
-        action="store_true",
-        help="of two files: play the frames together that belong together, by dynamic time warping, and show the "
-        "differences of the joints by colours",
-    )
-    group.add_argument(
-        "--overlay", action="store_true", help="begin with all motions in one picture instead of side by side"
-    )
-    add_frame_rate(view)
-    add_reading(view)
-    add_reading_points(view)
-
-
-def _add_explore(explore: CommandParser) -> None:
-    add_files(explore, order="")
-    add_out(explore, "EXPLORE.html", (".html",), "the page")
-    add_open(explore, "it")
-    explore.group("metric").add_argument(
-        "--metric",
-        dest="metrics",
-        nargs="+",
-        choices=METRICS,
-        default=["spatial", "position", "rotation", "angle"],
-        metavar="NAME",
-        help="one or several of angle, position, rotation, spatial and geodesic, which takes an hour for a million "
-        "distances; the page starts with the first; default: all but geodesic",
-    )
-    add_preparing(explore, frame_rate=12.0)
-    add_jobs(explore)
 
 
 def _add_warm_up(warm_up: CommandParser) -> None:

@@ -1,4 +1,4 @@
-"""What a command is doing, on stderr: a line that moves in a terminal, a line for each long stage elsewhere."""
+"""Stages of a command, on stderr: a line that moves in a terminal, a line for each long stage elsewhere."""
 
 import shutil
 import sys
@@ -54,7 +54,7 @@ class _Plain:
 
 
 class _Stage:
-    """A stage that has begun; `n_steps` is zero where they are not known."""
+    """A stage that has started; `n_steps` is zero where they are not known."""
 
     def __init__(self, what: str, n_steps: int):
         self.what, self.n_steps, self.n_done, self.start = what, n_steps, 0, time.monotonic()
@@ -115,7 +115,7 @@ class _Line:
         self._remove(one)
         elapsed = time.monotonic() - one.start
         if n_steps and not any(other.n_steps for other in self._stages) and elapsed >= LASTING:
-            with self.paused():
+            with self.pause():
                 self._stream.write(f"{what}: done in {clock(elapsed)}\n")
 
     def _remove(self, one: _Stage) -> None:
@@ -124,7 +124,7 @@ class _Line:
             self.clear()
 
     @contextmanager
-    def paused(self) -> Iterator[None]:
+    def pause(self) -> Iterator[None]:
         """Clear the line while something is written in its place."""
         with self._lock:
             self.clear()
@@ -168,7 +168,7 @@ class _Above:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        with self._line.paused():
+        with self._line.pause():
             n = self._stream.write(text)
             self._stream.flush()
             self._line.wrote(text)

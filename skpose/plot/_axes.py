@@ -12,10 +12,10 @@ PALETTE = (
     *("#d800cc", "#cc0048", "#fc546c", "#245478", "#486c48", "#fc84cc", "#8400c0"),
 )
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-INSIDE = 7  # labels in a legend, which stands beside the axes where there are more
+INSIDE = 7  # labels in a legend, which stands next to the axes where there are more
 LINE = 1.5  # height of one in a legend, font sizes
 GAP = 0.01  # between the axes and the legend, of their widths
-BESIDE = {
+OUTSIDE = {
     "loc": "upper left",
     "bbox_to_anchor": (1.0 + GAP, 1.0),
     "borderaxespad": 0.0,
@@ -56,8 +56,8 @@ def add_legend(ax, *, is_new):
         return ax.legend()
     figure = ax.figure
     points = 72.0 * ax.get_window_extent().height / figure.dpi
-    size = ax.legend(**BESIDE).get_texts()[0].get_fontsize()
-    legend = ax.legend(**BESIDE, ncols=math.ceil(n / max(int(points / (LINE * size)), 1)))
+    size = ax.legend(**OUTSIDE).get_texts()[0].get_fontsize()
+    legend = ax.legend(**OUTSIDE, ncols=math.ceil(n / max(int(points / (LINE * size)), 1)))
     width = legend.get_window_extent().width
     if is_new:
         figure.set_figwidth(figure.get_figwidth() + width / figure.dpi)

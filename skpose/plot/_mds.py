@@ -17,7 +17,7 @@ class MDSDisplay:
         Embedded poses; the first two components are drawn.
     labels : ndarray of shape (n_poses,) or None
         Labels such as subject, action, cluster, with a marker and one of twenty colours each. The legend of more than
-        seven stands beside the axes.
+        seven stands next to the axes.
     shares : ndarray of shape (n_components,) or None
         Shares of the variance, one for each component.
     unit : str

@@ -1,4 +1,4 @@
-"""What a terminal shows: help in 80 columns, colours where they are wanted, and what a command does at any moment."""
+"""Terminals show help in 80 columns, colours where they have them, and what a command does at any moment."""
 
 import argparse
 import io

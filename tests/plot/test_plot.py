@@ -340,7 +340,7 @@ def legend_and_axes(display):
 
 @pytest.mark.parametrize("layout", [None, "constrained", "tight", "new"])
 @pytest.mark.parametrize("n", [8, 12, 40])
-def test_a_legend_of_many_labels_is_beside_the_axes(n, layout):
+def test_a_legend_of_many_labels_is_next_to_the_axes(n, layout):
     if layout == "new":
         displays = [MDSDisplay.from_embedding(np.repeat(X, 2, axis=0), np.arange(40) % n)]
     else:
