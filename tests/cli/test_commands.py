@@ -237,7 +237,7 @@ def test_errors_are_one_line(files, capsys, arguments, message):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["distances", "a.bvh"],
+        ["distances", "--out", "D.npy"],
         ["distances", "a.bvh", "--out", "D.npy", "--frame-rate", "-1"],
         ["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"],
         ["compare", "--jobs", "0"],

@@ -109,7 +109,6 @@ def test_nothing_is_written_over(capsys):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "pass --out VIEW.html for a page, --png OUT.png for a picture or --gif OUT.gif for a moving one"),
         (["--png", "a.gif"], "'a.gif' does not end in .png, which is the format of the file"),
         (["--gif", "a.gif", "--overlay"], "--align and --overlay are for a page"),
         (["--gif", "a.gif", "--at", "1"], "--at is the time of --png: pass both"),
