@@ -2,6 +2,8 @@
 
 # M. Okabe, K. Ito, "Color universal design", 2008; without its yellow, which is hard to see on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
+# The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
+SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
