@@ -16,7 +16,12 @@ def find_contradiction(options: argparse.Namespace) -> str:
     if getattr(options, "endpoint", False) and not options.cycle:
         return "--endpoint is of --cycle: pass both"
     if options.command == "view":
-        if options.out is None and (options.png or options.gif) and not options.open and (options.align or options.overlay):
+        if (
+            options.out is None
+            and (options.png or options.gif)
+            and not options.open
+            and (options.align or options.overlay)
+        ):
             return "--align and --overlay are for a page, and pictures show motions side by side: pass --out VIEW.html"
         if options.png is None and options.at is not None:
             return "--at is the time of --png: pass both"

@@ -67,7 +67,7 @@ class Sphere(NamedTuple):
 
 
 class Part(NamedTuple):
-    """What is drawn as one: hulls of spheres, by their indices."""
+    """A part that is drawn as one: hulls of spheres, by their indices."""
 
     joint: int  # whose colour it has; -1 is the root
     hulls: tuple[tuple[int, ...], ...]
@@ -112,7 +112,7 @@ def _is_of_face(name: str) -> bool:
 
 
 class _Head(NamedTuple):
-    """Where a head is."""
+    """The place of a head."""
 
     joint: int
     points: list[int]  # of which the skull begins at the mean

@@ -22,7 +22,7 @@ N_DIRECTIONS = 32  # in which the outline of a hull is found, so that it is too 
 
 
 class Shape(NamedTuple):
-    """What a figure is made of. Points are the root, 0, and the joints from 1 on."""
+    """The parts of a figure. Points are the root, 0, and the joints from 1 on."""
 
     spheres: list[Sphere]
     parts: list[Part]

@@ -11,6 +11,8 @@ PALETTE = (
     *("#900c54", "#0000fc", "#906cfc", "#844800", "#60309c", "#90c090", "#846078"),
     *("#d800cc", "#cc0048", "#fc546c", "#245478", "#486c48", "#fc84cc", "#8400c0"),
 )
+# The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
+SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 INSIDE = 7  # labels in a legend, which stands next to the axes where there are more
 LINE = 1.5  # height of one in a legend, font sizes

@@ -12,14 +12,12 @@ from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._shared import Shape
-from skpose.plot._axes import COLOURS, axes
+from skpose.plot._axes import COLOURS, SIDES, axes
 from skpose.plot._views import choose_projection, find_vertical
 from skpose.plot._volume import draw_ground, draw_volume, lowest_of, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import sides
 
-# The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
-SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 Y = 1
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 

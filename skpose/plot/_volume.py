@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from skpose.kinematics._shared import Shape, find_shape, outline
+from skpose.plot._axes import SIDES
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import sides
 
@@ -30,8 +31,6 @@ def draw_volume(
     from matplotlib.collections import PathCollection
     from matplotlib.colors import to_rgb
     from matplotlib.path import Path
-
-    from skpose.plot._pose import SIDES
 
     side = sides(skeleton.joint_names)
     paper = np.array(to_rgb(ax.get_facecolor()))

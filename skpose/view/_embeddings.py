@@ -50,16 +50,21 @@ def embed(
         first = scaled if first is None else first
         scaled = _flip(scaled, first)
         for method in methods:
-            share, unit, points = None, metric.unit, scaled
+            share: float | None = None
+            unit: str | None = metric.unit
+            points = scaled
             if method == "mds":
                 share = float(scaling.explained_variance_ratio_.sum())
             elif method == "tsne":
                 with stage(f"t-SNE by {metric.label}"):
-                    unit, points = None, _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
+                    points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
+                unit = None  # its lengths mean nothing
             else:
                 with stage(f"Isomap by {metric.label}"):
                     points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
-            found.append({"metric": metric.label, "method": method, "unit": unit, "points": pack(points), "share": share})
+            found.append(
+                {"metric": metric.label, "method": method, "unit": unit, "points": pack(points), "share": share}
+            )
     return found
 
 
@@ -74,7 +79,9 @@ def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, 
     k = min(len(X) - 1, int(3.0 * perplexity + 1.0))
     graph = PoseKNeighborsTransformer(skeleton, n_neighbors=k, metric=metric, n_jobs=n_jobs).fit_transform(X)
     small = 1e-4 * start / (start[:, 0].std() or 1.0)
-    tsne = TSNE(metric="precomputed", perplexity=perplexity, init=small.astype(np.float32), random_state=0, n_jobs=n_jobs)
+    tsne = TSNE(
+        metric="precomputed", perplexity=perplexity, init=small.astype(np.float32), random_state=0, n_jobs=n_jobs
+    )
     return tsne.fit_transform(graph)
 
 

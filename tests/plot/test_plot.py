@@ -26,9 +26,8 @@ from skpose.plot import (
     RepetitionsDisplay,
     TangentPCADisplay,
 )
-from skpose.plot._axes import COLOURS, PALETTE
+from skpose.plot._axes import COLOURS, PALETTE, SIDES
 from skpose.plot._geodesic import _Plane
-from skpose.plot._pose import SIDES
 from skpose.skeleton._sides import sides
 from skpose.statistics import PoseTangentPCA
 

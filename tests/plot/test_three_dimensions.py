@@ -7,7 +7,7 @@ from conftest import SKELETONS
 
 from skpose import Skeleton, forward_kinematics, geodesic
 from skpose.plot import GeodesicDisplay, PoseDisplay
-from skpose.plot._pose import SIDES
+from skpose.plot._axes import SIDES
 
 pytestmark = pytest.mark.usefixtures("agg")
 

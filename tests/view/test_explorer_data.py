@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, SpatialMDS, forward_kinematics
 from skpose.datasets import MotionDataset, make_gait
-from skpose.view import Page, _explorer, explorer
+from skpose.view import Page, _embeddings, explorer
 from skpose.view._pack import unpack
 
 STEP = 2 * np.pi / 65536

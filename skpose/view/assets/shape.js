@@ -1,12 +1,13 @@
 // Figures with volume: parts that are hulls of spheres about joints, see skpose/kinematics/_shape.py.
 
-const circle = (n) => Array.from({ length: n }, (_, i) => [Math.cos((i * 2 * Math.PI) / n), Math.sin((i * 2 * Math.PI) / n)]);
+const circle = (n) => Array.from({ length: n }, (_, i) => [Math.cos, Math.sin].map((f) => f((i * 2 * Math.PI) / n)));
 const [ROUGH, ROUND, ROUNDEST] = [12, 20, 32].map(circle); // directions in which an outline is found
 const LIGHT = [-0.64, -0.77]; // where it comes from, in the picture
 // A soft shadow: how much wider than a sphere, up to which height, in sizes, where it is narrow, and how dark.
 const SHADOWS = [[3, 1.3, 0.4], [1.8, 1, 0.5], [2.6, 0.16, 1], [1.7, 0.08, 1.5]];
 
-const meanOf = (points, some) => [0, 1, 2].map((axis) => some.reduce((sum, i) => sum + points[i][axis], 0) / some.length);
+const meanOf = (points, some) =>
+  [0, 1, 2].map((axis) => some.reduce((sum, i) => sum + points[i][axis], 0) / some.length);
 const lineOf = (points, [start, end]) => {
   const [a, b] = [meanOf(points, start), meanOf(points, end)];
   return b.map((value, axis) => value - a[axis]);
@@ -80,8 +81,8 @@ function toneOf(colour, share) {
     const channels = colour[0] === "#"
       ? [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16))
       : colour.match(/\d+/g).map(Number);
-    const part = Math.abs(share);
-    tones.set(key, `rgb(${channels.map((value) => Math.round(value + part * ((share > 0 ? 255 : 0) - value))).join(" ")})`);
+    const [part, end] = [Math.abs(share), share > 0 ? 255 : 0];
+    tones.set(key, `rgb(${channels.map((value) => Math.round(value + part * (end - value))).join(" ")})`);
   }
   return tones.get(key);
 }

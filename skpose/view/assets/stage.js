@@ -235,7 +235,8 @@ class Stage {
       const at = tick + times * step;
       if (at < 0 || at >= clock.count) continue;
       const [points, shows] = this.figure(i, clock.frames(at)[i]);
-      drawGhost(context, view, points, clips[i].shape, { alpha, shows, colourOf: (joint) => this.colour(i, joint, at) });
+      const colourOf = (joint) => this.colour(i, joint, at);
+      drawGhost(context, view, points, clips[i].shape, { alpha, shows, colourOf });
     }
   }
 
