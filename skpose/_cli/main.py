@@ -100,16 +100,7 @@ def _find_contradiction(options: argparse.Namespace) -> str:
     if getattr(options, "endpoint", False) and not options.cycle:
         return "--endpoint is of --cycle: pass both"
     if options.command == "view":
-        if (options.out, options.png, options.gif) == (None, None, None):
-            return "pass --out VIEW.html for a page, --png OUT.png for a picture or --gif OUT.gif for a moving one"
-        if options.out is None and (options.align or options.overlay):
-            return "--align and --overlay are for a page, and pictures show motions side by side: pass --out VIEW.html"
-        if options.png is None and options.at is not None:
-            return "--at is the time of --png: pass both"
-        if options.gif is None and (options.begins, options.ends, options.fps) != (None, None, None):
-            return "--from, --to and --fps are for --gif: pass it too"
-        if options.fps is not None and options.fps > 50:
-            return f"--fps must be at most 50, as viewers show shorter pictures of a GIF longer, got {options.fps:g}"
+        return targets.find_contradiction_of_view(options)
     if options.command == "retarget":
         if options.out is not None and len(options.files) > 1:
             return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"

@@ -53,3 +53,18 @@ def check(command: str, out: Path) -> None:
         raise NotADirectoryError(f"{out} is a file: choose a folder, a new or an existing one")
     else:
         check_new(out)
+
+
+def find_contradiction_of_view(options: argparse.Namespace) -> str:
+    """Return in words which options of ``skpose view`` exclude each other, empty if none do."""
+    if (options.out, options.png, options.gif) == (None, None, None):
+        return "pass --out VIEW.html for a page, --png OUT.png for a picture or --gif OUT.gif for a moving one"
+    if options.out is None and (options.align or options.overlay):
+        return "--align and --overlay are for a page, and pictures show motions side by side: pass --out VIEW.html"
+    if options.png is None and options.at is not None:
+        return "--at is the time of --png: pass both"
+    if options.gif is None and (options.begins, options.ends, options.fps) != (None, None, None):
+        return "--from, --to and --fps are for --gif: pass it too"
+    if options.fps is not None and options.fps > 50:
+        return f"--fps must be at most 50, as viewers show shorter pictures of a GIF longer, got {options.fps:g}"
+    return ""

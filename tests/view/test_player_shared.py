@@ -335,7 +335,7 @@ def test_figures_are_spread_and_others_step_back(browser, walks):
     assert not browser.find("#apart").is_displayed()
 
 
-def test_names_that_begin_the_same_are_told_apart_on_a_phone(browser, walks):
+def test_names_that_begin_the_same_differ_on_a_phone(browser, walks):
     stem = "subject_07_a_long_name_of_a_recording_that_all_have_"
     labels = [f"{stem}first.bvh", f"{stem}second.bvh"]
     browser.open(player(walks, labels=labels), size=(420, 800), touch=True)
