@@ -25,14 +25,14 @@ def test_a_link_opens_the_same(browser, page):
     browser.choose("#colour", "motion")
     where = places(browser)
     click(browser, where[3])
-    click(browser, where[60], modifiers=8)
+    click(browser, where[40], modifiers=8)
     x, y = where[20]
     drag(browser, *[(x + dx, y + dy) for dx, dy in [(-60, -60), (0, -70), (60, -60), (60, 60), (-60, 60)]], modifiers=8)
     browser.press("+", css="#canvas")
     browser.press("ARROW_LEFT", css="#figure")
     browser.wait("skpose.link.address === location.href && location.hash.includes('camera')")
     before, address = browser.js(STATE), browser.js("location.href")
-    assert before[0:2] == [60, 3]
+    assert before[0:2] == [40, 3]
     assert before[2] > 0
     browser.driver.get("about:blank")
     browser.driver.get(address)

@@ -85,7 +85,7 @@ class Clip {
     return places;
   }
 
-  /** A function that moves a point from beside the root to where it is at a moment, see `point`. */
+  /** A function that moves a point from next to the root to where it is at a moment, see `point`. */
   placing(moment, place) {
     const [x0, y0, z0] = [0, 1, 2].map((axis) => this.between(moment, (frame) => this.root.at(frame, axis)));
     if (place === "world") return ([x, y, z]) => [x + x0, y + y0, z + z0];

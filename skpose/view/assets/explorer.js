@@ -270,7 +270,7 @@ function listen() {
 
 // --- the link --------------------------------------------------------------------------------------------------------
 
-/** What is in a link. While a motion plays its pose is in it all the same. */
+/** What is in a link. While a motion plays its pose is in it nevertheless. */
 function linked() {
   const { comparison, current, first, share, lasso, group } = state;
   const camera = cameraWord(view.camera);

@@ -92,8 +92,8 @@ function orbit(canvas, camera, actions) {
 }
 
 /**
- * Keep a camera so far above the ground, y = 0, m: where it has been moved since the last call it stays where it can be,
- * and otherwise looks less from below. `height` is that of its target.
+ * Keep a camera so far above the ground, y = 0, m: where it has been moved since the last call it stays where it can
+ * be, and otherwise looks less from below. `height` is that of its target.
  */
 function keepAbove(camera, height, least) {
   const { distance, shift: [, up], kept = up } = camera;
