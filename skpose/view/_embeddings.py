@@ -30,8 +30,8 @@ def embed(
     """Return what a page holds of each method and metric; axes point to where those of the first do."""
     if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
         raise ValueError(
-            f'embeddings "isomap" is for {MOST_OF_ISOMAP:,} poses at most, as it takes the paths between all pairs, got '
-            f'{len(X):,}: choose a lower frame_rate, or "tsne"'
+            f'embeddings "isomap" is for {MOST_OF_ISOMAP:,} poses at most, as it takes the paths between all pairs, '
+            f'got {len(X):,}: choose a lower frame_rate, or "tsne"'
         )
     found: list[dict[str, Any]] = []
     first = None
