@@ -21,7 +21,7 @@ def page():
 
 def test_a_link_opens_the_same(browser, page):
     browser.open(page)
-    browser.choose("#metric", "1")
+    browser.choose("#metric", "position")
     browser.choose("#colour", "motion")
     where = places(browser)
     click(browser, where[3])
