@@ -221,7 +221,7 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
     elif options.command == "view":
-        if options.png is not None or options.gif is not None:
+        if drawn := bool(options.png or options.gif):
             commands.check_matplotlib("pictures need")
         reader = _reader(options, skipped)
         names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
@@ -229,10 +229,9 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
             commands.view(
                 shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout
             )
-        if options.png is not None or options.gif is not None:
-            commands.draw(
-                shown, names, options.png, options.at, options.gif, (options.begins, options.ends), options.fps
-            )
+        if drawn:
+            part = options.begins, options.ends
+            commands.draw(shown, names, options.png, options.at, options.gif, part, options.fps)
     elif options.command == "angles":
         from skpose._cli.angles import angles
 
