@@ -153,22 +153,11 @@ def _run(options: argparse.Namespace, skipped: Skipped) -> None:
         if options.command in PRINTING or (options.command == "retarget" and options.out is None):
             _print(options, skipped)
             return
-        names = [name for name in ("png", "gif") if getattr(options, name, None) is not None]
-        if options.out is None and (not names or options.open):
-            options.out = targets.default_name(options.command, _inputs(options))
-        for name in ["out"] * (options.out is not None) + names:
-            targets.check(options.command, getattr(options, name))
+        targets.prepare(options)
         with output_may_close():
             _write(options, skipped)
             if options.command in PAGES and options.open:
                 show_file(options.out)
-
-
-def _inputs(options: argparse.Namespace) -> list[Path]:
-    """Return the files or the folder that a command is given."""
-    given = vars(options)
-    one = given.get("file", given.get("folder"))
-    return given.get("files", [] if one is None else [one])
 
 
 def _load() -> None:

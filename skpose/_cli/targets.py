@@ -41,6 +41,22 @@ def file_named(*suffixes: str) -> Callable[[str], Path]:
     return path
 
 
+def prepare(options: argparse.Namespace) -> None:
+    """Choose a name for what a command writes if none is given, and refuse those that cannot be written."""
+    pictures = [path for path in (getattr(options, "png", None), getattr(options, "gif", None)) if path is not None]
+    if options.out is None and (not pictures or options.open):
+        options.out = default_name(options.command, _inputs(options))
+    for path in [options.out] * (options.out is not None) + pictures:
+        check(options.command, path)
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """Return the files or the folder that a command is given."""
+    given = vars(options)
+    one = given.get("file", given.get("folder"))
+    return given.get("files", [] if one is None else [one])
+
+
 def default_name(command: str, inputs: Sequence[Path]) -> Path:
     """Return the name of a new file, here, by what it is of: the first that is free, or an unfinished matrix."""
     ending = ENDINGS[command]

@@ -65,6 +65,7 @@ def test_points_are_where_python_has_them(browser, page, held, metric, size):
 @pytest.mark.parametrize("density", [1, 2])
 def test_points_are_drawn_in_the_colour_of_their_group(browser, page, held, gait, density):
     browser.open(page, density=density)
+    browser.choose("#colour", "subject")
     browser.driver.execute_script("document.getElementById('canvas').style.visibility = 'hidden'")  # the marks
     picture, where = browser.picture("#points"), places(browser)
     names = np.unique(gait.subjects).tolist()
@@ -105,6 +106,7 @@ def test_colours_by_action_motion_and_time(browser, page, held, gait):
 
 def test_a_group_that_is_pressed_is_seen_alone(browser, page, held, gait):
     browser.open(page)
+    browser.choose("#colour", "subject")
     before = browser.picture("#points")
     browser.click("#groups li:nth-child(2) button")
     absent = np.array(browser.js("Array.from(skpose.stage.absent)"), dtype=bool)
