@@ -67,7 +67,8 @@ class SmallFigures {
   /** The picture of a pose in one colour, on nothing. */
   picture(row, colour) {
     const density = window.devicePixelRatio || 1;
-    const canvas = Object.assign(document.createElement("canvas"), { width: SMALL_SIDE * density, height: SMALL_SIDE * density });
+    const side = SMALL_SIDE * density;
+    const canvas = Object.assign(document.createElement("canvas"), { width: side, height: side });
     const context = canvas.getContext("2d");
     context.scale(density, density);
     const points = this.poses.points(this.poses.pose(row));
@@ -107,7 +108,8 @@ function medoidOf({ x, y, count }, of, group) {
   const rows = [];
   for (let row = 0; row < count; row++) if (of[row] === group) rows.push(row);
   if (!rows.length) return -1;
-  const [middleX, middleY] = [x, y].map((values) => Float64Array.from(rows, (row) => values[row]).sort()[rows.length >> 1]);
+  const median = (values) => Float64Array.from(rows, (row) => values[row]).sort()[rows.length >> 1];
+  const [middleX, middleY] = [median(x), median(y)];
   const far = (row) => (x[row] - middleX) ** 2 + (y[row] - middleY) ** 2;
   return rows.reduce((best, row) => (far(row) < far(best) ? row : best));
 }
