@@ -27,8 +27,10 @@ def find_contradiction(options: argparse.Namespace) -> str:
             return "--at is the time of --png: pass both"
         if options.gif is None and (options.begins, options.ends, options.fps) != (None, None, None):
             return "--from, --to and --fps are for --gif: pass it too"
-        if options.fps is not None and options.fps > 50:
-            return f"--fps must be at most 50, as viewers show shorter pictures of a GIF longer, got {options.fps:g}"
+        if options.fps is not None and not 0.1 <= options.fps <= 50:
+            return (
+                f"--fps must be from 0.1 to 50, as viewers show shorter pictures of a GIF longer, got {options.fps:g}"
+            )
     if options.command == "retarget":
         if options.out is not None and len(options.files) > 1:
             return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"

@@ -214,13 +214,13 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
             commands.check_matplotlib("pictures need")
         reader = _reader(options, skipped)
         names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
+        if drawn:  # first, as not all can be drawn
+            part = options.begins, options.ends
+            commands.draw(shown, names, options.png, options.at, options.gif, part, options.fps)
         if options.out is not None:
             commands.view(
                 shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout
             )
-        if drawn:
-            part = options.begins, options.ends
-            commands.draw(shown, names, options.png, options.at, options.gif, part, options.fps)
     elif options.command == "angles":
         from skpose._cli.angles import angles
 

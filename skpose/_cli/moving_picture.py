@@ -60,7 +60,7 @@ class Recording:
             ax.clear()
             times = panel.motion.times
             frame = max(int(np.searchsorted(times, time + 1e-6, side="right")) - 1, 0)
-            PoseDisplay.from_positions(panel.seen[frame], panel.motion.skeleton, ax=ax)
+            PoseDisplay.from_positions(panel.seen[frame], panel.motion.skeleton, ax=ax, projection="xy")
             (left, low), (right, high) = panel.limits
             below = panel.heights[frame]
             ax.axhline(-below, color="0.75", linewidth=1, zorder=0)

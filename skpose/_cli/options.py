@@ -390,13 +390,13 @@ share.__name__ = "share from 0 to 1"
 
 
 def seconds(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
     if not 0 <= value < float("inf"):
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"expected a time in seconds, zero or more, got {text!r}")
     return value
-
-
-seconds.__name__ = "time in seconds"
 
 
 def positive(kind: type) -> Callable[[str], float]:

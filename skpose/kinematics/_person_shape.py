@@ -73,16 +73,18 @@ class Part(NamedTuple):
     hulls: tuple[tuple[int, ...], ...]
 
 
-def person_parts(skeleton: Skeleton, person: Landmarks) -> tuple[list[Sphere], list[Part], list[int]] | None:
-    """Return spheres and parts, and the joints whose bones are in none of them; None for what is no person."""
+def person_parts(skeleton: Skeleton, person: Landmarks) -> tuple[list[Sphere], list[Part]] | None:
+    """Return spheres and parts; None for what is no person with hips and shoulders."""
     height = _height(skeleton, person)
     if not height:
         return None
     maker = _Maker(skeleton, person, height)
+    if not maker.has_trunk:
+        return None
     maker.add_limbs()
-    if maker.has_trunk:
-        maker.add_trunk(maker.add_head())
-    return maker.spheres, maker.parts, maker.add_rest()
+    maker.add_trunk(maker.add_head())
+    maker.add_rest()
+    return maker.spheres, maker.parts
 
 
 def _height(skeleton: Skeleton, person: Landmarks) -> float:
@@ -336,13 +338,9 @@ class _Maker:
         across = (ears, [face["nose"] + 1], 0.02) if "nose" in face else None
         return _Head(face.get("nose", face["left_ear"]), ears, (shoulders, ears), 0.015, across)
 
-    def add_rest(self) -> list[int]:
-        """Return the joints whose bones are in no part; in a whole person these are thin."""
-        rest = [j for j in range(self.skeleton.n_joints) if j not in self.covered]
-        if not self.has_trunk:
-            return rest
-        for j in rest:
-            if self._length(j):
+    def add_rest(self) -> None:
+        """Add thin links for the bones that are in no part, such as those to markers."""
+        for j in range(self.skeleton.n_joints):
+            if j not in self.covered and self._length(j):
                 start = self.sphere([int(self.skeleton.parents[j]) + 1], MARKER, inside=True)
                 self.add(j, (start, self.sphere([j + 1], MARKER)))
-        return []

@@ -62,15 +62,7 @@ def find_shape(skeleton: Skeleton) -> Shape:
     """Return the shape of a skeleton: that of a person where the names of its joints are those of a known rig."""
     person = person_parts(skeleton, find_landmarks(skeleton))
     if person is not None:
-        spheres, parts, rest = person
-        if rest:
-            links = link_shape(skeleton, rest)
-            n = len(spheres)
-            parts = parts + [
-                part._replace(hulls=tuple(tuple(i + n for i in hull) for hull in part.hulls)) for part in links.parts
-            ]
-            spheres = spheres + links.spheres
-        return Shape(spheres, parts, True)
+        return Shape(*person, is_person=True)
     return link_shape(skeleton, range(skeleton.n_joints))
 
 

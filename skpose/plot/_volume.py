@@ -29,7 +29,7 @@ def draw_volume(
     Colours are those of the sides, or the one that the style has.
     """
     from matplotlib.collections import PathCollection
-    from matplotlib.colors import to_rgb
+    from matplotlib.colors import to_rgb, to_rgba
     from matplotlib.path import Path
 
     side = sides(skeleton.joint_names)
@@ -43,19 +43,22 @@ def draw_volume(
         hulls = [list(hull) for hull in part.hulls if np.isfinite(centres[list(hull)]).all()]
         if not hulls:
             continue
-        colour = style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""])
+        *colour, opacity = to_rgba(style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""]))
+        if not opacity:
+            continue
         near = float(np.mean(centres[np.concatenate(hulls)] @ depth))
         outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
-        parts.append((near, outlines, TINT * np.array(to_rgb(colour)) + (1.0 - TINT) * paper))
+        parts.append((near, outlines, (*(TINT * np.array(colour) + (1.0 - TINT) * paper), opacity)))
     paths, fills, widths = [], [], []
     lines = [Path.MOVETO, Path.LINETO]
     for _, outlines, fill in sorted(parts, key=lambda part: part[0]):
         edges = np.concatenate([one.edges for one in outlines]).reshape(-1, 2)
         closed = (Path(np.vstack([one.points, one.points[:1]]), closed=True) for one in outlines)
         paths += [Path(edges, lines * (len(edges) // 2)), Path.make_compound_path(*closed)]
-        fills += ["none", tuple(fill)]
+        fills += ["none", fill]
         widths += [2.0 * EDGE, 0.0]
-    options: dict[str, Any] = {key: style[key] for key in ("alpha", "transform", "clip_on", "zorder") if key in style}
+    known = "alpha", "transform", "clip_on", "zorder", "visible"
+    options: dict[str, Any] = {key: style[key] for key in known if key in style}
     drawn = PathCollection(
         paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **{"zorder": 2} | options
     )

@@ -16,7 +16,7 @@ from skpose.view._pack import pack
 EMBEDDINGS = ("mds", "tsne", "isomap")
 ALL, LANDMARKS = 2000, 1000  # poses up to which all distances are computed, and of more those to so many poses
 PERPLEXITY, NEIGHBORS = 30, 10  # of t-SNE and of Isomap
-MOST_OF_ISOMAP = 4000  # poses
+LEAST_OF_TSNE, MOST_OF_ISOMAP = 20, 4000  # poses
 
 
 def embed(
@@ -28,6 +28,11 @@ def embed(
     verbose: int,
 ) -> list[dict[str, Any]]:
     """Return what a page holds of each method and metric; axes point to where those of the first do."""
+    if "tsne" in methods and len(X) < LEAST_OF_TSNE:
+        raise ValueError(
+            f'embeddings "tsne" is for {LEAST_OF_TSNE} poses at least, as fewer have no neighbourhoods, got {len(X)}: '
+            'choose a higher frame_rate, or "mds"'
+        )
     if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
         raise ValueError(
             f'embeddings "isomap" is for {MOST_OF_ISOMAP:,} poses at most, as it takes the paths between all pairs, '

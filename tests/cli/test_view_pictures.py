@@ -44,6 +44,20 @@ def has_colours(picture):
     return all((np.abs(picture - colour).max(axis=2) < 40).sum() > 30 for colour in ([0, 114, 178], [213, 94, 0]))
 
 
+def test_all_pictures_are_seen_from_one_side():
+    """Each side of the person is one line, through its joints as the view has them."""
+    from skpose._cli.moving_picture import Recording
+    from skpose.io import load_bvh
+
+    recording = Recording([load_bvh("anna.bvh")], ["anna"])
+    (panel,) = recording.panels
+    for frame, time in enumerate(panel.motion.times):
+        recording.draw(time)
+        drawn = np.concatenate([line.get_xydata() for line in recording.axes[0].lines])
+        for joint in panel.seen[frame][:, :2]:
+            assert np.nanmin(np.abs(drawn - joint).max(axis=1)) < 1e-9
+
+
 def test_picture_of_a_moment(capsys):
     assert main(["view", "anna.bvh", "--png", "first.png"]) == 0
     assert main(["view", "anna.bvh", "--png", "later.png", "--at", "0.4"]) == 0
@@ -113,7 +127,9 @@ def test_nothing_is_written_over(capsys):
         (["--gif", "a.gif", "--overlay"], "--align and --overlay are for a page"),
         (["--gif", "a.gif", "--at", "1"], "--at is the time of --png: pass both"),
         (["--png", "a.png", "--to", "1"], "--from, --to and --fps are for --gif: pass it too"),
-        (["--gif", "a.gif", "--fps", "60"], "--fps must be at most 50"),
+        (["--gif", "a.gif", "--fps", "60"], "--fps must be from 0.1 to 50"),
+        (["--gif", "a.gif", "--fps", "0.001"], "--fps must be from 0.1 to 50"),
+        (["--png", "a.png", "--at", "-1"], "expected a time in seconds, zero or more, got '-1'"),
         (["--gif", "a.gif", "--from", "0.5", "--to", "0.2"], "--to 0.2 must be after --from 0.5"),
     ],
 )

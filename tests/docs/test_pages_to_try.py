@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from skpose import Motion, pose_distances
+from skpose._cli.main import main
 from skpose.datasets import humanoid
 from skpose.io import MocapFormatError, load_bvh, save_bvh
 from skpose.kinematics._shape import link_shape
@@ -165,6 +166,12 @@ def test_links_are_as_thick_as_in_other_pages(dropped):
         (lambda text: re.sub(r"Frame Time:.*", "Frame Time: 0", text), "Frame Time"),
         (lambda text: text.replace("OFFSET", "OFSET", 1), "OFSET"),
         (lambda text: text.rsplit(None, 1)[0] + " nan\n", "no finite number"),
+        (lambda text: text.rsplit(None, 1)[0] + " 0x10\n", "no finite number"),
+        (lambda text: re.sub(r"Frame Time:.*", "Frame Time: Infinity", text), "Frame Time"),
+        (lambda text: re.sub(r"(OFFSET .*)", r"\1\n\1", text, count=1), "OFFSET twice"),
+        (lambda text: re.sub(r"(CHANNELS .*)", r"\1\n\1", text, count=1), "CHANNELS twice"),
+        (lambda text: text.replace("Yrotation", "Zrotation"), "CHANNELS"),
+        (lambda text: re.sub(r"OFFSET \S+", "OFFSET 0x32", text, count=1), "0x32"),
     ],
 )
 def test_what_is_no_whole_file_is_refused_in_words(dropped, change, words, tmp_path):
@@ -198,11 +205,68 @@ def page_data(page):
     return json.loads(re.search(r'id="data">(.*?)</script>', page.html, flags=re.S)[1])
 
 
-def test_motions_with_other_joints_are_shown_and_not_compared(dropped):
-    texts = {"one.bvh": (DATA / "biped.bvh").read_text(encoding="utf-8"), "other.bvh": REFERENCE}
+ARM = """HIERARCHY
+ROOT a
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT b
+  {
+    OFFSET 30 0 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    JOINT c
+    {
+      OFFSET 20 0 0
+      CHANNELS 3 Zrotation Xrotation Yrotation
+      End Site
+      {
+        OFFSET 10 0 0
+      }
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.04
+0 0 0 0 0 0  10 20 30  40 50 60
+0 0 0 0 0 0  20 20 30  40 50 60
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("JOINT c", "JOINT d"), "Only one of the two has"),
+        (lambda text: text.replace("CHANNELS 3 Zrotation Xrotation", "CHANNELS 3 Xrotation Zrotation"), "ball joints"),
+        (lambda text: text.replace("OFFSET 30 0 0", "OFFSET 0 30 0"), "90° apart"),
+        (lambda text: text.replace("    JOINT c", "    }\n    JOINT c").replace("}\n  }\n}", "}\n}", 1), "comes after"),
+    ],
+    ids=["names", "axes", "directions", "parents"],
+)
+def test_motions_of_other_skeletons_are_shown_and_not_compared(dropped, change, words, tmp_path):
+    texts = {"one.bvh": ARM, "other.bvh": change(ARM)}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    paths, out = [str(tmp_path / name) for name in texts], str(tmp_path / "D.npy")
+    assert main(["distances", *paths, "--scale", "0.01", "--out", out]) == 1
     dropped.run(f"drop.read({files_of(texts)})")
-    dropped.wait_for("document.getElementById('words').textContent.includes('Only one of the two has')")
+    dropped.wait_for(f"document.getElementById('words').textContent.includes({json.dumps(words)})")
     assert "one: " in dropped.run("document.getElementById('state').textContent")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("JOINT c", "JOINT a"),
+        lambda text: text.replace("JOINT c", "JOINT c  of b "),
+        lambda text: text.replace("JOINT b", "JOINT c_end"),
+        lambda text: text.replace("Frames: 2\nFrame Time: 0.04", "Frame Time: 0.04\nFrames: 2"),
+        lambda text: text.replace("End Site", "END SITE").replace("JOINT", "joint").replace("Zrotation", "ZROTATION"),
+    ],
+)
+def test_names_and_heads_are_read_as_by_the_library(dropped, change, tmp_path):
+    (tmp_path / "arm.bvh").write_text(change(ARM))
+    assert_reads_as_the_library(dropped, tmp_path / "arm.bvh")
 
 
 def test_a_problem_leaves_what_was_shown(dropped):

@@ -10,7 +10,7 @@ from browser import pixels_near
 from PIL import Image, ImageSequence
 from player_page import LEFT, RIGHT, projected, state_of
 
-from skpose import Motion, Skeleton
+from skpose import Bone, Motion, Skeleton
 from skpose.datasets import make_gait
 from skpose.keypoints import Keypoints
 from skpose.motions import align_motions
@@ -193,6 +193,33 @@ def test_a_link_opens_the_same(browser, walks):
     browser.driver.execute_script("location.hash = 't=0.5'")
     browser.wait("skpose.tick() === 10")
     assert browser.find("#layout").get_attribute("value") == "side"  # what the link does not say is as usual
+
+
+def test_a_link_has_what_is_switched_off(browser, walks):
+    browser.open(player(walks, alignment=align_motions(*walks)))
+    boxes = ["ground", "axes", "follow", "differences", "align"]
+    browser.driver.execute_script("document.getElementById('place').value = 'world'")
+    for box in boxes:
+        browser.driver.execute_script(f"document.getElementById('{box}').click()")
+    browser.wait("location.hash.includes('align=0')")
+    address = browser.js("skpose.link.address")
+    browser.driver.get("about:blank")
+    browser.driver.get(address)
+    browser.wait("window.skpose && skpose.state.drawn > 0")
+    checked = browser.js(f"{boxes}.map((id) => document.getElementById(id).checked)")
+    assert not any(checked)
+
+
+def test_a_joint_whose_name_is_a_number_is_in_a_link(browser):
+    chain = Skeleton([Bone("07", None, (0, 0.5, 0), "xyz"), Bone("1e3", "07", (0, 0.4, 0), "x")])
+    browser.open(player(Motion(chain, np.zeros((5, 4)), 10)))
+    browser.choose("#joint", "1e3")
+    browser.wait("location.hash.includes('joint=1e3')")
+    address = browser.js("skpose.link.address")
+    browser.driver.get("about:blank")
+    browser.driver.get(address)
+    browser.wait("window.skpose && skpose.state.drawn > 0")
+    assert browser.find("#joint").get_attribute("value") == "1e3"
 
 
 def test_playing_writes_no_time_and_no_history(browser, walks):

@@ -2,6 +2,12 @@
 
 const CHANNELS = /^([xyz])(position|rotation)$/i;
 
+const SPACE = /[ \t\r\n\v\f]+/;
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/** A number in decimal digits, or NaN. */
+const numberOf = (word) => (NUMBER.test(word) ? Number(word) : NaN);
+
 /** An error in a file, in words. */
 class FileError extends Error {}
 
@@ -11,12 +17,16 @@ function readBvh(text) {
   if (!/^\s*HIERARCHY\b/i.test(text)) throw new FileError("it does not begin with HIERARCHY, as BVH files do");
   if (!split) throw new FileError("it has no MOTION: is it cut short?");
   const joints = readJoints(text.slice(0, split.index));
-  const head = /^\s*MOTION\s+Frames\s*:\s*(\d+)\s+Frame\s+Time\s*:\s*(\S+)/i.exec(text.slice(split.index));
+  const [frames, time] = [/Frames\s*:\s*(\d+)\s/i, /Frame\s+Time\s*:\s*(\S+)\s/i];
+  const rest = text.slice(split.index);
+  const head = [`${frames.source}+${time.source}*`, `${time.source}+${frames.source}*`] // in either order
+    .map((both) => new RegExp(`^\\s*MOTION\\s+${both}`, "i").exec(rest)).find(Boolean);
   if (!head) throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
-  const [count, seconds] = [Number(head[1]), Number(head[2])];
-  if (!(seconds > 0)) throw new FileError(`its Frame Time is ${head[2]}, not a positive number of seconds`);
-  const words = text.slice(split.index + head[0].length).trim();
-  const numbers = Float64Array.from(words ? words.split(/\s+/) : [], Number);
+  const [count, word] = [Number(frames.exec(head[0])[1]), time.exec(head[0])[1]];
+  const seconds = numberOf(word);
+  if (!(seconds > 0)) throw new FileError(`its Frame Time is ${word}, not a positive number of seconds`);
+  const words = rest.slice(head[0].length).trim();
+  const numbers = Float64Array.from(words ? words.split(SPACE) : [], numberOf);
   const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
   if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
   if (!count) throw new FileError("it has no frames");
@@ -30,47 +40,68 @@ function readBvh(text) {
 }
 
 function readJoints(text) {
-  const words = text.match(/[{}]|[^\s{}]+/g).slice(1);
+  // Words, but of ROOT and JOINT with the rest of their line, the name, which may have blanks in it.
+  const words = text.match(/\b(?:ROOT|JOINT)\b[^{}\r\n]*|[{}]|[^ \t\r\n\v\f{}]+/gi).slice(1);
   const joints = [];
-  const names = new Map(); // of each joint, how many have it
   let [at, open, first] = [0, -1, 0];
-  const number = () => {
-    const value = words[at] === undefined ? NaN : Number(words[at++]);
-    if (!Number.isFinite(value)) throw new FileError(`an OFFSET has “${words[at - 1]}” for a number`);
+  const number = (of) => {
+    const value = numberOf(words[at++]);
+    if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${of} has “${words[at - 1]}” for a number`);
     return value;
   };
-  const nameOf = (wished) => {
-    const n = (names.get(wished) ?? 0) + 1;
-    names.set(wished, n);
-    return n > 1 ? `${wished}_${n}` : wished;
+  const once = (known, word) => {
+    if (known) throw new FileError(`${joints[open].name || "an End Site"} has ${word} twice`);
   };
   while (at < words.length) {
-    const word = words[at++].toUpperCase();
+    const [, keyword, name] = /^(\S+)\s*(.*?)\s*$/.exec(words[at++]);
+    const word = keyword.toUpperCase();
     if (word === "ROOT" || word === "JOINT" || word === "END") {
       if ((word === "ROOT") !== !joints.length) throw new FileError(`it has ${word} where another joint is expected`);
-      const from = at;
-      while (at < words.length && words[at] !== "{") at++;
-      const name = word === "END" ? `${joints[open].name}_end` : words.slice(from, at).join(" ");
-      if (!name || words[at++] !== "{") throw new FileError(`after ${word} a name and a brace are expected`);
-      joints.push({ name: nameOf(name), parent: open, offset: null, channels: [], first, end: word === "END" });
-      open = joints.length - 1;
-    } else if (open >= 0 && word === "OFFSET") joints[open].offset = [number(), number(), number()];
-    else if (open >= 0 && word === "CHANNELS") {
-      const channels = words.slice(at + 1, at + 1 + Number(words[at]));
-      if (channels.length !== Number(words[at]) || !channels.every((name) => CHANNELS.test(name))) {
-        throw new FileError(`the CHANNELS of ${joints[open].name} are not positions and rotations about x, y and z`);
+      if (word === "END" && words[at]?.toUpperCase() === "SITE") at++;
+      if ((word !== "END" && !name) || words[at++] !== "{") {
+        throw new FileError(`after ${word} a name and a brace are expected`);
       }
-      joints[open].channels = channels.map((name) => name.toLowerCase());
-      Object.assign(joints[open], { first });
+      joints.push({ name: word === "END" ? "" : name, parent: open, offset: null, channels: [], given: false, first });
+      open = joints.length - 1;
+    } else if (open >= 0 && word === "OFFSET") {
+      once(joints[open].offset, "OFFSET");
+      joints[open].offset = [0, 0, 0].map(() => number(joints[open].name || "an End Site"));
+    } else if (open >= 0 && word === "CHANNELS") {
+      once(joints[open].given, "CHANNELS");
+      const channels = words.slice(at + 1, at + 1 + Number(words[at])).map((channel) => channel.toLowerCase());
+      const known = channels.every((channel) => CHANNELS.test(channel)) && new Set(channels).size === channels.length;
+      if (channels.length !== Number(words[at]) || !known) {
+        throw new FileError(`the CHANNELS of ${joints[open].name} are not different positions and rotations`);
+      }
+      Object.assign(joints[open], { channels, first, given: true });
       first += channels.length;
       at += 1 + channels.length;
     } else if (open >= 0 && word === "}") {
-      if (!joints[open].offset) throw new FileError(`${joints[open].name} has no OFFSET`);
+      if (!joints[open].offset) throw new FileError(`${joints[open].name || "an End Site"} has no OFFSET`);
       open = joints[open].parent;
     } else throw new FileError(`“${words[at - 1]}” is not expected in HIERARCHY`);
   }
   if (open >= 0) throw new FileError(`${joints[open].name} is still open at the end of HIERARCHY: is it cut short?`);
+  nameJoints(joints);
   return joints;
+}
+
+/** Give each joint but the root another name: the first of a name keeps it; an End Site is named by its parent. */
+function nameJoints([root, ...joints]) {
+  for (const joint of joints) joint.end = !joint.name;
+  const [taken, counts] = [new Map(), new Map()];
+  for (const joint of joints) if (joint.name && !taken.has(joint.name)) taken.set(joint.name, joint);
+  for (const joint of joints) {
+    if (taken.get(joint.name) === joint) continue;
+    const stem = joint.name || `${[root, ...joints][joint.parent].name}_end`;
+    let name = stem;
+    while (taken.has(name)) {
+      counts.set(stem, (counts.get(stem) ?? 1) + 1);
+      name = `${stem}_${counts.get(stem)}`;
+    }
+    taken.set(name, joint);
+    joint.name = name;
+  }
 }
 
 /** Columns of a joint's channels of a kind, as [axis, column], in the file's order. */

@@ -5,6 +5,7 @@ const UNITS = { angle: "rad", position: "m", rotation: "m rad", spatial: "m" };
 const MOST = 2; // files
 const PAUSE = 40; // ms between two looks at the player's time
 const [TALL, SMALL] = [5, 0.3]; // m, sizes that no person has
+const LARGEST_DIFFERENCE = Math.PI / 4; // of the directions of a bone at angle zero, see LARGEST_DIFFERENCE there
 
 const state = { files: [], motions: [], shown: -1, values: null, problem: "" };
 const value = (id) => element(id).value;
@@ -55,12 +56,33 @@ async function show() {
   state.problem = problemOf(state.motions);
 }
 
-/** In words, why two motions cannot be compared: their joints differ; empty if they can. */
+/**
+ * In words, why equal numbers are different poses in two motions, so that there is no distance; empty if they are not.
+ * The rules are those of skpose/skeleton/_comparison.py.
+ */
 function problemOf(motions) {
   if (motions.length < 2) return "";
-  const [a, b] = motions.map(({ skeleton }) => skeleton.columns);
-  const missing = a.find((name) => !b.includes(name)) ?? b.find((name) => !a.includes(name));
-  return missing ? `Only one of the two has ${missing}, so that there is no distance; the library retargets.` : "";
+  const [a, b] = motions.map(({ skeleton }) => skeleton);
+  const only = (one, other) => one.names.filter((name) => !other.names.includes(name));
+  const alone = [...only(a, b), ...only(b, a)];
+  if (alone.length) return `Only one of the two has a joint ${alone[0]}: there is no distance; the library retargets.`;
+  for (const [j, name] of a.names.entries()) {
+    const k = b.names.indexOf(name);
+    const parents = [a.names[a.parents[j]], b.names[b.parents[k]]].map((one) => one ?? "the root");
+    if (parents[0] !== parents[1]) return `${name} comes after ${parents[0]} in one, and ${parents[1]} in the other.`;
+    if (a.dofs[j] !== b.dofs[k]) {
+      const orders = [a.dofs[j], b.dofs[k]].map((dofs) => dofs || "no axis");
+      return `${name} has ${orders[0]} in one, and ${orders[1]} in the other; the library makes both ball joints.`;
+    }
+    const [p, q] = [a.offsets[j], b.offsets[k]];
+    const lengths = Math.hypot(...p) * Math.hypot(...q);
+    const angle = lengths && Math.acos(Math.max(-1, Math.min(1, p.reduce((sum, x, i) => sum + x * q[i], 0) / lengths)));
+    if (angle > LARGEST_DIFFERENCE) {
+      const degrees = Math.round((180 * angle) / Math.PI);
+      return `${name} points in directions ${degrees}° apart at angle zero, so that equal numbers are different poses.`;
+    }
+  }
+  return "";
 }
 
 /** Distances of a frame of the first motion to all frames of the last, on the skeleton of the first. */

@@ -85,7 +85,10 @@ function linkShape(skeleton) {
     for (const point of [j + 1, parents[j] + 1]) radii[point] = Math.max(radii[point], width);
   });
   radii[0] ||= Math.max(...radii, LINK.ofPoint * size);
-  parents.forEach((parent, j) => (radii[j + 1] ||= radii[parent + 1]));
+  const without = names.map((_, j) => j).filter((j) => !own[j]);
+  for (const j of [...[...without].reverse(), ...without]) { // points at one place are as thick as the thickest of them
+    radii[j + 1] = radii[parents[j] + 1] = Math.max(radii[j + 1], radii[parents[j] + 1]);
+  }
   const carries = new Set(parents.map((parent) => parent + 1));
   const spheres = radii.map((radius, point) => ({ at: [point], radius, inside: point > 0 && carries.has(point) }));
   return { spheres, parts: parents.map((parent, j) => [j, [own[j] ? [parent + 1, j + 1] : [j + 1]]]) };

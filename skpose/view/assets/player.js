@@ -164,7 +164,8 @@ function loopOfFile() {
 function linked() {
   const seconds = (tick) => Number((tick * clock.seconds).toFixed(4));
   const camera = cameraWord(stage.camera);
-  const words = LINKED.map((id) => [id, value(id) === usual[id] ? null : String(Number(value(id)) || value(id))]);
+  const wordOfControl = (of) => (typeof of === "boolean" ? String(Number(of)) : of);
+  const words = LINKED.map((id) => [id, value(id) === usual[id] ? null : wordOfControl(value(id))]);
   return {
     t: state.playing ? null : seconds(state.position),
     loop: loop.isWhole ? null : `${seconds(loop.from)},${seconds(loop.to)}`,
