@@ -5,7 +5,8 @@
 Protocols, poses on the mean skeleton, as many clusters as labels:
 
 - CMU: the walks and runs of `skpose compare`, at 12 Hz; two labels. Twenty pairs of one walk and one run, as in
-  `examples/clustering.py` (sec. 3.4 of the paper), with the median and the range over the pairs; and all together.
+  `examples/maps_and_clusters/clustering.py` (sec. 3.4 of the paper), with the median and the range over the pairs; and
+  all together.
 - HDM05: frames of all sequences at 4 Hz, labelled with the action of their sequence; eleven labels. Frames of a rest
   pose are in most actions, so that no clusters of single frames can agree with the labels altogether.
 

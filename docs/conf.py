@@ -21,8 +21,11 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "api_links",
     "column_names",
+    "drop",
     "mathml",
     "player",
+    "search_order",
+    "turns",
 ]
 html_math_renderer = "mathml"
 extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}
@@ -44,14 +47,34 @@ html_show_sourcelink = False
 html_static_path = ["_static"]
 html_css_files = ["skpose.css"]
 html_js_files = ["offline.js", "scrolls.js"]
+html_baseurl = "https://skpose.github.io/skpose"
+html_favicon = "_static/icon.svg"
+html_search_scorer = str(Path(__file__).parent / "scorer.js")
 html_theme_options = {
+    "navbar_center": ["bar"],
+    "github_url": "https://github.com/skpose/skpose",
     "logo": {"text": "skpose"},
     "navbar_align": "left",
     "navigation_with_keys": False,
     "show_prev_next": False,
     "show_toc_level": 2,
 }
-html_sidebars = {page: [] for page in ("index", "theory", "changelog", "search", "genindex", "examples/**")}
+html_context = {
+    "pages_of_bar": [
+        ("guide", "Guide"),
+        ("drop", "Your files"),
+        ("recipes", "Recipes"),
+        ("examples/index", "Examples"),
+        ("motions", "Motions"),
+        ("keypoints", "Keypoints"),
+        ("formats", "Formats"),
+        ("theory", "Theory"),
+        ("api", "API"),
+        ("changelog", "Changelog"),
+    ],
+    "summary": "Distances between human poses that measure how far the joints move, as a part of scikit-learn",
+}
+html_sidebars = {page: [] for page in ("index", "drop", "theory", "changelog", "search", "genindex", "examples/**")}
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
@@ -63,6 +86,10 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "reference_url": {"skpose": None},
     "min_reported_time": 1,
+    "subsection_order": [
+        f"../examples/{section}"
+        for section in ("distances", "recognition", "maps_and_clusters", "motions", "statistics", "people_and_robots")
+    ],
     "within_subsection_order": "ExampleTitleSortKey",
     "abort_on_example_error": True,
 }

@@ -1,23 +1,33 @@
-"""Pictures of the start page and of the README: `python docs/pictures.py` writes them into docs/_static.
+"""Pictures of the site and of the README: `python docs/pictures.py` writes them into docs/_static.
 
-Each is written twice, for pages in light and in dark colours; what the README shows is one picture on white.
+Each is written twice, for pages in light and in dark colours, but for the card that is shown where a link is shared.
 """
 
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
+from sklearn.manifold import ClassicalMDS
 
-from skpose import Skeleton, SpatialMDS, forward_kinematics, geodesic, pose_distances
-from skpose.datasets import humanoid, make_gait
+from skpose import MotionDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose.datasets import humanoid, make_actions, make_gait
+from skpose.kinematics._shared import find_shape, outline
 from skpose.metrics import Geodesic
-from skpose.plot import PoseDisplay
+from skpose.skeleton._shared import sides
 
 TARGET = Path(__file__).parent / "_static"
 INKS = {
-    "light": {"grey": "#5b6570", "blue": "#0072b2", "orange": "#d55e00"},
-    "dark": {"grey": "#aab4be", "blue": "#56b4e9", "orange": "#ff8f4a"},
+    "light": {"grey": "#5b6570", "blue": "#0072b2", "orange": "#c04f00", "green": "#00805e", "rose": "#a6477d"}
+    | {"paper": "#ffffff", "ink": "#1b1f24"},
+    "dark": {"grey": "#aab1ba", "blue": "#56b4e9", "orange": "#f5924a", "green": "#35c89b", "rose": "#e08fbd"}
+    | {"paper": "#0d1117", "ink": "#e8eaed"},
 }
+LIGHT = np.array([-0.64, 0.77])  # where it comes from
+TURN = np.radians(22)  # of the person whose arm turns, about the vertical
+ACTIONS = {"kick": "blue", "squat": "orange", "throw": "green", "wave": "rose"}
 TURNS = {"shoulder": "left_upper_arm_rz", "wrist": "left_hand_rz"}
 ANGLE = np.radians(60)
 
@@ -29,45 +39,73 @@ def turned(skeleton, column):
     return poses
 
 
+def draw_person(ax, ink, joints, skeleton, colours, *, at=(0.0, 0.0), scale=1.0, turn=0.0, alpha=1.0, shaded=True):
+    """Draw a figure as the pages do, at a turn around the vertical: parts in colours of joints, the root's last."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    points = np.vstack([np.zeros(3), joints]) @ [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
+    shape = find_shape(skeleton)
+    centres = shape.centres(points)
+    flat, radii = scale * centres[:, :2] + at, scale * shape.radii
+    inside = np.array([sphere.inside for sphere in shape.spheres])
+    for part in sorted(shape.parts, key=lambda part: centres[np.concatenate(part.hulls), 2].mean()):
+        hulls = [list(hull) for hull in part.hulls]
+        outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
+        area = Outline.make_compound_path(*(Outline(np.vstack([one.points, one.points[:1]])) for one in outlines))
+        edges = np.concatenate([one.edges for one in outlines]).reshape(-1, 2)
+        edge = Outline(edges, [Outline.MOVETO, Outline.LINETO] * (len(edges) // 2))
+        ax.add_patch(PathPatch(edge, edgecolor=ink["paper"], linewidth=1.5 * scale, alpha=alpha, zorder=3))
+        colour = colours[part.joint]
+        if shaded:
+            shade(ax, area, colour, flat[hulls[-1][-1]] - flat[hulls[0][0]], alpha)
+        else:
+            ax.add_patch(PathPatch(area, facecolor=colour, linewidth=0, alpha=alpha, zorder=3))
+
+
+def shade(ax, area, colour, along, alpha):
+    """Fill a part with a colour that is lighter where the light comes from, and darker at the other edge."""
+    length = np.hypot(*along)
+    normal = np.array([-along[1], along[0]]) / length if length > 0.05 else LIGHT
+    low, high = area.vertices.min(axis=0), area.vertices.max(axis=0)
+    x, y = np.meshgrid(*(np.linspace(*ends, 40) for ends in zip(low, high, strict=True)))
+    ends = area.vertices @ normal
+    share = (x * normal[0] + y * normal[1] - ends.min()) / np.ptp(ends)
+    tone = (0.26 * (normal @ LIGHT) * (2.0 * share - 1.0) - 0.04)[..., None]
+    image = np.where(tone > 0, to_rgb(colour) + tone * (1.0 - np.array(to_rgb(colour))), to_rgb(colour) * (1.0 + tone))
+    extent = (low[0], high[0], low[1], high[1])
+    drawn = ax.imshow(
+        image.clip(0.0, 1.0), extent=extent, origin="lower", alpha=alpha, zorder=3, interpolation="bilinear"
+    )
+    drawn.set_clip_path(area, transform=ax.transData)
+
+
 def draw_turn(ax, ink, column):
-    """Draw a person who turns one joint, the arm in colour, and the paths of its joints."""
+    """Draw a person who turns one joint, what moves in colour, and the paths of its joints."""
     skeleton = humanoid()
     joints = forward_kinematics(turned(skeleton, column), skeleton)
     moved = np.ptp(joints, axis=0).any(axis=1)
-    for k, pose in enumerate(joints):
-        share = k / (len(joints) - 1)
-        style = {"linewidth": 3, "markersize": 0, "alpha": 0.18 + 0.82 * share**2}
-        arm = pose.copy()
-        arm[~moved] = np.nan  # the bone of the first joint that moves begins at one that does not
-        first = np.flatnonzero(moved)[0]
-        arm[skeleton.parents[first]] = pose[skeleton.parents[first]]
-        if k == 0:
-            PoseDisplay.from_positions(pose, skeleton, ax=ax, color=ink["grey"], linewidth=3, markersize=0)
-        else:
-            PoseDisplay.from_positions(arm, skeleton, ax=ax, color=ink["orange"], **style)
+    colours = [ink["orange"] if one else ink["grey"] for one in moved] + [ink["grey"]]
+    draw_person(ax, ink, joints[0], skeleton, colours, turn=TURN, alpha=0.25)
+    draw_person(ax, ink, joints[-1], skeleton, colours, turn=TURN)
+    cos, sin = np.cos(TURN), np.sin(TURN)
     for joint in np.flatnonzero(moved):
-        ax.plot(*joints[:, joint, :2].T, color=ink["blue"], linewidth=2.5)
-    x, y = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0, skeleton.joint_names.index("head"), :2]
-    ax.plot(x, y, "o", color=ink["grey"], markersize=15)
+        x, y, z = joints[:, joint].T
+        ax.plot(cos * x - sin * z, y, color=ink["blue"], linewidth=2.5, zorder=4, solid_capstyle="round")
     ax.set_aspect("equal", adjustable="box")
-    ax.set(xlim=(-0.45, 1.0), ylim=(-1.0, 0.95))
+    ax.set(xlim=(-0.45, 1.0), ylim=(-1.05, 0.95))
     ax.set_axis_off()
 
 
 def draw_walk(ax, ink):
     """Draw poses of a walk next to each other."""
     motion = make_gait(n_subjects=1, n_sequences=1, random_state=0)[0]
-    frames = np.arange(6) * 4
-    joints = forward_kinematics(motion.angles[frames], motion.skeleton)
+    colours = [
+        ink[{"left": "blue", "right": "orange"}.get(side, "grey")] for side in sides(motion.skeleton.joint_names)
+    ]
+    joints = forward_kinematics(motion.angles[np.arange(6) * 4], motion.skeleton)
     for k, pose in enumerate(joints):
-        pose = np.vstack([pose, np.zeros(3)]) + 0.75 * k * np.eye(3)[2]  # the root is the last
-        pose, ends = pose[:-1], pose[motion.skeleton.parents]
-        for side, colour in (("", "grey"), ("right", "orange"), ("left", "blue")):
-            chosen = [name.startswith(side) if side else "_" not in name for name in motion.skeleton.joint_names]
-            lines = np.stack([ends, pose, np.full_like(pose, np.nan)], axis=1)[chosen].reshape(-1, 3)
-            ax.plot(lines[:, 2], lines[:, 1], color=ink[colour], linewidth=2, solid_capstyle="round")
-        _, y, z = pose[motion.skeleton.joint_names.index("head")]
-        ax.plot(z, y, "o", color=ink["grey"], markersize=7)
+        at = (0.75 * k, 0.0)
+        draw_person(ax, ink, pose, motion.skeleton, [*colours, ink["grey"]], at=at, turn=np.radians(-75), shaded=False)
+    ax.set(xlim=(-0.5, 4.3), ylim=(-1.05, 0.95))
     ax.set_aspect("equal")
     ax.set_axis_off()
 
@@ -88,14 +126,26 @@ def draw_path(ax, ink):
     ax.set_axis_off()
 
 
-def draw_embedding(ax, ink):
-    """Draw poses of walking and running people in the plane."""
-    gait = make_gait(n_subjects=3, n_sequences=1, random_state=0)
-    X, sequence = gait.poses(frame_rate=12)
-    points = SpatialMDS(skeleton=gait.skeleton).fit_transform(X)
-    for action, colour, marker in (("walk", "blue", "o"), ("run", "orange", "^")):
-        chosen = gait.actions[sequence] == action
-        ax.scatter(*points[chosen].T, s=22, color=ink[colour], marker=marker, linewidths=0, alpha=0.8)
+def draw_embedding(ax, ink, named=False):
+    """Draw motions of four people in the plane, by their distances, with one of each action as a figure."""
+    motions = make_actions(4, 3, actions=list(ACTIONS), random_state=0)
+    poses = [motion.resample(12).angles for motion in motions]
+    D = MotionDistanceTransformer(motions.skeleton, metric="spatial").fit_transform(poses)
+    points = ClassicalMDS(metric="precomputed").fit_transform(D)
+    middle = points.mean(axis=0)
+    for action, colour in ACTIONS.items():
+        chosen = np.flatnonzero(motions.actions == action)
+        ax.scatter(*points[chosen].T, s=26, color=ink[colour], linewidths=0, alpha=0.85, zorder=2)
+        medoid = chosen[D[np.ix_(chosen, chosen)].sum(axis=1).argmin()]
+        still = forward_kinematics(poses[medoid], motions.skeleton)
+        pose = still[np.linalg.norm(still - still[0], axis=2).sum(axis=1).argmax()]  # the farthest from the start
+        out = points[chosen].mean(axis=0) - middle
+        at = points[chosen].mean(axis=0) + 0.62 * out / np.hypot(*out)
+        colours = [ink[colour]] * (len(pose) + 1)
+        draw_person(ax, ink, pose, motions.skeleton, colours, at=at, scale=0.36, turn=np.radians(-50), shaded=named)
+        if named:
+            ax.text(at[0], at[1] - 0.4, action, color=ink[colour], ha="center", va="top", fontsize=12, zorder=4)
+    ax.set(xlim=(-1.55, 1.65), ylim=(-1.6, 1.4))
     ax.set_aspect("equal")
     ax.set_axis_off()
 
@@ -132,29 +182,42 @@ def save(name, size, draw, *arguments):
         plt.close(figure)
 
 
-def save_for_readme():
-    """Write the same rotation at two joints, with its distances, and the poses in the plane: one picture on white."""
-    skeleton, ink = humanoid(), INKS["light"]
-    figure, axes = plt.subplots(1, 3, figsize=(10, 3.9), width_ratios=(1, 1, 1.35), layout="constrained")
+def compose(figure, axes, ink):
+    """Draw the same rotation at two joints, with its distances, and motions in the plane."""
+    skeleton = humanoid()
     for ax, (joint, column) in zip(axes, TURNS.items(), strict=False):
         draw_turn(ax, ink, column)
         poses = turned(skeleton, column)[[0, -1]]
         angle, spatial = (pose_distances(poses, skeleton=skeleton, metric=m)[0, 1] for m in ("angle", "spatial"))
-        ax.set_title(f"60° at the {joint}", fontsize=14)
-        ax.text(0.28, -1.16, f'"angle"  {angle:.2f} rad', ha="center", color=ink["grey"], fontsize=12)
-        ax.text(0.28, -1.36, f'"spatial"  {spatial:.2f} m', ha="center", color=ink["blue"], fontsize=12, weight="bold")
-    draw_embedding(axes[2], ink)
-    axes[2].set_title("poses by their distances", fontsize=14)
-    for x, name, colour in ((0.25, "● walking", "blue"), (0.75, "▲ running", "orange")):
-        axes[2].text(x, -0.09, name, transform=axes[2].transAxes, ha="center", color=ink[colour], fontsize=12)
-    figure.savefig(TARGET / "readme.png", dpi=140, transparent=False, facecolor="white")
+        ax.set_title(f"60° at the {joint}", fontsize=14, color=ink["ink"])
+        ax.text(0.28, -1.18, f'"angle"  {angle:.2f} rad', ha="center", color=ink["grey"], fontsize=12)
+        ax.text(
+            0.28, -1.38, f'"spatial"  {spatial:.2f} m', ha="center", color=ink["orange"], fontsize=12, weight="bold"
+        )
+    draw_embedding(axes[2], ink, named=True)
+    axes[2].set_title("motions by their distances", fontsize=14, color=ink["ink"])
+
+
+def save_for_readme():
+    """Write the picture of the README, in light and in dark colours, and the card for links."""
+    for theme, ink in INKS.items():
+        figure, axes = plt.subplots(1, 3, figsize=(10, 3.9), width_ratios=(1, 1, 1.35), layout="constrained")
+        compose(figure, axes, ink)
+        figure.savefig(TARGET / f"readme_{theme}.png", dpi=140, facecolor=ink["paper"], transparent=False)
+        plt.close(figure)
+    ink = INKS["light"]
+    figure, axes = plt.subplots(1, 3, figsize=(12, 6.3), width_ratios=(1, 1, 1.35))
+    figure.subplots_adjust(0.02, 0.14, 0.98, 0.68)
+    compose(figure, axes, ink)
+    figure.text(0.5, 0.9, "skpose", fontsize=40, weight="bold", color=ink["ink"], ha="center", va="center")
+    words = "distances between human poses that measure how far the joints move"
+    figure.text(0.5, 0.8, words, fontsize=20, color=ink["grey"], ha="center", va="center")
+    figure.savefig(TARGET / "card.png", dpi=100, facecolor="white", transparent=False)
     plt.close(figure)
 
 
 if __name__ == "__main__":
     plt.rcParams |= {"svg.hashsalt": "skpose", "savefig.transparent": True}  # the same files each time
-    for joint, column in TURNS.items():
-        save(joint, (3.0, 4.0), draw_turn, column)
     save("angles", (4.6, 3.4), draw_angles)
     save("walk", (4.0, 1.6), draw_walk)
     save("path", (4.0, 1.6), draw_path)

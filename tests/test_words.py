@@ -13,9 +13,9 @@ PATTERNS = [
     "skpose/**/*.html",
     "tests/**/*.py",
     "benchmarks/*",
-    "examples/*",
+    "examples/**/*",
     "docs/*.*",
-    "docs/_extensions/*",
+    "docs/_extensions/**/*",
     "*.md",
     ".ci/run",
 ]

@@ -1,10 +1,16 @@
-"""The directive ``player``: the player of a motion, by its name."""
+"""The directive ``player``: a page of `skpose.view`, by its name."""
 
+import numpy as np
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
-from skpose.datasets import make_gait
-from skpose.view import player
+from skpose import Motion
+from skpose.datasets import make_actions, make_gait
+from skpose.motions import align_motions
+from skpose.statistics import PoseTangentPCA
+from skpose.view import explorer, geodesic_player, player
+
+RATE = 30  # Hz
 
 
 def walk_and_run():
@@ -13,16 +19,62 @@ def walk_and_run():
     return player(gait, labels=list(gait.actions))
 
 
-PAGES = {"walk": walk_and_run}
+def actions():
+    """Return the page of three actions next to each other."""
+    shown = make_actions(1, 1, actions=["kick", "jump", "throw"], frame_rate=RATE, random_state=0)
+    return player(shown, labels=list(shown.actions))
+
+
+def aligned():
+    """Return the page of two people's walks, played by the frames that belong together."""
+    gait = make_gait(n_subjects=2, n_sequences=1, frame_rate=RATE, random_state=0)
+    one, other = gait[gait.actions == "walk"].motions
+    return player([one, other], labels=["Anna", "Ben"], alignment=align_motions(one, other))
+
+
+def component():
+    """Return the page of the poses along the first component of walking, there and back."""
+    gait = make_gait(n_subjects=4, n_sequences=2, random_state=0)
+    walks = gait[gait.actions == "walk"].poses(frame_rate=12)[0]
+    pca = PoseTangentPCA(gait.skeleton, n_components=2).fit(walks)
+    deviations = pca.transform(walks).std(axis=0)
+    swings = 2.0 * np.sin(np.linspace(0.0, 2.0 * np.pi, 2 * RATE + 1))
+    motions = [
+        Motion(gait.skeleton, pca.inverse_transform(np.outer(swings, deviation)), RATE)
+        for deviation in np.diag(deviations)
+    ]
+    return player(motions, labels=["first component", "second component"])
+
+
+def path():
+    """Return the page of a shortest path next to the straight line."""
+    shown = make_actions(1, 1, actions=["kick", "throw"], frame_rate=RATE, random_state=0)
+    kick, throw = (motion.angles[len(motion) // 2] for motion in shown)
+    return geodesic_player(kick, throw, shown.skeleton)
+
+
+def plane():
+    """Return the explorer of people who do ten actions."""
+    return explorer(make_actions(2, 2, random_state=0), frame_rate=8, metrics=["spatial", "angle"])
+
+
+PAGES = {
+    "walk": walk_and_run,
+    "actions": actions,
+    "aligned": aligned,
+    "component": component,
+    "path": path,
+    "plane": plane,
+}
 
 
 def html_of(name):
-    """Return the HTML that plays the motions of a name."""
-    return PAGES[name]()._repr_html_()
+    """Return the HTML that shows the page of a name, once it is near to what is seen."""
+    return PAGES[name]()._repr_html_().replace("<iframe ", '<iframe loading="lazy" ', 1)
 
 
 class Player(SphinxDirective):
-    """Play a motion in the page."""
+    """Show a page in the page."""
 
     required_arguments = 1
 

@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from skpose._cli.colours import print_written
 from skpose._cli.contents import Content, load_any
 from skpose._cli.messages import describe
 from skpose._cli.reader import STDIN, Reader, name_of
@@ -39,7 +40,9 @@ def angles(path: Path, zero: Path | int | None, reader: Reader, out: Path, layou
     found = cast(JointAngles, joint_angles(motions[0], zero=standing))  # scikit-learn's configuration is the default
     with new_file(out) as new:
         _write(new, found)
-    print(f"{out}: {len(found.names)} angles in degrees, {len(found)} frames, zero: {found.zero}, names of {found.rig}")
+    print_written(
+        out, f"{len(found.names)} angles in degrees, {len(found)} frames, zero: {found.zero}, names of {found.rig}"
+    )
     for reason in dict.fromkeys(found.missing.values()):
         of = [name for name, why in found.missing.items() if why == reason]
         print(f"not in all frames, as {reason}: {', '.join(of)}")

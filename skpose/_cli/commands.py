@@ -12,6 +12,7 @@ import joblib
 import numpy as np
 from sklearn.neighbors import NearestNeighbors
 
+from skpose._cli.colours import print_written
 from skpose._cli.compare import COLUMNS, FRAME_RATE, PAPER, choose_actions, compare, prepare
 from skpose._cli.inputs import check_one_frame_rate, files_in_messages, join_poses, read_labelled
 from skpose._cli.labels import Labels
@@ -66,7 +67,7 @@ def distances(dataset: MotionDataset, metric: str, out: Path, dtype: str) -> Non
     remedy = "use a lower --frame-rate, or --dtype float32"
 
     def compute(new: np.ndarray) -> None:
-        pose_distances(X, skeleton=skeleton, metric=metric, out=new, verbose=1)
+        pose_distances(X, skeleton=skeleton, metric=metric, out=new)
 
     if continues("distances", out):
         _write_matrix(out, len(X), X.dtype, remedy, compute)
@@ -84,9 +85,7 @@ def motions(
     arrays, skeleton = [motion.angles.astype(dtype) for motion in dataset], dataset.motions[0].skeleton
 
     def compute(new: np.ndarray) -> None:
-        motion_distances(
-            arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new, verbose=1
-        )
+        motion_distances(arrays, skeleton=skeleton, metric=metric, alignment=alignment, window=window, out=new)
 
     remedy = "use --dtype float32"
     with files_in_messages(list(dataset.subjects), "X"):
@@ -114,7 +113,7 @@ def _write_named(
     compute(D)
     with new_file(out) as new:
         write_matrix(new, D, names, *measure)
-    print(f"{out}: {n:,} × {n:,} distances with names, {dtype}")
+    print_written(out, f"{n:,} × {n:,} distances with names, {dtype}")
 
 
 def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Callable[[np.ndarray], object]) -> None:
@@ -140,7 +139,7 @@ def _write_matrix(out: Path, n: int, dtype: np.dtype, remedy: str, compute: Call
         if not notes.path.exists() and not array[:1].any():  # stopped before anything was computed
             out.unlink()
         raise
-    print(f"{out}: {n:,} × {n:,} distances, {array.dtype}")
+    print_written(out, f"{n:,} × {n:,} distances, {array.dtype}")
 
 
 def _check_room(out: Path, size: int, remedy: str) -> None:
@@ -167,14 +166,14 @@ def neighbors(dataset: MotionDataset, metric: str, out: Path, n_neighbors: int, 
     """Write the graph of neighbours to a file. No pose is a neighbour of itself."""
     X, skeleton = join_poses(dataset), dataset.motions[0].skeleton
     if radius is None:
-        search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors, verbose=1).fit(X)
+        search = PoseKNeighborsTransformer(skeleton, metric=metric, n_neighbors=n_neighbors).fit(X)
         graph = search.kneighbors_graph(mode="distance")
     else:
-        search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius, verbose=1).fit(X)
+        search = PoseRadiusNeighborsTransformer(skeleton, metric=metric, radius=radius).fit(X)
         graph = search.radius_neighbors_graph(mode="distance")
     with new_file(out) as new:
         write_graph(new, graph, name_poses(dataset).rows)
-    print(f"{out}: {graph.nnz:,} neighbours of {len(X):,} poses")
+    print_written(out, f"{graph.nnz:,} neighbours of {len(X):,} poses")
 
 
 def neighbors_in(path: Path, out: Path, n_neighbors: int, radius: float | None) -> None:
@@ -190,7 +189,7 @@ def neighbors_in(path: Path, out: Path, n_neighbors: int, radius: float | None) 
         graph = search.radius_neighbors_graph(mode="distance", sort_results=True)
     with new_file(out) as new:
         write_graph(new, graph, matrix.names)
-    print(f"{out}: {graph.nnz:,} neighbours of {graph.shape[0]:,} rows")
+    print_written(out, f"{graph.nnz:,} neighbours of {graph.shape[0]:,} rows")
 
 
 def view(
@@ -212,10 +211,39 @@ def view(
         raise ValueError("--layout is for files of keypoints or markers, and these have skeletons: leave it out")
     page = player(shown, labels=_shorten(names), alignment=alignment, layout=layout, overlay=overlay)
     page.save(out)
-    print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+    print_written(out, f"{page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
-def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out: Path, n_jobs: int) -> None:
+def draw(
+    shown: list[Motion | Keypoints],
+    names: list[str],
+    png: Path | None,
+    at: float | None,
+    gif: Path | None,
+    part: tuple[float | None, float | None],
+    fps: float | None,
+) -> None:
+    """Write a picture of motions, a moving one, or both."""
+    from skpose._cli.moving_picture import FPS, Recording  # slow to import
+
+    recording = Recording(shown, _shorten(names))
+    if png is not None:
+        recording.save_png(png, at)
+        print_written(png, f"{png.stat().st_size / 1e6:.2g} MB")
+    if gif is not None:
+        n = recording.save_gif(gif, *part, FPS if fps is None else fps)
+        print_written(gif, f"{n} picture{'s' * (n != 1)}, {gif.stat().st_size / 1e6:.2g} MB")
+
+
+def check_matplotlib(what: str) -> None:
+    """Refuse what cannot be drawn before anything is read."""
+    if find_spec("matplotlib") is None:
+        raise ValueError(f"{what} matplotlib: pip install 'skpose[plot]'")
+
+
+def explore(
+    dataset: MotionDataset, labels: Labels, metrics: Sequence[str], embeddings: Sequence[str], out: Path, n_jobs: int
+) -> None:
     """Write a page of all poses; the motions of the dataset have the names of their files."""
     names = list(dataset.subjects)
     known = {name: getattr(labels, name) for name in ("subjects", "trials", "actions") if any(getattr(labels, name))}
@@ -223,13 +251,13 @@ def explore(dataset: MotionDataset, labels: Labels, metrics: Sequence[str], out:
     page = explorer(
         MotionDataset(dataset.motions, **known),
         metrics=metrics,
+        embeddings=embeddings,
         frame_rate=None,  # that of the dataset
         labels=None if every else _shorten(names),
         n_jobs=n_jobs,
-        verbose=1,
     )
     page.save(out)
-    print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+    print_written(out, f"{page.note}, {page.n_bytes / 1e6:.2g} MB")
 
 
 def _shorten(names: Sequence[str]) -> list[str]:
@@ -240,8 +268,7 @@ def _shorten(names: Sequence[str]) -> list[str]:
 
 def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: Path, seed: int, n_jobs: int) -> None:
     """Repeat section 3 of the paper: print the numbers, and write them with the figures to a folder."""
-    if find_spec("matplotlib") is None:
-        raise ValueError("the figures need matplotlib: pip install 'skpose[plot]'")
+    check_matplotlib("the figures need")
     from skpose._cli import report  # slow to import
     from skpose._cli import reproduce as studies
 
@@ -250,7 +277,7 @@ def reproduce(folder: Path | None, scale: float | Literal["auto"] | None, out: P
     else:
         dataset = read_labelled(folder, scale)
         source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people in the folder {folder.resolve().name}"
-    findings = studies.reproduce(dataset, seed, n_jobs=n_jobs, verbose=1)
+    findings = studies.reproduce(dataset, seed, n_jobs=n_jobs)
     print(report.text(findings))
     given = ("" if folder is None else "FOLDER ") + (
         "" if scale is None else f"--scale {scale if scale == 'auto' else format(scale, 'g')} "
@@ -271,8 +298,7 @@ def compare_metrics(
     """Print how well actions are recognised under each metric; draw it to a file."""
     if out is not None:
         check_new(out)
-        if find_spec("matplotlib") is None:
-            raise ValueError("the picture needs matplotlib: pip install 'skpose[plot]'")
+        check_matplotlib("the picture needs")
     if folder is not None:
         dataset, source = read_labelled(folder, scale, walks_and_runs if paper else choose_actions), str(folder)
     elif paper:

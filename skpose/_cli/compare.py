@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.warping.paths import Paths, accumulate
+from skpose._parallel.progress import stage
 from skpose.datasets import MotionDataset, walks_and_runs
 from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_distances
@@ -89,18 +90,22 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
     for metric in COMPARED:
         pose_distances(X[:1], skeleton=skeleton, metric=metric)  # compile before the clock starts
         start = time.perf_counter()
-        D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
-        of_motions = warp_all(D, frames)
-        right = [
-            float(np.mean(classify(distances, labels, groups)))
-            for distances, labels, groups in (
-                (D, y, person),
-                (of_motions, actions, people),
-                (D, y, sequence),
-                (of_motions, actions, everyone),
-            )
-        ]
-        shares = [first_component(D[np.ix_(f, f)]) for f in frames if len(f) > 2]
+        with stage(f"{metric}: distances of {len(X):,} poses"):
+            D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
+        with stage(f"{metric}: distances of {len(frames)} motions"):
+            of_motions = warp_all(D, frames)
+        with stage(f"{metric}: nearest neighbours"):
+            right = [
+                float(np.mean(classify(distances, labels, groups)))
+                for distances, labels, groups in (
+                    (D, y, person),
+                    (of_motions, actions, people),
+                    (D, y, sequence),
+                    (of_motions, actions, everyone),
+                )
+            ]
+        with stage(f"{metric}: scaling of {len(frames)} motions"):
+            shares = [first_component(D[np.ix_(f, f)]) for f in frames if len(f) > 2]
         component = float(np.median(shares)) if shares else np.nan
         frames_of_others, motions_of_others, among_frames, among_motions = right
         yield Result(

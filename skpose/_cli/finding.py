@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import minimum_filter1d
 
 from skpose._cli.inputs import files_in_messages
+from skpose._cli.stages import steps
 from skpose.datasets import MotionDataset
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
@@ -95,7 +96,7 @@ def _find_motion(
         parts += [(i, part.start, recording[part]) for part in rows if part.start < part.stop]
     groups = [[part for part in parts if part[0] == i] for i in range(len(recordings))] if one_per_file else [parts]
     places = []
-    for group in filter(None, groups):
+    for group in steps(f"searching {len(groups)} files", [*filter(None, groups)]):
         found = find_motion(
             query,
             [motion for *_, motion in group],
@@ -103,7 +104,6 @@ def _find_motion(
             skeleton=query.skeleton,
             metric=metric,
             n_jobs=n_jobs,
-            verbose=int(not one_per_file),
         )
         for match in found:
             i, first, _ = group[match.motion]

@@ -14,7 +14,7 @@ import numpy as np
 from skpose._cli.labels import labels_in_names
 from skpose._cli.reader import Reader, name_of
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05, walks_and_runs
-from skpose.datasets._shared import INDEX, NAME, ONE_REST, ONE_RIG, read_index
+from skpose.datasets._shared import INDEX, NAME, ONE_REST, ONE_RIG, check_folder, read_index
 from skpose.keypoints import Keypoints
 from skpose.kinematics._shared import Method
 from skpose.motions._shared import rates_differ
@@ -177,6 +177,7 @@ def read_labelled(
     The labels are those of an index.csv, see `load_cmu`, of files that are named as in HDM05, or of BVH files that are
     named SUBJECT_ACTION_TRIAL.bvh.
     """
+    check_folder(folder)
     index, paths = folder / INDEX, []
     if not index.is_file() and not (paths := [path for path in _files_in(folder, (".amc",)) if NAME.match(path.name)]):
         paths = _files_in(folder, (".bvh",))

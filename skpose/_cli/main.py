@@ -10,9 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skpose._cli import targets  # without commands and inputs, whose imports take a second
+from skpose._cli.browser import show_file
+from skpose._cli.colours import print_error, print_warning
+from skpose._cli.contradictions import find_contradiction
 from skpose._cli.messages import Skipped, describe
 from skpose._cli.parser import command_line
+from skpose._cli.stages import show_stages
 from skpose._cli.terminal import Interruption, discard, output_may_close, standard_streams
+from skpose._parallel.progress import stage
 
 if TYPE_CHECKING:
     from skpose._cli import new_motions
@@ -40,6 +45,7 @@ POINTS = "layout", "names", "zeros"  # of the readers of markers and keypoints
 PREPARING = "rotations", "method", "with_root"  # options of what is done with the motions
 ALIGNING = "alignment", "window", "endpoint", "joints"
 PRINTING = "info", "compare", "find", "warm-up"  # commands whose output is all that there is of them
+PAGES = "view", "explore"  # commands that write a page
 NAMED = {"method": "retarget", "frame_rate": "file-frame-rate"}  # options that have another name than the argument
 STORED = {"frame_rate": "amc_frame_rate"}  # under another name than the argument
 
@@ -61,15 +67,16 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         parser.print_help()
         return 0
     options = parser.parse_args(arguments)
-    if complaint := _find_contradiction(options):
+    if complaint := find_contradiction(options):
         parser.error(complaint)
     skipped = Skipped()
     try:
         with warnings.catch_warnings():
             _show_warnings(options)
             try:
-                _run(options, skipped)
-                sys.stdout.flush()
+                with show_stages():
+                    _run(options, skipped)
+                    sys.stdout.flush()
             finally:
                 _list_skipped(skipped, options)
     except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
@@ -82,29 +89,9 @@ def _status(arguments: Sequence[str] | None, interruption: Interruption) -> int:
         if not isinstance(error, (OSError, ValueError, RuntimeError, MemoryError)):
             raise
         message = describe(error)
-        print(f"skpose: {_as_options(message, options)}", file=sys.stderr)
+        print_error(_as_options(message, options))
         return 1
     return INCOMPLETE if skipped.messages else 0
-
-
-def _find_contradiction(options: argparse.Namespace) -> str:
-    """Return in words which options exclude each other, empty if none do."""
-    if getattr(options, "scheduler", None) is not None and options.backend not in ("dask", "ray"):
-        return f"--scheduler is for --backend dask or ray, not {options.backend}"
-    if getattr(options, "window", None) is not None and getattr(options, "alignment", "dtw") != "dtw":
-        return f"--window is the band of --alignment dtw, not {options.alignment}"
-    if getattr(options, "ends", None) is not None and options.ends <= (options.begins or 0.0):
-        return f"--to {options.ends:g} must be after --from {options.begins or 0:g}"
-    if getattr(options, "pose", None) is not None and (options.begins, options.ends) != (None, None):
-        return "--pose is a single pose, and --from and --to are for a motion: leave one of them out"
-    if getattr(options, "endpoint", False) and not options.cycle:
-        return "--endpoint is of --cycle: pass both"
-    if options.command == "retarget":
-        if options.out is not None and len(options.files) > 1:
-            return f"--out is for one motion, got {len(options.files)} files: leave --out out to compare the reports"
-        if options.joints is not None and options.method in ("numbers", "unchecked"):
-            return f"--joints is for --method auto, orientations or positions, not {options.method}"
-    return ""
 
 
 def _list_skipped(skipped: Skipped, options: argparse.Namespace) -> None:
@@ -129,7 +116,7 @@ def _show_warnings(options: argparse.Namespace) -> None:
         line = _as_options(str(message), options)
         if line not in shown:
             shown.add(line)
-            print(f"skpose: warning: {line}", file=sys.stderr)
+            print_warning(line)
 
     warnings.showwarning = show
 
@@ -162,16 +149,26 @@ def _as_options(message: str, options: argparse.Namespace) -> str:
 
 
 def _run(options: argparse.Namespace, skipped: Skipped) -> None:
-    if options.command in PRINTING or (options.command == "retarget" and options.out is None):
-        _print(options, skipped)
-        return
-    targets.check(options.command, options.out)
-    with output_may_close():
-        _write(options, skipped)
+    with stage(f"skpose {options.command}"):  # what is shown where nothing finer is
+        if options.command in PRINTING or (options.command == "retarget" and options.out is None):
+            _print(options, skipped)
+            return
+        targets.prepare(options)
+        with output_may_close():
+            _write(options, skipped)
+            if options.command in PAGES and options.open:
+                show_file(options.out)
+
+
+def _load() -> None:
+    """Import what commands need, which takes some seconds."""
+    with stage("loading skpose"):
+        import skpose._cli.commands  # noqa: F401
 
 
 def _print(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command whose output is all that there is of it."""
+    _load()
     from skpose._cli import commands, contents, finding, inputs
 
     if options.command == "compare":
@@ -207,14 +204,23 @@ def _print(options: argparse.Namespace, skipped: Skipped) -> None:
 
 def _write(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command that writes files."""
+    _load()
     from skpose._cli import commands, contents, inputs
 
     if options.command == "reproduce":
         commands.reproduce(options.folder, options.scale, options.out, options.seed, options.jobs)
     elif options.command == "view":
+        if drawn := bool(options.png or options.gif):
+            commands.check_matplotlib("pictures need")
         reader = _reader(options, skipped)
         names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
-        commands.view(shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout)
+        if drawn:  # first, as not all can be drawn
+            part = options.begins, options.ends
+            commands.draw(shown, names, options.png, options.at, options.gif, part, options.fps)
+        if options.out is not None:
+            commands.view(
+                shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout
+            )
     elif options.command == "angles":
         from skpose._cli.angles import angles
 
@@ -230,7 +236,7 @@ def _write_motion(options: argparse.Namespace, skipped: Skipped) -> None:
     """Run a command that writes a motion."""
     from skpose._cli import inputs, new_motions
 
-    target = new_motions.Target(options.out, options.out_scale)
+    target = new_motions.Target(options.out, options.out_scale, options.open)
     if options.command == "mean":
         dataset = inputs.read_motions(
             options.files, options.frame_rate, **_reading_arguments(options, skipped), one_frame_rate=True
@@ -303,7 +309,7 @@ def _write_comparison(options: argparse.Namespace, skipped: Skipped) -> None:
     )
     if options.command == "explore":
         labels = labels_of([Path(name) for name in dataset.subjects])
-        commands.explore(dataset, labels, options.metrics, options.out, options.jobs)
+        commands.explore(dataset, labels, options.metrics, options.embeddings, options.out, options.jobs)
         return
     with commands.backend(options.backend, options.scheduler, options.jobs):
         if options.command == "motions":

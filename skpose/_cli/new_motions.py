@@ -8,6 +8,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from skpose._cli.browser import show_page
+from skpose._cli.colours import print_written
 from skpose._cli.contents import Content, load_any
 from skpose._cli.inputs import files_in_messages
 from skpose._cli.reader import Reader, name_of
@@ -20,6 +22,7 @@ from skpose.kinematics._shared import UNCHANGED
 from skpose.motions import mean_motion
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import continuous_root_angles, root_orientations
+from skpose.view import player
 
 MOST_NAMES = 12  # of joints in a line
 NO_SKELETON = (
@@ -29,10 +32,11 @@ NO_SKELETON = (
 
 
 class Target(NamedTuple):
-    """The file that is written, and the metres per unit of length in a BVH file."""
+    """The file that is written, the metres per unit of length in a BVH file, and whether a browser shows the motion."""
 
     out: Path
     scale: float
+    shown: bool = False
 
     def write(self, content: Motion | Keypoints) -> None:
         """Write what was made, in the format of the suffix, and print what it is."""
@@ -55,9 +59,11 @@ class Target(NamedTuple):
             )
         if suffix == ".csv":
             text += "; positions in m" if isinstance(content, Keypoints) else "; positions in m, angles in rad"
-        print(f"{self.out}: {text}")
+        print_written(self.out, text)
         if isinstance(content, Motion) and suffix == ".bvh":
             self._print_what_is_not_stated(content)
+        if self.shown:
+            show_page(player([content], labels=[self.out.name]))
 
     def _print_what_is_not_stated(self, motion: Motion) -> None:
         """Print with which option a BVH file is read as it was written, and what it does not keep."""

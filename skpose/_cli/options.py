@@ -2,15 +2,19 @@
 
 import argparse
 import re
+import shutil
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from skpose._cli.targets import CONTENTS, file_named
+from skpose._cli.colours import RED, paint, paint_help
+from skpose._cli.targets import CONTENTS, ENDINGS, file_named
 from skpose._validation.names import near_names
 
-# The groups of options of every command, in this order.
-GROUPS = "input", "reading", "preparing", "metric", "result", "output", "computation"
+# The groups of options of every command, in this order: what differs between commands comes first.
+GROUPS = "input", "metric", "result", "output", "preparing", "computation", "reading"
+WIDEST = 100  # of help, columns
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without numba and scikit-learn
 # What is compiled, those first that take long.
 SUBJECTS = "geodesics", "means", "motions", "inverse-kinematics", "neighbors", "distances"
@@ -18,11 +22,12 @@ SUBJECTS = "geodesics", "means", "motions", "inverse-kinematics", "neighbors", "
 
 class CommandParser(argparse.ArgumentParser):
     """A parser whose options are in the same groups, in the same order, for every command, and whose errors say what is
-    near to a word that it does not know.
+    near to a word that it does not know. Its usage has what must be given; help lists the options.
     """
 
     def __init__(self, **options: Any):
-        super().__init__(**options)
+        super().__init__(**{"formatter_class": HelpFormatter} | options)
+        self.color = False  # argparse's own, since Python 3.14
         self._own_groups = {title: self.add_argument_group(title) for title in GROUPS}
 
     def group(self, title: str) -> Any:
@@ -38,12 +43,58 @@ class CommandParser(argparse.ArgumentParser):
             self.error(f"there is no option {wrong[0]}: " + re.sub(r"'([\w-]+)'", r"--\1", near))
         return options, unknown
 
+    def format_usage(self) -> str:
+        """Return the usage in one line."""
+        self.usage = self._short_usage()
+        return super().format_usage()
+
+    def format_help(self) -> str:
+        """Return the help, without colours."""
+        self.usage = self._short_usage()
+        return super().format_help()
+
+    def _short_usage(self) -> str:
+        """Return the usage with arguments and options that are required, the other options as one word."""
+        words, alternatives = [], {one: group for group in self._mutually_exclusive_groups for one in _actions(group)}
+        for action in self._actions:
+            group = alternatives.get(action)
+            if not action.option_strings:
+                name = str(action.metavar)
+                words.append({"+": f"{name} ...", "?": f"[{name}]", "A...": f"{name} ..."}.get(str(action.nargs), name))
+            elif action.required or (group is not None and group.required and action is _actions(group)[0]):
+                either = [action] if group is None else _actions(group)
+                text = " | ".join(f"{one.option_strings[-1]} {one.metavar}" for one in either)
+                words.append(f"({text})" if either[1:] else text)
+        return " ".join(["%(prog)s", *words, "[options]"])
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        if message and file is not None:
+            file.write(paint_help(message, file))
+
     def error(self, message: str) -> NoReturn:
         """Print the usage, and the message with what is near to a wrong choice."""
         if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)$", message):
             choices = re.split(", ", choice[2].replace("'", ""))  # with quotation marks before Python 3.12
             message += near_names(choices, choice[1], "").replace("did", ": did", 1)
-        super().error(message)
+        self.print_usage(sys.stderr)
+        print(f"{self.prog}: {paint('error:', RED, sys.stderr)} {message}", file=sys.stderr)
+        self.exit(2)
+
+
+class HelpFormatter(argparse.HelpFormatter):
+    """Help in lines of 100 columns at most, with names of options on the left of what they do."""
+
+    def __init__(self, prog: str):
+        columns = min(shutil.get_terminal_size().columns, WIDEST)
+        super().__init__(prog, max_help_position=26, width=columns - 2)
+
+
+class ListFormatter(HelpFormatter, argparse.RawDescriptionHelpFormatter):
+    """Help with a description in lines of its own."""
+
+
+def _actions(group: Any) -> list[argparse.Action]:
+    return group._group_actions
 
 
 def add_folder(parser: CommandParser) -> None:
@@ -71,7 +122,8 @@ def add_poses(parser: CommandParser, out: str, suffixes: Sequence[str], result: 
         "--backend",
         choices=["threads", "loky", "dask", "ray"],
         default="threads",
-        help="threads (default), processes (loky), or a cluster, for which dask or ray must be installed",
+        metavar="NAME",
+        help="threads (default), loky (processes), or dask or ray: a cluster, for which they must be installed",
     )
     group.add_argument(
         "--scheduler",
@@ -81,19 +133,25 @@ def add_poses(parser: CommandParser, out: str, suffixes: Sequence[str], result: 
     add_jobs(parser)
 
 
-def add_out(parser: CommandParser, out: str, suffixes: Sequence[str], result: str, *, required: bool = True) -> None:
-    parser.group("output").add_argument(
-        "--out", type=file_named(*suffixes), required=required, metavar=out, help=result
-    )
+def add_out(parser: CommandParser, out: str, suffixes: Sequence[str], result: str, *, named: bool = True) -> None:
+    """Add the option of the file that is written; `named` says that there is one without the option too."""
+    if ending := ENDINGS.get(parser.prog.split()[-1], "") if named else "":
+        result += f"; default: the name of FILE with {ending}, here, with a number where there is one already"
+    parser.group("output").add_argument("--out", type=file_named(*suffixes), metavar=out, help=result)
 
 
-def add_new_motion(parser: CommandParser, result: str, *, required: bool = True) -> None:
+def add_open(parser: CommandParser, what: str) -> None:
+    parser.group("output").add_argument("--open", action="store_true", help=f"show {what} in the browser")
+
+
+def add_new_motion(parser: CommandParser, result: str, *, named: bool = True) -> None:
     """Add the options of a command that writes a motion."""
     formats = (
         f"{result}: .bvh for other programs; .npz, which loses nothing, for all commands, skpose.io.load_motion and "
         "numpy; .csv, a table of the angles in rad, for pandas and spreadsheets"
     )
-    add_out(parser, "FILE", CONTENTS, formats, required=required)
+    add_out(parser, "FILE", CONTENTS, formats, named=named)
+    add_open(parser, "what is written")
     parser.group("output").add_argument(
         "--out-scale",
         type=positive(float),
@@ -132,12 +190,24 @@ def add_skip_errors(parser: CommandParser) -> None:
 
 
 def add_metric(parser: CommandParser, choices: Sequence[str] = METRICS, default: str = "spatial") -> None:
-    parser.group("metric").add_argument("--metric", choices=choices, default=default, help=f"default: {default}")
+    parser.group("metric").add_argument(
+        "--metric", choices=choices, default=default, metavar="NAME", help=one_of(choices, default)
+    )
+
+
+def one_of(choices: Sequence[str], default: str | None = None) -> str:
+    """Return choices in words, the default with a note."""
+    *first, last = (f"{name} (default)" if name == default else name for name in choices)
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def add_dtype(parser: CommandParser) -> None:
     parser.group("output").add_argument(
-        "--dtype", choices=["float32", "float64"], default="float64", help="precision; default: float64"
+        "--dtype",
+        choices=["float32", "float64"],
+        default="float64",
+        metavar="TYPE",
+        help="precision: float32 or float64 (default)",
     )
 
 
@@ -153,14 +223,17 @@ def add_preparing(parser: CommandParser, frame_rate: float | None = None, *, res
         dest="method",
         choices=["numbers", "orientations", "positions", "auto", "unchecked"],
         default="numbers",
-        help="bring files of different rigs or rest poses onto the skeleton of the first: by the directions of the "
-        "bones in the world, by the positions of the joints, by the first method that can (auto), or by the numbers as "
-        "they are (unchecked); default: by the numbers, on the mean skeleton, with different rest poses refused",
+        metavar="BY",
+        help="bring files of different rigs or rest poses onto the skeleton of the first by orientations (directions "
+        "of the bones in the world), positions (of the joints), auto (the first method that can) or unchecked (the "
+        "numbers as they are); default: numbers, on the mean skeleton, with different rest poses refused",
     )
     group.add_argument(
         "--with-root",
         choices=["tilt", "whole"],
-        help="make the orientation of the root a part of the poses: without the heading, or whole; default: neither",
+        metavar="PART",
+        help="make the orientation of the root a part of the poses: its tilt, without the heading, or the whole; "
+        "default: neither",
     )
 
 
@@ -168,6 +241,7 @@ def add_rotations(parser: CommandParser) -> None:
     parser.group("preparing").add_argument(
         "--rotations",
         choices=["rotvec"],
+        metavar="AS",
         help="rotvec: turn joints of two or three Euler angles into ball joints, which rotate by the shortest path; "
         "default: the files' angles",
     )
@@ -211,8 +285,9 @@ def add_reading(parser: CommandParser) -> None:
     group.add_argument(
         "--up",
         choices=["x", "y", "z", "-x", "-y", "-z"],
-        help="the direction of the files' world that points up, such as --up z or --up=-y; default: y for BVH and AMC "
-        "files, z for AMASS files, and what .npz files of skpose state",
+        metavar="AXIS",
+        help="the axis of the files' world that points up: x, y, z, -x, -y or -z, as --up z or --up=-y; default: y for "
+        "BVH and AMC files, z for AMASS files, and what .npz files of skpose state",
     )
     group.add_argument(
         "--model",
@@ -226,14 +301,21 @@ def add_reading(parser: CommandParser) -> None:
         action="store_false",
         help="leave out the joints beyond the wrists of AMASS files, with which SMPL and SMPL-H differ",
     )
-    for name, choices, meaning in (
-        ("on-nan", ["raise", "drop"], "frames with NaN or infinite numbers: refuse the file, or leave them out"),
-        ("trust", ["header", "rows"], "number of frames of a BVH or TRC file: as it states, or as it has rows"),
-        ("stretch", ["raise", "mean"], "bones of a BVH file that change their lengths: refuse it, or take the mean"),
-        ("root-offset", ["replace", "add"], "position channels of a BVH file's ROOT and its OFFSET"),
-        ("missing", ["raise", "rest"], "bones that a frame of an AMC file leaves out: refuse it, or set them to zero"),
+    for name, choices, metavar, meaning in (
+        ("on-nan", ["raise", "drop"], "DO", "frames with NaN or infinite numbers: {} (refuse the file), or {} them"),
+        ("trust", ["header", "rows"], "WHAT", "number of frames of a BVH or TRC file: of its {}, or as it has {}"),
+        ("stretch", ["raise", "mean"], "DO", "bones of a BVH file that change their lengths: {} (refuse it), or {}"),
+        ("root-offset", ["replace", "add"], "DO", "position channels of a BVH file's ROOT {} its OFFSET, or {} to it"),
+        (
+            "missing",
+            ["raise", "rest"],
+            "DO",
+            "bones that a frame of an AMC file lacks: {} (refuse it), or {}: zero",
+        ),
     ):
-        group.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{meaning}; default: {choices[0]}")
+        default = choices[0]
+        meaning = f"{meaning.format(*choices)}; default: {default}"
+        group.add_argument(f"--{name}", choices=choices, default=default, metavar=metavar, help=meaning)
     group.add_argument(
         "--root",
         metavar="NAME",
@@ -259,8 +341,9 @@ def add_reading_points(parser: CommandParser) -> None:
     group.add_argument(
         "--zeros",
         choices=["seen", "missing"],
-        help="positions of (0, 0, 0) in TRC and C3D files: as they are, or as lost markers; default: seen, with a "
-        "warning",
+        metavar="AS",
+        help="positions of (0, 0, 0) in TRC and C3D files: seen, as they are, or missing, lost markers; default: seen, "
+        "with a warning",
     )
 
 
@@ -307,13 +390,13 @@ share.__name__ = "share from 0 to 1"
 
 
 def seconds(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
     if not 0 <= value < float("inf"):
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"expected a time in seconds, zero or more, got {text!r}")
     return value
-
-
-seconds.__name__ = "time in seconds"
 
 
 def positive(kind: type) -> Callable[[str], float]:

@@ -1,17 +1,17 @@
 """Commands and options of the command line."""
 
 import argparse
+import textwrap
 from pathlib import Path
 
 import skpose
 from skpose._cli.options import (
-    METRICS,
     SUBJECTS,
     CommandParser,
+    ListFormatter,
     add_dtype,
     add_files,
     add_folder,
-    add_frame_rate,
     add_jobs,
     add_metric,
     add_out,
@@ -25,7 +25,8 @@ from skpose._cli.options import (
     share,
 )
 from skpose._cli.parser_motions import add_angles, add_between, add_convert, add_mean, add_retarget
-from skpose._cli.targets import NAMED
+from skpose._cli.parser_pages import add_explore, add_view
+from skpose._cli.targets import ENDINGS, NAMED
 
 ALIGNMENTS = "dtw", "subsequence", "frames"  # those of motion_distances
 EXIT_STATUS = (
@@ -39,15 +40,32 @@ MATRIX = (
 )
 
 
+# The commands in the help of `skpose`.
+SECTIONS = {
+    "look at files": ("info", "view", "explore"),
+    "compare poses and motions": ("distances", "neighbors", "motions", "find"),
+    "make motions": ("mean", "between", "retarget", "convert"),
+    "measure people": ("angles",),
+    "repeat studies": ("compare", "reproduce"),
+    "prepare a computer": ("warm-up",),
+}
+
+
 def command_line() -> CommandParser:
     """Return the parser of ``skpose`` and its commands."""
-    parser = CommandParser(prog="skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
+    parser = CommandParser(
+        prog="skpose",
+        formatter_class=ListFormatter,
+        epilog=f"skpose COMMAND --help: its options\n\n{textwrap.fill(EXIT_STATUS, 78)}",
+    )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", help=argparse.SUPPRESS)
+    summaries = {}
 
     def command(name: str, summary: str, more: str = "") -> CommandParser:
+        summaries[name] = summary
         description = f"{summary[0].upper()}{summary[1:]}{more}."
-        return commands.add_parser(name, help=summary, description=description, epilog=EXIT_STATUS)
+        return commands.add_parser(name, description=description, epilog=EXIT_STATUS)
 
     compare = command(
         "compare",
@@ -61,7 +79,7 @@ def command_line() -> CommandParser:
         action="store_true",
         help="the paper's protocol: walking and running alone, and joint angles as the files have them",
     )
-    add_out(compare, "FILE.png", [".png"], "the table as a picture, with a pose of each action", required=False)
+    add_out(compare, "FILE.png", [".png"], "the table as a picture, with a pose of each action", named=False)
     add_jobs(compare)
 
     reproduce = command(
@@ -74,9 +92,9 @@ def command_line() -> CommandParser:
     reproduce.group("output").add_argument(
         "--out",
         type=Path,
-        required=True,
         metavar="DIR",
-        help="output folder; created if missing, inside an existing folder",
+        help="output folder; created if missing, inside an existing folder; default: the name of FOLDER with "
+        f"{ENDINGS['reproduce']}, here, with a number where there is one already",
     )
     reproduce.group("computation").add_argument(
         "--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0"
@@ -101,23 +119,24 @@ def command_line() -> CommandParser:
     _add_motions(
         command(
             "motions",
-            "write the distances between the motions of some files, by dynamic time warping, to a file",
-            f", with a row for each file{MEAN.format('Motions')}. If the command is interrupted, run it again to "
-            "continue a matrix in .npy",
+            "write the distances between the motions of some files to a file",
+            f", by dynamic time warping, with a row for each file{MEAN.format('Motions')}. If the command is "
+            "interrupted, run it again to continue a matrix in .npy",
         )
     )
     _add_find(
         command(
             "find",
-            "print the places in some files where a motion, or a pose, is found, the best first",
-            MEAN.format("Motions"),
+            "print where a motion, or a pose, is found in some files",
+            f", the best first{MEAN.format('Motions')}",
         )
     )
     add_mean(
         command(
             "mean",
-            "write the typical motion of some files, by dynamic time warping, to a file",
-            ", on their mean skeleton: bones keep their lengths. How much the motions differ from it is printed",
+            "write the typical motion of some files to a file",
+            ", by dynamic time warping, on their mean skeleton: bones keep their lengths. How much the motions differ "
+            "from it is printed",
         )
     )
     add_between(
@@ -138,36 +157,41 @@ def command_line() -> CommandParser:
     add_convert(
         command(
             "convert",
-            "write the motion, markers or keypoints of a file in another format",
+            "write the motion or the points of a file in another format",
             ": BVH, .npz or CSV. Markers and keypoints have no skeleton, and become .npz or CSV",
         )
     )
     add_angles(
         command(
             "angles",
-            "write the angles of a person's joints as a table, in degrees",
+            "write the angles of a person's joints, in degrees, as a table",
             ": flexion, adduction and rotation of each joint, by the conventions of biomechanics, see "
             "skpose.biomechanics.joint_angles. Markers and keypoints are fitted by a skeleton",
         )
     )
-    _add_view(
+    add_view(
         command(
             "view",
-            "write a page that plays the motions of some files, to turn them and to compare them",
-            ". The page is one HTML file that needs no network",
+            "write a page that plays the motions of some files",
+            ", to turn them and to compare them. The page is one HTML file that needs no network",
         )
     )
-    _add_explore(
+    add_explore(
         command(
             "explore",
-            "write a page of all poses of some files as points, to find and compare poses and motions",
-            ". Near points are similar poses under the metric. Subjects and actions are those of an index.csv in the "
+            "write a page of all poses of some files as points",
+            ", to find and compare poses and motions. Near points are similar poses under the metric. "
+            "Subjects and actions are those of an index.csv in the "
             "folder of a file or in one above it, see skpose.datasets.load_cmu, or of the names of files, "
             "SUBJECT_ACTION_TRIAL.bvh or as those of CMU and HDM05. The page is one HTML file that needs no network",
         )
     )
 
-    info = command("info", "print the contents of BVH, AMC, ASF, AMASS, TRC or C3D files, of keypoints, or of skpose")
+    info = command(
+        "info",
+        "print what files of motions, skeletons or points contain",
+        ": BVH, AMC, ASF, AMASS, TRC or C3D files, keypoints, or files of skpose",
+    )
     info.add_argument(
         "files",
         nargs="+",
@@ -188,6 +212,11 @@ def command_line() -> CommandParser:
             "is used",
         )
     )
+    lists = (
+        f"{title}:\n" + "\n".join(f"  {name:<12}{summaries[name]}" for name in names)
+        for title, names in SECTIONS.items()
+    )
+    parser.description = "\n\n".join([textwrap.fill(skpose.__doc__.splitlines()[0], 78), *lists])
     return parser
 
 
@@ -224,6 +253,7 @@ def _add_motions(motions: CommandParser) -> None:
         "--alignment",
         choices=ALIGNMENTS,
         default="dtw",
+        metavar="NAME",
         help="dtw: warp the whole of both; subsequence: find the motion of the row inside that of the column; frames: "
         "frame by frame, for motions of equal length; default: dtw",
     )
@@ -268,49 +298,16 @@ def _add_find(find: CommandParser) -> None:
     add_jobs(find)
 
 
-def _add_view(view: CommandParser) -> None:
-    add_files(
-        view,
-        order="",
-        formats="BVH, AMC, AMASS, TRC or C3D files, .npz files of skpose, or keypoints as JSON, CSV or .npz",
-        of_folders="BVH, AMC, TRC and C3D",
-    )
-    add_out(view, "VIEW.html", (".html",), "the page; open it in a browser")
-    group = view.group("result")
-    group.add_argument(
-        "--align",
-        action="store_true",
-        help="of two files: play the frames together that belong together, by dynamic time warping, and show the "
-        "differences of the joints by colours",
-    )
-    group.add_argument(
-        "--overlay", action="store_true", help="begin with all motions in one picture instead of side by side"
-    )
-    add_frame_rate(view)
-    add_reading(view)
-    add_reading_points(view)
-
-
-def _add_explore(explore: CommandParser) -> None:
-    add_files(explore, order="")
-    add_out(explore, "EXPLORE.html", (".html",), "the page; open it in a browser")
-    explore.group("metric").add_argument(
-        "--metric",
-        dest="metrics",
-        nargs="+",
-        choices=METRICS,
-        default=["spatial", "position", "rotation", "angle"],
-        help="one or several, the page starts with the first; geodesic takes an hour for a million distances; default: "
-        "all others",
-    )
-    add_preparing(explore, frame_rate=12.0)
-    add_jobs(explore)
-
-
 def _add_warm_up(warm_up: CommandParser) -> None:
     group = warm_up.group("computation")
     group.add_argument(
-        "--for", dest="subjects", nargs="+", choices=SUBJECTS, default=SUBJECTS, help="one or several; default: all"
+        "--for",
+        dest="subjects",
+        nargs="+",
+        choices=SUBJECTS,
+        default=SUBJECTS,
+        metavar="NAME",
+        help=f"one or several of {', '.join(SUBJECTS)}; default: all",
     )
     add_jobs(warm_up)
 

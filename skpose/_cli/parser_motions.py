@@ -87,6 +87,7 @@ def add_between(between: CommandParser) -> None:
         dest="interpolation",
         choices=["spline", "geodesic"],
         default="spline",
+        metavar="NAME",
         help="spline: a smooth curve; geodesic: shortest paths at constant speed, with corners at the keys; default: "
         "spline",
     )
@@ -109,15 +110,16 @@ def add_retarget(retarget: CommandParser) -> None:
         metavar="OTHER",
         help="file whose skeleton it is: as FILE, an ASF file, or a robot (MJCF, URDF)",
     )
-    add_new_motion(retarget, "the motion on the skeleton of OTHER; default: print the report alone", required=False)
+    add_new_motion(retarget, "the motion on the skeleton of OTHER; default: print the report alone", named=False)
     group = retarget.group("result")
     group.add_argument(
         "--method",
         choices=["auto", "numbers", "orientations", "positions", "limbs", "unchecked"],
         default="auto",
-        help="by the numbers of the angles, by the directions of the bones in the world, by the positions of the "
-        "joints, by limbs within the limits of a robot, by the first of these that can (auto), or by the numbers as "
-        "they are, unchecked; default: auto",
+        metavar="BY",
+        help="numbers (of the angles), orientations (directions of the bones in the world), positions (of the joints), "
+        "limbs (within the limits of a robot), unchecked (the numbers as they are), or auto, the first of these that "
+        "can; default: auto",
     )
     group.add_argument(
         "--joints",

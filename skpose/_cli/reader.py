@@ -1,5 +1,7 @@
 """The files of a command, read one by one: at which rate and scale, which are left out, and what is said of them."""
 
+import errno
+import os
 import re
 import sys
 import warnings
@@ -11,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose._cli.messages import Note, Skipped, count_files, describe, group
+from skpose._cli.stages import steps
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._warnings import warn
 from skpose.datasets._shared import NAME, rows_of
@@ -75,10 +78,14 @@ class Reader:
         With `frames`, motions without any are as those that cannot be read. Of the first files, as many as are
         `required`, none is left out.
         """
-        self.rates, names = self._find_rates(files), [name_of(path) for path in files]
+        names = [name_of(path) for path in files]
+        if self._skipped is None:  # before minutes go by with the files ahead of one that is not there
+            self._check_exist(files)
+        self.rates = self._find_rates(files)
         n_read = 0
         try:
-            for i, (path, name) in enumerate(zip(files, names, strict=True)):
+            what = f"reading {len(files)} files"
+            for i, (path, name) in enumerate(steps(what, list(zip(files, names, strict=True)))):
                 try:
                     content = self._read(path, load)
                     if frames and not len(content):
@@ -98,6 +105,12 @@ class Reader:
             self._report(files)
         if not n_read:
             raise ValueError("no file can be read")
+
+    def _check_exist(self, files: Sequence[Path]) -> None:
+        for path in files:
+            if str(path) != STDIN and not path.exists():
+                missing = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+                raise ValueError(describe(missing) + (self._remedy if files[1:] else ""))
 
     def _find_rates(self, files: Iterable[Path]) -> dict[Path, Rate]:
         """Return the rates of AMC files by an index.csv, or by a name as in HDM05, unless an option chooses one."""

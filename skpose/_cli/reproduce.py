@@ -31,7 +31,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import silhouette_score
 
 from skpose._cli.compare import FRAME_RATE, classify, first_component
-from skpose._parallel.progress import progress
+from skpose._cli.stages import steps
+from skpose._parallel.progress import stage
 from skpose._parallel.threads import in_threads
 from skpose.cluster import MedoidShift
 from skpose.datasets import MotionDataset, walks_and_runs
@@ -90,7 +91,7 @@ class Findings:
     shares: dict = field(default_factory=dict)  # metric → share of each sequence, figure 4 (c)
 
 
-def reproduce(dataset: MotionDataset, seed: int = 0, *, n_jobs: int | None = None, verbose: int = 0) -> Findings:
+def reproduce(dataset: MotionDataset, seed: int = 0, *, n_jobs: int | None = None) -> Findings:
     """Repeat section 3 on the motions of a dataset, which must contain walks and runs."""
     findings, gait = Findings(), walks_and_runs(dataset)
     rng = np.random.default_rng(seed)
@@ -98,10 +99,9 @@ def reproduce(dataset: MotionDataset, seed: int = 0, *, n_jobs: int | None = Non
         of = {action: np.flatnonzero(gait.actions == action) for action in ("walk", "run")}
         draw = {action: rng.choice(those, min(N_SEQUENCES, len(those)), replace=False) for action, those in of.items()}
         findings.draws.append(draw)
-    with progress("sections", len(STUDIES), verbose) as advance:
-        for i, study in enumerate(STUDIES):
+    for i, (section, study) in enumerate(STUDIES.items()):
+        with stage(f"section {section}"):
             study(findings, dataset, gait, np.random.default_rng([seed, i]), n_jobs)
-            advance()
     return findings
 
 
@@ -189,7 +189,7 @@ def _components(
         findings.shares[metric] = np.array(
             [
                 first_component(pose_distances(m.angles, skeleton=m.skeleton, metric=metric, n_jobs=n_jobs))
-                for m in motions
+                for m in steps(f"{metric}: scaling of {len(motions)} motions", motions)
             ]
         )
     test = mannwhitneyu(*findings.shares.values(), alternative="less")
@@ -298,4 +298,10 @@ def _clustering(
 
 
 Study = Callable[[Findings, MotionDataset, MotionDataset, np.random.Generator, int | None], None]
-STUDIES: tuple[Study, ...] = (_ratios, _walkers, _components, _classification, _clustering)
+STUDIES: dict[str, Study] = {
+    "3.1, shortest curves": _ratios,
+    "3.2, two people": _walkers,
+    "3.2, sequences in one dimension": _components,
+    "3.3, classification": _classification,
+    "3.4, clustering": _clustering,
+}

@@ -2,7 +2,8 @@
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import count
 from pathlib import Path
 
 from skpose._files import check_new
@@ -11,6 +12,19 @@ from skpose._parallel.checkpoint import FileCheckpoint
 MATRICES = "distances", "motions"  # commands that write a matrix, as .npy tile by tile, and continue it
 NAMED = ".npz", ".csv"  # the suffixes of matrices with names
 CONTENTS = ".bvh", ".npz", ".csv"  # of motions; keypoints have the last two
+# Of files without --out, what follows the name of the input.
+ENDINGS = {
+    "view": ".html",
+    "explore": "_explore.html",
+    "distances": "_distances.npy",
+    "motions": "_motions.npy",
+    "neighbors": "_neighbors.npz",
+    "mean": "_mean.npz",
+    "between": "_between.npz",
+    "convert": ".npz",
+    "angles": "_angles.csv",
+    "reproduce": "_report",
+}
 REPORT = ("report.md", "table.txt", "figure_3.png", "figure_4.png")  # of `skpose reproduce`
 
 
@@ -25,6 +39,44 @@ def file_named(*suffixes: str) -> Callable[[str], Path]:
         return Path(text)
 
     return path
+
+
+def prepare(options: argparse.Namespace) -> None:
+    """Choose a name for what a command writes if none is given, and refuse those that cannot be written."""
+    pictures = [path for path in (getattr(options, "png", None), getattr(options, "gif", None)) if path is not None]
+    if options.out is None and (not pictures or options.open):
+        options.out = default_name(options.command, _inputs(options))
+    for path in [options.out] * (options.out is not None) + pictures:
+        check(options.command, path)
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """Return the files or the folder that a command is given."""
+    given = vars(options)
+    one = given.get("file", given.get("folder"))
+    return given.get("files", [] if one is None else [one])
+
+
+def default_name(command: str, inputs: Sequence[Path]) -> Path:
+    """Return the name of a new file, here, by what it is of: the first that is free, or an unfinished matrix."""
+    ending = ENDINGS[command]
+    of = f"{_stem(inputs[0])}_and_{len(inputs) - 1}_more" if inputs[1:] else _stem(inputs[0]) if inputs else ""
+    name, dot, suffix = ending.partition(".")
+    stem = of + name if of else name.removeprefix("_")
+    for number in count(1):
+        path = Path(f"{stem}{f'_{number}' if number > 1 else ''}{dot}{suffix}")
+        if not os.path.lexists(path) or (continues(command, path) and is_unfinished(path)):
+            return path
+    raise AssertionError
+
+
+def _stem(path: Path) -> str:
+    """Return the name of a file without its endings, or of a folder."""
+    if str(path) == "-":
+        return "stdin"
+    path = path.resolve() if path.name in ("", "..") else path
+    name = path.name.removesuffix(".gz") if not path.is_dir() else path.name
+    return (Path(name).stem if not path.is_dir() else name) or "skpose"
 
 
 def is_unfinished(out: Path) -> bool:

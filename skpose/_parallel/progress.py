@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from contextvars import ContextVar
 from typing import Any
 
@@ -11,7 +11,9 @@ SECONDS = 10.0  # between plain lines
 
 Advance = Callable[[], None]
 Reporter = Callable[[str, int], AbstractContextManager[Advance]]
+StageReporter = Callable[[str], AbstractContextManager[object]]
 _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
+_stage_reporter: ContextVar[StageReporter | None] = ContextVar("stage_reporter", default=None)
 
 
 @contextmanager
@@ -22,6 +24,22 @@ def report_to(reporter: Reporter) -> Iterator[None]:
         yield
     finally:
         _reporter.reset(token)
+
+
+@contextmanager
+def report_stages_to(reporter: StageReporter) -> Iterator[None]:
+    """Report all stages in this context to the reporter, which is called with the name."""
+    token = _stage_reporter.set(reporter)
+    try:
+        yield
+    finally:
+        _stage_reporter.reset(token)
+
+
+def stage(what: str) -> AbstractContextManager[object]:
+    """Return a context for work that has no steps that can be counted; the command line shows what it is."""
+    reporter = _stage_reporter.get()
+    return nullcontext() if reporter is None else reporter(what)
 
 
 @contextmanager
@@ -42,9 +60,9 @@ def _bar(what: str, n_steps: int) -> AbstractContextManager[Advance]:
     try:
         from rich.console import Console
     except ImportError:
-        return _lines(what, n_steps)
+        return plain_lines(what, n_steps)
     console = Console(stderr=True)
-    return _rich(what, n_steps, console) if console.is_terminal or console.is_jupyter else _lines(what, n_steps)
+    return _rich(what, n_steps, console) if console.is_terminal or console.is_jupyter else plain_lines(what, n_steps)
 
 
 @contextmanager
@@ -58,7 +76,8 @@ def _rich(what: str, n_steps: int, console: Any) -> Iterator[Advance]:
 
 
 @contextmanager
-def _lines(what: str, n_steps: int) -> Iterator[Advance]:
+def plain_lines(what: str, n_steps: int, least: float = 0.0) -> Iterator[Advance]:
+    """Print lines on the progress, on stderr, every ten seconds, and one at the end of what takes some seconds."""
     start = printed = time.monotonic()
     n_done = 0
 
@@ -68,13 +87,15 @@ def _lines(what: str, n_steps: int) -> Iterator[Advance]:
         now = time.monotonic()
         if now - printed >= SECONDS and n_done < n_steps:
             printed, left = now, (now - start) * (n_steps - n_done) / n_done
-            print(f"{what}: {n_done / n_steps:.0%}, {_clock(left)} to go", file=sys.stderr, flush=True)
+            print(f"{what}: {n_done / n_steps:.0%}, {clock(left)} to go", file=sys.stderr, flush=True)
 
     yield advance
-    print(f"{what}: done in {_clock(time.monotonic() - start)}", file=sys.stderr, flush=True)
+    if (elapsed := time.monotonic() - start) >= least:
+        print(f"{what}: done in {clock(elapsed)}", file=sys.stderr, flush=True)
 
 
-def _clock(seconds: float) -> str:
+def clock(seconds: float) -> str:
+    """Return a duration in words."""
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, seconds = divmod(round(seconds), 60)

@@ -12,7 +12,7 @@ from sklearn.datasets import fetch_file, get_data_home
 from skpose._files import new_file
 from skpose._parallel.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
-from skpose.datasets._index import COLUMNS, INDEX, PathLike, read_index, read_motions
+from skpose.datasets._index import COLUMNS, INDEX, PathLike, check_folder, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
 from skpose.io import asf_path
 
@@ -52,6 +52,7 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
     MotionDataset(47 motions of 5 subjects: 1 bend over, scoop up, rise, lift arm, 1 jump, balance, 1 punch/strike, ...
     """
     folder = Path(folder)
+    check_folder(folder)
     index = folder / INDEX if (folder / INDEX).is_file() else None
     rows = read_index(index) if index else _scan(folder, frame_rate)
     rows = [row | {"frames_per_second": row["frames_per_second"] or frame_rate} for row in rows]

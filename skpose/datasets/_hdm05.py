@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from skpose.datasets._index import COLUMNS, INDEX, PathLike, read_index, read_motions
+from skpose.datasets._index import COLUMNS, INDEX, PathLike, check_folder, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
 
 NAME = re.compile(r"HDM_(?P<subject>[a-z]+)_(?P<trial>(?P<action>.+?)_?\d*)_(?P<rate>\d+)\.amc(\.gz)?", re.IGNORECASE)
@@ -48,6 +48,7 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
     MotionDataset(188 motions of 3 subjects: 18 deposit on floor, 18 elbow to knee, 16 grab high, ...
     """
     folder = Path(folder)
+    check_folder(folder)
     index = folder / INDEX if (folder / INDEX).is_file() else None
     rows = read_index(index) if index else _scan(folder)
     return read_motions(folder, rows, index, _asf_path, verbose)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from skpose._parallel.progress import progress
+from skpose._validation.names import near_names
 from skpose.datasets._motions import MotionDataset
 from skpose.io import AsfFile, MocapFormatError, load_amc
 
@@ -22,7 +23,7 @@ def read_motions(
     """Read the AMC files that rows refer to, and each ASF file once; `origin` is the index that the rows are from."""
     skeletons: dict[Path, AsfFile] = {}
     motions = []
-    with progress(f"{len(rows)} motions", len(rows), verbose) as advance:
+    with progress(f"reading {len(rows)} motions", len(rows), verbose) as advance:
         for row in rows:
             path = folder / row["file"]
             asf = asf_of(path)
@@ -34,6 +35,19 @@ def read_motions(
             motions.append(load_amc(path, skeletons[asf], frame_rate=row["frames_per_second"]))
             advance()
     return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder of motions that is not there, with what is near to its name."""
+    if folder.is_dir():
+        return
+    if folder.exists():
+        raise NotADirectoryError(f"{folder} is a file, expected a folder of motions: pass the folder that it is in")
+    above = folder.absolute().parent
+    if not above.is_dir():
+        raise FileNotFoundError(f"there is no folder {folder}, as there is no folder {folder.parent}")
+    near = near_names([path.name for path in above.iterdir() if path.is_dir()], folder.name, "")
+    raise FileNotFoundError(f"there is no folder {folder}{f': {near}' if near else ', nor one with a similar name'}")
 
 
 def read_index(path: Path) -> list[dict]:

@@ -1,7 +1,7 @@
 """Names of `skpose.datasets` that the other packages of skpose use, in addition to the public ones."""
 
 from skpose.datasets._hdm05 import NAME
-from skpose.datasets._index import INDEX, read_index, rows_of
+from skpose.datasets._index import INDEX, check_folder, read_index, rows_of
 from skpose.datasets._motions import ONE_REST, ONE_RIG
 from skpose.datasets._walks_and_runs import WALKING_AND_RUNNING
 
@@ -11,6 +11,7 @@ __all__ = [
     "ONE_REST",
     "ONE_RIG",
     "WALKING_AND_RUNNING",
+    "check_folder",
     "read_index",
     "rows_of",
 ]

@@ -13,6 +13,7 @@ from skpose.motions._shared import Quantity
 from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 from skpose.plot._pose import GAP, check_projection, draw_pose
+from skpose.plot._volume import shape_of_person
 from skpose.skeleton import Motion, Skeleton
 
 WIDTH, STRIPS, LABELS = 10.0, 3.6, 0.5  # inches: the figure, all poses, labels of time
@@ -127,10 +128,12 @@ class AlignmentDisplay:
             ends = np.stack([where[some], np.tile([1.0 - LINES, LINES], (len(some), 1))], axis=2)
             ax.add_collection(LineCollection(list(ends), colors=colour, linewidths=width), autolim=False)
         positions = [
-            forward_kinematics(poses[found.path[pairs, i]], skeleton)[:, :, plane]
-            for i, poses in enumerate((found.a, found.b))
+            forward_kinematics(poses[found.path[pairs, i]], skeleton) for i, poses in enumerate((found.a, found.b))
         ]
-        low, high = (edge(np.stack(positions), axis=2, initial=0.0) for edge in (np.min, np.max))  # with the root
+        shape = shape_of_person(skeleton)
+        low, high = (
+            edge(np.stack(positions)[..., plane], axis=2, initial=0.0) for edge in (np.min, np.max)
+        )  # with the root
         middle = (low + high) / 2
         bottom, top = low[..., 1].min(), high[..., 1].max()
         middle[..., 1] = (bottom + top) / 2  # of all, so that the roots have one height
@@ -139,8 +142,10 @@ class AlignmentDisplay:
         for i, height in enumerate((1.0 - FIGURES / 2, FIGURES / 2)):
             for k, pair in enumerate(pairs):
                 transform = PoseTransform(ax, middle[i, k], (where[pair, i], height), room, size)
-                style = {"transform": transform, "linewidth": 1.5, "markersize": 2, "clip_on": False}
-                draw_pose(ax, positions[i][k], skeleton, 0.0, style)
+                style = {"transform": transform, "clip_on": False}
+                if shape is None:
+                    style |= {"linewidth": 1.5, "markersize": 2}
+                draw_pose(ax, positions[i][k], plane, skeleton, shape, 0.0, style)
         first, last = self._times(found.path[[0, -1], 1])
         ticks = [t for t in MaxNLocator(**TICKS).tick_values(first, last) if first <= t <= last]
         rate = found.frame_rate or 1.0

@@ -25,6 +25,7 @@ from skpose.plot._confused import (
 from skpose.plot._pose import GAP as BETWEEN
 from skpose.plot._pose import check_projection, draw_pose
 from skpose.plot._views import find_vertical, name_view
+from skpose.plot._volume import shape_of_person
 from skpose.skeleton import Motion, Skeleton
 
 MATRIX, CELLS, MARGIN, GAP = (
@@ -272,22 +273,24 @@ class ConfusionDisplay:
             projection = "xyz"[int(squares.argmax())] + "xyz"[self.vertical]
         plane = check_projection(projection)
         strips = [
-            forward_kinematics(np.concatenate([_spread(poses, n_poses) for poses in part]), self.skeleton)[:, :, plane]
+            forward_kinematics(np.concatenate([_spread(poses, n_poses) for poses in part]), self.skeleton)
             for part in (upper, lower)
             if part
         ]
-        low, high = (edge(np.concatenate(strips), axis=1, initial=0.0) for edge in (np.min, np.max))  # with the root
+        low, high = (
+            edge(np.concatenate(strips)[:, :, plane], axis=1, initial=0.0) for edge in (np.min, np.max)
+        )  # with the root
         middle = (low + high) / 2
         bottom, top = low[:, 1].min(), high[:, 1].max()
         middle[:, 1] = (bottom + top) / 2  # of all, so that the roots have one height
         size = ((high - low)[:, 0].max(), top - bottom)
         room = 1.0 / ((1.0 + BETWEEN) * n_poses), 1.0 - BETWEEN
         style = FIGURES | normalize_kwargs(style, Line2D)
-        centres = iter(middle)
+        centres, shape = iter(middle), shape_of_person(self.skeleton)
         for ax, poses in zip(axes_of_strips, strips, strict=False):
             for k, pose in enumerate(poses):
                 transform = PoseTransform(ax, next(centres), ((k + 0.5) / n_poses, 0.5), room, size)
-                draw_pose(ax, pose, self.skeleton, 0.0, {"transform": transform} | style)
+                draw_pose(ax, pose, plane, self.skeleton, shape, 0.0, {"transform": transform} | style)
         return name_view(moving, self.skeleton.joint_names, plane)
 
     def _summary(self) -> str:

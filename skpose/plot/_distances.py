@@ -21,7 +21,7 @@ class DistanceMatrixDisplay:
     sequence : ndarray of shape (n_poses,) or None
         Index of the sequence of each pose; the poses of a sequence are adjacent.
     names : sequence of str or None
-        Names of the sequences; None writes none.
+        Names of the sequences, one each; neighbours of one name share a label, in their middle. None writes none.
     unit : str
         Unit of the distances.
 
@@ -64,14 +64,17 @@ class DistanceMatrixDisplay:
         self.figure_.colorbar(image, ax=self.ax_, label=f"distance ({self.unit})")
         if self.sequence is not None:
             borders = np.flatnonzero(np.diff(self.sequence)) + 1
-            for border in borders:
-                self.ax_.axhline(border - 0.5, color="white", linewidth=0.8)
-                self.ax_.axvline(border - 0.5, color="white", linewidth=0.8)
-            ends = np.array([0, *borders, len(self.sequence)])
+            names = list(range(len(borders) + 1)) if self.names is None else list(self.names)
+            first = [i for i, name in enumerate(names) if i == 0 or name != names[i - 1]]  # of neighbours of one name
+            for i, border in enumerate(borders, start=1):
+                width = 1.0 if i in first else 0.3
+                self.ax_.axhline(border - 0.5, color="white", linewidth=width)
+                self.ax_.axvline(border - 0.5, color="white", linewidth=width)
+            ends = np.array([0, *borders, len(self.sequence)])[[*first, -1]]
             centres = (ends[:-1] + ends[1:] - 1) / 2
-            names = [""] * len(centres) if self.names is None else list(self.names)
-            self.ax_.set_xticks(centres, names, rotation=90)
-            self.ax_.set_yticks(centres, names)
+            labels = [""] * len(first) if self.names is None else [names[i] for i in first]
+            self.ax_.set_xticks(centres, labels, rotation=90)
+            self.ax_.set_yticks(centres, labels)
         else:
             self.ax_.set(xlabel="pose", ylabel="pose")
         return self
@@ -100,7 +103,7 @@ class DistanceMatrixDisplay:
         sequence : array-like of shape (n_poses,), default=None
             Sequence of each pose; lines are drawn between sequences.
         names : list of str, default=None
-            Names of the sequences.
+            Names of the sequences, one each; neighbours of one name share a label.
         metric : str or Metric, default="auto"
             The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
         n_jobs : int, default=None
@@ -135,7 +138,7 @@ class DistanceMatrixDisplay:
         sequence : array-like of shape (n_poses,), default=None
             Sequence of each pose; lines are drawn between sequences.
         names : list of str, default=None
-            Names of the sequences.
+            Names of the sequences, one each; neighbours of one name share a label.
         unit : str, default="m"
             Unit of the distances.
         ax : matplotlib Axes, default=None

@@ -8,9 +8,9 @@ import numpy as np
 from skpose._validation.names import near_names
 from skpose._validation.options import check_integer, check_kind
 from skpose.biomechanics import JointAngles
+from skpose.plot._axes import SIDES as COLOURS
 from skpose.plot._axes import axes
 from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, with_gaps, without_jumps
-from skpose.plot._pose import SIDES as COLOURS
 
 WIDTH, HEIGHT, LINE = 2.4, 1.9, 0.2  # inches: of one angle, and the height of a line of text above all
 LINES: dict[str, Any] = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}

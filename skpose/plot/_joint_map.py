@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose.plot._pose import SIDES
+from skpose.plot._axes import SIDES
 from skpose.skeleton._shared import sides
 
 ROW = 0.19  # inches: the height of a joint

@@ -5,7 +5,7 @@ import numpy as np
 from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import COLOURS, MARKERS, axes
+from skpose.plot._axes import add_legend, axes, label_style
 
 
 class MDSDisplay:
@@ -16,7 +16,8 @@ class MDSDisplay:
     embedding : ndarray of shape (n_poses, n_components)
         Embedded poses; the first two components are drawn.
     labels : ndarray of shape (n_poses,) or None
-        Labels such as subject, action, cluster, with a colour and a marker each.
+        Labels such as subject, action, cluster, with a marker and one of twenty colours each. The legend of more than
+        seven stands next to the axes.
     shares : ndarray of shape (n_components,) or None
         Shares of the variance, one for each component.
     unit : str
@@ -66,12 +67,10 @@ class MDSDisplay:
         labels = np.zeros(len(self.embedding)) if self.labels is None else self.labels
         for i, label in enumerate(np.unique(labels)):
             chosen = labels == label
-            defaults = {"s": 16, "alpha": 0.8, "linewidths": 0, "color": COLOURS[i % len(COLOURS)]}
-            marker = MARKERS[(i + i // len(COLOURS)) % len(MARKERS)]  # another one when the colours begin again
-            defaults |= {"marker": marker, "label": str(label)}
+            defaults = {"s": 16, "alpha": 0.8, "linewidths": 0, "label": str(label)} | label_style(i)
             self.ax_.scatter(*self.embedding[chosen, :2].T, **defaults | style)
         if self.labels is not None:
-            self.ax_.legend()
+            add_legend(self.ax_, is_new=ax is None)
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
             set_label(f"component {axis + 1} ({self.unit}){share}")

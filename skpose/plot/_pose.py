@@ -1,4 +1,4 @@
-"""Displays of poses as stick figures."""
+"""Displays of poses as figures."""
 
 from collections.abc import Sequence
 
@@ -11,12 +11,14 @@ from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
-from skpose.plot._axes import COLOURS, axes
+from skpose.kinematics._shared import Shape
+from skpose.plot._axes import COLOURS, SIDES, axes
+from skpose.plot._views import choose_projection, find_vertical
+from skpose.plot._volume import draw_ground, draw_volume, lowest_of, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import sides
 
-# The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
-SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
+Y = 1
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
@@ -55,21 +57,28 @@ def check_projection_of_axes(projection: str, ax) -> list[int]:
     return ["xyz".index(axis) for axis in projection]
 
 
-def draw_pose(ax, seen: np.ndarray, skeleton: Skeleton, shift: float, style: dict) -> None:
-    """Draw one pose, (n_joints, 2 or 3) with the root at the origin, shifted along the first axis.
+def draw_pose(
+    ax, positions: np.ndarray, plane: list[int], skeleton: Skeleton, shape: Shape | None, shift: float, style: dict
+) -> None:
+    """Draw one pose, (n_joints, 3) with the root at the origin, shifted along the first of two or three axes.
 
     Each side is one line with gaps. Where all is in one colour, by style or as the names state no side, that is one.
+    The shape of a person is behind the lines in axes of two dimensions.
     """
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.lines import Line2D
 
-    style = normalize_kwargs(style, Line2D)
+    style, seen = normalize_kwargs(style, Line2D), positions[:, plane]
+    if shape is not None and len(plane) == 2:
+        draw_volume(ax, positions, plane, skeleton, shape, shift, style)
     side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
     colours = {"": COLOURS[0]} if (side == "").all() else SIDES
     parent = np.concatenate([seen, np.zeros((1, seen.shape[1]))])[skeleton.parents]  # -1, the root, is the last
     segments = np.stack([parent, seen, np.full_like(seen, np.nan)], axis=1)
     segments[..., 0] += shift
     defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
+    if shape is not None and len(plane) == 2:
+        defaults |= {"linewidth": 0.8, "markersize": 1.8}
     for name, colour in colours.items():
         chosen = side == name
         if chosen.any():
@@ -78,7 +87,10 @@ def draw_pose(ax, seen: np.ndarray, skeleton: Skeleton, shift: float, style: dic
 
 
 class PoseDisplay:
-    """One pose as a stick figure, seen along an axis or in three dimensions.
+    """One pose as a figure, seen along an axis or in three dimensions.
+
+    People have head, trunk, limbs, hands and feet behind the lines of their bones, and in axes of their own a line for
+    the ground; other skeletons, and all in three dimensions, are lines alone.
 
     Limbs of the left are blue, those of the right vermilion, the rest is grey, by the names of the joints; all is blue
     where the names state no side, and in one colour where ``color=`` is given.
@@ -94,6 +106,8 @@ class PoseDisplay:
     ----------
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
+    projection_ : str
+        The axes of the drawing.
 
     Examples
     --------
@@ -108,9 +122,9 @@ class PoseDisplay:
     """
 
     def __init__(self, positions: np.ndarray, skeleton: Skeleton):
-        self.positions, self.skeleton = positions, skeleton
+        self.positions, self.skeleton, self._vertical = positions, skeleton, Y
 
-    def plot(self, ax=None, *, projection: str = "xy", **style) -> "PoseDisplay":
+    def plot(self, ax=None, *, projection: str | None = None, **style) -> "PoseDisplay":
         """Draw the display.
 
         Parameters
@@ -118,10 +132,10 @@ class PoseDisplay:
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones. For a projection on three axes they have three dimensions
             (``projection="3d"``).
-        projection : str, default="xy"
+        projection : str, default=None
             The horizontal and the vertical axis: in files whose y points up "xy" is a view from the front or the back,
             "zy" from the side. Three axes, the last one up, draw in three dimensions: "zxy" where y points up, "xyz"
-            where z does.
+            where z does. None has y upright, and the axis horizontal along which the pose is wider.
         **style
             Style of the lines, such as color, alpha, label; see `matplotlib.axes.Axes.plot`.
 
@@ -130,19 +144,25 @@ class PoseDisplay:
         PoseDisplay
             The display itself.
         """
+        if projection is None:
+            projection = choose_projection(self.positions[None], self._vertical, getattr(ax, "name", None) == "3d")
+        self.projection_ = projection
         seen = check_projection_of_axes(projection, ax)
         self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot", projection="3d" if len(seen) == 3 else None)
         if ax is None and len(seen) == 3:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
-        draw_pose(self.ax_, self.positions[:, seen], self.skeleton, 0.0, style)
+        shape = shape_of_person(self.skeleton)
+        draw_pose(self.ax_, self.positions, seen, self.skeleton, shape, 0.0, style)
+        if shape is not None and ax is None and len(seen) == 2 and seen[1] == self._vertical:
+            draw_ground(self.ax_, lowest_of(shape, self.positions, seen[1]))
         self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", projection, strict=False)})
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
     @classmethod
     def from_pose(
-        cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str = "xy", **style
+        cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str | None = None, **style
     ) -> "PoseDisplay":
         """Draw a pose.
 
@@ -154,7 +174,7 @@ class PoseDisplay:
             Its skeleton.
         ax : matplotlib Axes, default=None
             The axes to draw into, see `plot`; None makes new ones.
-        projection : str, default="xy"
+        projection : str, default=None
             The axes of the drawing, see `plot`.
         **style
             Style of the lines, see `plot`.
@@ -172,7 +192,7 @@ class PoseDisplay:
 
     @classmethod
     def from_positions(
-        cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str = "xy", **style
+        cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str | None = None, **style
     ) -> "PoseDisplay":
         """Draw given positions of the joints; they need not be a pose, such as a mean of positions.
 
@@ -184,7 +204,7 @@ class PoseDisplay:
             Its skeleton.
         ax : matplotlib Axes, default=None
             The axes to draw into, see `plot`; None makes new ones.
-        projection : str, default="xy"
+        projection : str, default=None
             The axes of the drawing, see `plot`.
         **style
             Style of the lines, see `plot`.
@@ -220,6 +240,8 @@ class PoseStripDisplay:
     ----------
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
+    projection_ : str
+        The axes of the drawing.
 
     Examples
     --------
@@ -234,16 +256,18 @@ class PoseStripDisplay:
 
     def __init__(self, positions: np.ndarray, skeleton: Skeleton, labels: Sequence[str], title: str):
         self.positions, self.skeleton, self.labels, self.title = positions, skeleton, labels, title
+        self._vertical = Y
 
-    def plot(self, ax=None, *, projection: str = "xy", **style) -> "PoseStripDisplay":
+    def plot(self, ax=None, *, projection: str | None = None, **style) -> "PoseStripDisplay":
         """Draw the poses.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default="xy"
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        projection : str, default=None
+            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
+            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
         **style
             Style of the lines, see `PoseDisplay.plot`.
 
@@ -252,14 +276,20 @@ class PoseStripDisplay:
         PoseStripDisplay
             The display itself.
         """
-        horizontal, vertical = check_projection(projection)
+        if projection is None:
+            projection = choose_projection(self.positions, self._vertical)
+        self.projection_ = projection
+        plane, shape = check_projection(projection), shape_of_person(self.skeleton)
         self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
-        flat = self.positions[:, :, [horizontal, vertical]]
+        reached = self.positions if shape is None else shape.centres(with_root(self.positions))
+        flat = reached[:, :, plane]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
         step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones seen end on
         centres = np.arange(len(flat)) * step
-        for pose, centre, middle in zip(flat, centres, (low + high) / 2, strict=True):
-            draw_pose(self.ax_, pose, self.skeleton, centre - middle, style)
+        for pose, centre, middle in zip(self.positions, centres, (low + high) / 2, strict=True):
+            draw_pose(self.ax_, pose, plane, self.skeleton, shape, centre - middle, style)
+        if shape is not None and plane[1] == self._vertical:
+            draw_ground(self.ax_, lowest_of(shape, self.positions, plane[1]))
         self.ax_.set_xticks(centres, self.labels)
         self.ax_.set(xlabel=self.title, ylabel=f"{projection[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
@@ -274,7 +304,7 @@ class PoseStripDisplay:
         labels: Sequence[str] | None = None,
         title: str = "pose",
         ax=None,
-        projection: str = "xy",
+        projection: str | None = None,
         **style,
     ) -> "PoseStripDisplay":
         """Draw poses.
@@ -291,8 +321,9 @@ class PoseStripDisplay:
             Title of the labels, with their unit.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default="xy"
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        projection : str, default=None
+            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
+            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
         **style
             Style of the lines, see `PoseDisplay.plot`.
 
@@ -312,7 +343,7 @@ class PoseStripDisplay:
 
     @classmethod
     def from_motion(
-        cls, motion: Motion, *, n_poses: int = 8, ax=None, projection: str = "xy", **style
+        cls, motion: Motion, *, n_poses: int = 8, ax=None, projection: str | None = None, **style
     ) -> "PoseStripDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s.
 
@@ -324,8 +355,9 @@ class PoseStripDisplay:
             Number of poses to draw, fewer where the motion has fewer.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default="xy"
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        projection : str, default=None
+            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
+            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
         **style
             Style of the lines, see `PoseDisplay.plot`.
 
@@ -340,19 +372,20 @@ class PoseStripDisplay:
             raise ValueError("motion has no frames, and there is nothing to draw")
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
-        return cls.from_poses(
-            motion.angles[frames],
-            motion.skeleton,
-            labels=labels,
-            title="time (s)",
-            ax=ax,
-            projection=projection,
-            **style,
-        )
+        display = cls(forward_kinematics(motion.angles[frames], motion.skeleton), motion.skeleton, labels, "time (s)")
+        display._vertical = find_vertical([motion])
+        return display.plot(ax, projection=projection, **style)
 
     @classmethod
     def from_geodesic(
-        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, projection: str = "xy", **style
+        cls,
+        geodesic: GeodesicResult,
+        skeleton: Skeleton,
+        *,
+        n_poses: int = 8,
+        ax=None,
+        projection: str | None = None,
+        **style,
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them.
 
@@ -366,8 +399,9 @@ class PoseStripDisplay:
             Number of poses to draw.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default="xy"
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
+        projection : str, default=None
+            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
+            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
         **style
             Style of the lines, see `PoseDisplay.plot`.
 

@@ -9,6 +9,7 @@ from skpose.motions import Repetitions
 from skpose.plot._axes import axes
 from skpose.plot._pose import GAP, check_projection, draw_pose
 from skpose.plot._views import find_vertical, name_view
+from skpose.plot._volume import shape_of_person
 from skpose.skeleton import Motion
 
 HEIGHT, REST, LEAST, MOST = 2.3, (1.9, 1.3), 5.6, 10.0  # inches: of poses, what is around them, widths of the figure
@@ -123,9 +124,9 @@ class RepetitionsDisplay:
         plane = check_projection(self.projection_)
         known = np.flatnonzero(np.isfinite(found.distances[k]).all(axis=1))
         phases = known[_spread(len(known), n_poses, int(np.searchsorted(known, worst)))]
-        own, usual = (
-            p[:, :, plane] for p in (found.positions[k, phases], (found.positions - found.vectors)[k, phases])
-        )
+        own = found.positions[k, phases][:, :, plane]
+        means = (found.positions - found.vectors)[k, phases]
+        usual, shape = means[:, :, plane], shape_of_person(self._skeleton)
         both = np.concatenate([own, usual], axis=1)
         low, high = (edge(both[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
         step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(both[..., 1])) or 1.0  # bones seen end on
@@ -134,8 +135,8 @@ class RepetitionsDisplay:
         size = (min(max(width, LEAST), MOST), HEIGHT + REST[1])
         self.ax_, self.figure_ = axes(ax, "RepetitionsDisplay.plot", size)
         shifts = np.stack([centres - (low + high) / 2.0, np.zeros(len(phases))], axis=1)
-        for pose, shift in zip(usual, shifts, strict=True):
-            draw_pose(self.ax_, pose, self._skeleton, shift[0], USUAL)
+        for pose, shift in zip(means, shifts, strict=True):
+            draw_pose(self.ax_, pose, plane, self._skeleton, shape, shift[0], USUAL)
         self._draw_bones(own, shifts, 100.0 * found.distances[k, phases], cmap, vmax, style)
         drawn = int(np.flatnonzero(phases == worst)[0])
         self.ax_.plot(*(own[drawn, joint] + shifts[drawn]), **RING)

@@ -49,14 +49,14 @@ class TangentPCADisplay:
         self.positions, self.skeleton, self.deviations = positions, skeleton, deviations
         self.component, self.share = component, share
 
-    def plot(self, ax=None, *, projection: str = "xy", **style) -> "TangentPCADisplay":
+    def plot(self, ax=None, *, projection: str | None = None, **style) -> "TangentPCADisplay":
         """Draw the poses.
 
         Parameters
         ----------
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default="xy"
+        projection : str, default=None
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.
@@ -81,7 +81,7 @@ class TangentPCADisplay:
         n_poses: int = 5,
         extent: float = 2.0,
         ax=None,
-        projection: str = "xy",
+        projection: str | None = None,
         **style,
     ) -> "TangentPCADisplay":
         """Draw poses along a component of a fitted `PoseTangentPCA`, from minus to plus `extent` standard deviations.
@@ -98,7 +98,7 @@ class TangentPCADisplay:
             Score of the last pose, in standard deviations of the training poses; the first has its opposite.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default="xy"
+        projection : str, default=None
             The horizontal and the vertical axis, see `PoseDisplay.plot`.
         **style
             Style of the lines, see `PoseDisplay.plot`.

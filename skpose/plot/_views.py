@@ -33,3 +33,20 @@ def name_view(positions: np.ndarray, names: tuple[str, ...], plane: list[int]) -
         if abs(share) > 0.7:
             return f"; seen from {name if share > 0 else {'the left': 'the right', 'the front': 'behind'}[name]}"
     return ""
+
+
+def choose_projection(positions: np.ndarray, vertical: int, is_deep: bool = False) -> str:
+    """Return the two axes that show poses (n_poses, n_joints, 3) from the side on which they differ more.
+
+    The second axis is the vertical one. A single pose is shown from the side on which it is wider; axes of three
+    dimensions show all three axes, the vertical one last.
+    """
+    first, second = (vertical + 1) % 3, (vertical + 2) % 3
+    if is_deep:
+        return "".join("xyz"[axis] for axis in (first, second, vertical))
+    known = positions[:, np.isfinite(positions).all(axis=(0, 2))]
+    spread = known.var(axis=0).sum(axis=0)
+    if not spread[[first, second]].any():
+        spread = known.max(axis=(0, 1), initial=0.0) - known.min(axis=(0, 1), initial=0.0)
+    low, high = sorted((first, second))
+    return "xyz"[high if spread[high] > spread[low] * (1.0 + 1e-9) else low] + "xyz"[vertical]

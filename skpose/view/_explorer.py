@@ -7,18 +7,16 @@ import numpy as np
 
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
-from skpose.manifold import SpatialMDS
 from skpose.metrics import Metric, Spatial
 from skpose.metrics._shared import METRICS, resolve
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import root_orientations
+from skpose.view._embeddings import EMBEDDINGS, embed
 from skpose.view._pack import TURN, pack, unpack
 from skpose.view._page import Page, page_of
 from skpose.view._scene import AXES
 from skpose.view._skeleton import NUMBERS, skeleton_data
 
-ALL = 2_000  # poses; of more, some are scaled and the others placed by their distances to these
-LANDMARKS = 1_000
 STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
 MILLISECOND = 1e-3
 ASSETS = (
@@ -27,14 +25,17 @@ ASSETS = (
     "explorer.css",
     "page.js",
     "figure.js",
+    "shape.js",
     "orbit.js",
     *NUMBERS,
     "poses.js",
     "pose_view.js",
     "scatter.js",
     "gestures.js",
+    "small_figures.js",
     "marks.js",
     "comparison.js",
+    "link.js",
     "texts.js",
     "explorer.js",
 )
@@ -44,6 +45,7 @@ def explorer(
     dataset: MotionDataset,
     *,
     metrics: Sequence[str | Metric] = ("spatial", "position", "rotation", "angle"),
+    embeddings: Sequence[str] = ("mds",),
     frame_rate: float | None = 12.0,
     labels: Sequence[str] | None = None,
     title: str | None = None,
@@ -62,6 +64,9 @@ def explorer(
         The motions. Their subjects and actions, where they have them, are choices of colour.
     metrics : sequence of str or Metric, default=("spatial", "position", "rotation", "angle")
         The metrics whose embeddings are in the page, see `skpose.pose_distances`; the page starts with the first.
+    embeddings : sequence of {"mds", "tsne", "isomap"}, default=("mds",)
+        How the plane is made of the distances under each metric: `SpatialMDS`, scikit-learn's `TSNE` of the nearest
+        neighbours, or its `Isomap`. A control in the page changes it; the page starts with the first.
     frame_rate : float, default=12.0
         Poses a second, Hz, see `Motion.resample`; None takes every frame.
     labels : sequence of str, default=None
@@ -83,8 +88,9 @@ def explorer(
     TypeError
         For what is no MotionDataset.
     ValueError
-        For fewer than two poses, unknown metrics, labels that are not one each, and for motions whose poses are not
-        comparable, see `MotionDataset.poses`.
+        For fewer than two poses, unknown metrics and embeddings, labels that are not one each, more than 4,000 poses
+        for "isomap", whose memory is the square of that, and for motions whose poses are not comparable, see
+        `MotionDataset.poses`.
 
     See Also
     --------
@@ -98,9 +104,14 @@ def explorer(
     distances are about. The root is in them only after ``dataset.with_root()``. The numbers of a pose are rounded to a
     65,536th of a whole turn; by how much a joint is moved at most, `Page.note` and the page state.
 
-    The embedding is `SpatialMDS` with two components; of more than 2,000 poses 1,000 are landmarks, so that the cost
-    is one distance for each pose and landmark. "geodesic" takes an hour for a million distances. 10,000 poses of 56
-    numbers make a page of some 1 MB.
+    "mds" is `SpatialMDS` with two components, whose lengths are those of the distances as far as the plane has them; of
+    more than 2,000 poses 1,000 are landmarks, so that the cost is one distance for each pose and landmark. "tsne" has
+    perplexity 30 and starts there: which poses are neighbours is to be seen, distances between groups are not, so that
+    the page shows no scale. "isomap" takes 10 neighbours. "geodesic" takes an hour for a million distances. 10,000
+    poses of 56 numbers make a page of some 1 MB.
+
+    Small figures stand for the groups of the colours, by the pose in the middle of each, and as one zooms in for single
+    poses. Colours repeat after ten groups, with another form of the points.
 
     Examples
     --------
@@ -118,7 +129,7 @@ def explorer(
     names = _check_labels(labels, dataset)
     skeleton, motions = _prepare_motions(dataset, frame_rate)
     numbers = skeleton_data(skeleton)  # which refuses slides
-    chosen = _check_metrics(metrics, skeleton)
+    chosen, methods = _check_metrics(metrics, skeleton), _check_embeddings(embeddings)
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, STEP)
     error = 1e3 * _largest_error(X, unpack(packed), skeleton)
@@ -136,7 +147,7 @@ def explorer(
         "size": _size(X, skeleton),
         "up": _up(motions),
         **_motions_data(dataset, motions, names),
-        "embeddings": _embeddings(X, skeleton, chosen, n_jobs, verbose),
+        "embeddings": embed(X, skeleton, chosen, methods, n_jobs, verbose),
     }
     return page_of(heading, f"{note}, positions within {error:.2g} mm", data, "explorer.html", ASSETS)
 
@@ -150,6 +161,16 @@ def _check_metrics(metrics: Sequence[str | Metric], skeleton: Skeleton) -> list[
         if not (isinstance(one, Metric) or (isinstance(one, str) and one in METRICS)):
             raise ValueError(f"metrics must be among {', '.join(METRICS)}, or objects of skpose.metrics, got {one!r}")
     return list(dict.fromkeys(resolve(one, skeleton) for one in given))
+
+
+def _check_embeddings(embeddings: Sequence[str]) -> list[str]:
+    given = [] if isinstance(embeddings, str) or not isinstance(embeddings, Iterable) else list(embeddings)
+    if not given or any(one not in EMBEDDINGS for one in given):
+        raise ValueError(
+            f"embeddings must be a list of at least one of {', '.join(map(repr, EMBEDDINGS))}, such as ['mds'], got "
+            f"{embeddings!r}"
+        )
+    return list(dict.fromkeys(given))
 
 
 def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
@@ -227,33 +248,3 @@ def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequ
         "times": pack(times[:, None], MILLISECOND),
         "groups": groups,
     }
-
-
-def _embeddings(
-    X: np.ndarray, skeleton: Skeleton, metrics: Sequence[Metric], n_jobs: int | None, verbose: int
-) -> list[dict[str, Any]]:
-    """Return the embedding of each metric; axes point to where those of the first do."""
-    found: list[dict[str, Any]] = []
-    first = None
-    for metric in metrics:
-        scaling = SpatialMDS(
-            skeleton,
-            n_components=2,
-            metric=metric,
-            landmarks=LANDMARKS if len(X) > ALL else None,
-            random_state=0,
-            n_jobs=n_jobs,
-            verbose=verbose,
-        )
-        points = scaling.fit_transform(X)
-        first = points if first is None else first
-        points = points * np.where((points * first).sum(axis=0) < 0.0, -1.0, 1.0)
-        found.append(
-            {
-                "metric": metric.label,
-                "unit": metric.unit,
-                "points": pack(points),
-                "share": float(scaling.explained_variance_ratio_.sum()),
-            }
-        )
-    return found

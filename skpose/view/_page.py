@@ -1,8 +1,8 @@
 """A page: one HTML file with all that it needs in it, and what can be done with one.
 
 Nothing in a page comes from the network, and its own policy (Content-Security-Policy) forbids it to ask: of scripts
-and styles only those are run whose digests it names. Data, names from files among them, are JSON in an element that is
-no program, and the scripts show them as text.
+and styles only those are run whose digests it names. The scripts are compressed, and a short one unpacks them.
+Data, names from files among them, are JSON in an element that is no program, and the scripts show them as text.
 """
 
 import base64
@@ -11,12 +11,15 @@ import html
 import json
 import tempfile
 import webbrowser
+import zlib
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from skpose._files import PathLike, new_file
+
+Asset = str | Path
 
 HEIGHT = 600  # of a page in a notebook, px
 # Characters by which text could end the element that holds it. json.dumps escapes all that is not ASCII.
@@ -26,8 +29,8 @@ DOCUMENT = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src '{script_digest}'; \
-style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src '{starter_digest}' \
+'{script_digest}'; style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="skpose">
 <title>{title}</title>
@@ -36,7 +39,7 @@ style-src '{style_digest}'; base-uri 'none'; form-action 'none'">
 <body>
 {body}
 <script type="application/json" id="data">{data}</script>
-<script type="module">{script}</script>
+<script data-program="{program}">{starter}</script>
 </body>
 </html>
 """
@@ -107,15 +110,16 @@ class Page:
     def _repr_html_(self) -> str:
         """Return the page as a frame in a notebook, apart from all else that is in it."""
         return (
-            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self.title)}" sandbox="allow-scripts" '
-            f'style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
+            f'<figure style="margin: 0"><iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self.title)}" '
+            f'sandbox="allow-scripts allow-downloads" style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
+            f"<figcaption>{html.escape(self.title)}: {html.escape(self.note)}</figcaption></figure>"
         )
 
     def __repr__(self) -> str:
         return f"Page({self.title!r}, {self.n_bytes / 1e3:.0f} kB, {self.note})"
 
 
-def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequence[str]) -> Page:
+def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset]) -> Page:
     """Return the page of some data.
 
     Parameters
@@ -124,14 +128,16 @@ def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequ
         See `Page`.
     data : dict
         What JSON can hold; the scripts find it in the element "data".
-    body : str
-        Name of the asset that is the body's markup.
-    assets : sequence of str
+    body : str or Path
+        Name of the asset that is the body's markup, or a file elsewhere.
+    assets : sequence of str or Path
         Names of the scripts and styles, each after those that it uses.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
+    starter = asset("start.js")
     return Page(
         DOCUMENT.format(
+            starter_digest=_digest(starter),
             script_digest=_digest(script),
             style_digest=_digest(style),
             # A lone surrogate, of a name that was no UTF-8, has no bytes; as a reference the browser replaces it.
@@ -139,20 +145,22 @@ def page_of(title: str, note: str, data: dict[str, Any], body: str, assets: Sequ
             style=style,
             body=asset(body),
             data=json.dumps(data, separators=(",", ":"), allow_nan=False).translate(ESCAPED),
-            script=script,
+            program=base64.b64encode(zlib.compress(script.encode("utf-8"), 9)).decode("ascii"),
+            starter=starter,
         ),
         title,
         note,
     )
 
 
-def assets_of(names: Sequence[str], suffix: str) -> list[str]:
-    return [name for name in names if name.endswith(suffix)]
+def assets_of(names: Sequence[Asset], suffix: str) -> list[Asset]:
+    return [name for name in names if str(name).endswith(suffix)]
 
 
-def asset(name: str) -> str:
-    """Return the content of a file of the folder assets."""
-    return resources.files("skpose.view").joinpath("assets", name).read_text(encoding="utf-8")
+def asset(name: Asset) -> str:
+    """Return the content of a file of the folder assets, or of one elsewhere."""
+    file = name if isinstance(name, Path) else resources.files("skpose.view").joinpath("assets", name)
+    return file.read_text(encoding="utf-8")
 
 
 def _digest(content: str) -> str:

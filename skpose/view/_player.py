@@ -23,9 +23,15 @@ ASSETS = (
     "player.css",
     "page.js",
     "figure.js",
+    "shape.js",
     "orbit.js",
+    "between.js",
     "clip.js",
     "stage.js",
+    "loop.js",
+    "link.js",
+    "gif.js",
+    "record.js",
     "player.js",
 )
 
@@ -119,7 +125,7 @@ def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overla
     plural = "s" * (len(data) > 1)
     are_points = all("seen" in motion for motion in data)
     count = f"{len(data)} " + (f"recording{plural} of points" if are_points else f"motion{plural}")
-    error = max(motion["error"] for motion in data)
+    error = max((motion["error"] for motion in data), default=0.0)
     return page_of(
         title,
         f"{count}, positions within {error:.2g} mm",

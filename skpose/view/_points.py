@@ -7,6 +7,8 @@ import numpy as np
 from skpose._validation.units import extent_of
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._shared import find_layout, find_names
+from skpose.kinematics._shared import Shape, find_shape, join_shapes, point_shape
+from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack
@@ -18,6 +20,7 @@ class Figure(NamedTuple):
 
     positions: np.ndarray  # (n_frames, n_points, 3), m, NaN where a point is not seen
     names: list[str]
+    keys: list[str]  # the same, as the layout spells them
     parents: list[int]  # of each point the one at the other end of its bone; −1 where it has none
     layout: str | None  # whose bones these are
 
@@ -29,7 +32,8 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
     """
     layout = find_layout(keypoints.names) if layout is None else layout
     if layout is None:
-        return Figure(keypoints.positions, list(keypoints.names), [-1] * len(keypoints.names), None)
+        names = list(keypoints.names)
+        return Figure(keypoints.positions, names, names, [-1] * len(keypoints.names), None)
     known = layout.keypoints(keypoints)  # refuses keypoints without a point of the layout
     given = find_names(layout.points, keypoints.names)
     others = [name for name in keypoints.names if name not in given.values()]
@@ -38,6 +42,7 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
     return Figure(
         np.concatenate([known.positions, rest], axis=1),
         [*(given.get(name, name) for name in known.names), *others],
+        [*known.names, *others],
         parents + [-1] * len(others),
         layout.name,
     )
@@ -67,6 +72,7 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
         "names": figure.names,
         "parents": figure.parents,
         "sides": sides(figure.names),
+        "shape": _shape_of(figure, size).data(),
         "axes": scene.axes,
         "size": size,
         "standing": ground.n_frames,
@@ -79,6 +85,30 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
         "error": 1e3 * largest_error(scene, packed),
         **packed,
     }
+
+
+def _shape_of(figure: Figure, size: float) -> Shape:
+    """Return the shape of points: that of a skeleton with the bones' median lengths, and balls for all others."""
+    parents = figure.parents
+    root = next((parent for parent in parents if parent >= 0), -1)
+    while root >= 0 and parents[root] >= 0:
+        root = parents[root]
+    shape, bones = Shape([], [], False), []
+    if root >= 0:
+        order = [root]  # each point after its parent
+        while len(order) < sum(parent >= 0 for parent in parents) + 1:
+            order += [i for i, parent in enumerate(parents) if parent in order and i not in order]
+        for i in order[1:]:
+            offsets = figure.positions[:, i] - figure.positions[:, parents[i]]
+            offsets = offsets[~np.isnan(offsets[:, 0])]
+            length = np.median(np.linalg.norm(offsets, axis=1)) if len(offsets) else 0.0
+            mean = offsets.mean(axis=0) if len(offsets) else np.zeros(3)
+            mean *= length / (np.linalg.norm(mean) or 1.0)
+            parent = None if parents[i] == root else figure.keys[parents[i]]
+            bones.append(Bone(figure.keys[i], parent, tuple(mean), "rotvec"))
+        shape = find_shape(Skeleton(bones)).renumber([i + 1 for i in order])
+    alone = [i + 1 for i, parent in enumerate(parents) if parent < 0 and (i != root or not shape.parts)]
+    return join_shapes(shape, point_shape(alone, size))
 
 
 def _fill(positions: np.ndarray, seen: np.ndarray) -> np.ndarray:

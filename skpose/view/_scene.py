@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._shared import find_shape
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import heading, root_orientations, sides
 from skpose.view._ground import find_ground
@@ -57,6 +58,7 @@ def motion_data(motion: Motion, label: str) -> dict[str, Any]:
         "names": list(skeleton.joint_names),
         "parents": skeleton.parents.tolist(),
         "sides": sides(skeleton.joint_names),
+        "shape": find_shape(skeleton).data(),
         "axes": scene.axes,
         "size": scene.size,
         "standing": scene.standing,

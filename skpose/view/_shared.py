@@ -1,7 +1,9 @@
 """Names of `skpose.view` that the other packages of skpose use, in addition to the public ones."""
 
+from skpose.view._scene import scene_of
 from skpose.view._strip import strip
 
 __all__ = [
+    "scene_of",
     "strip",
 ]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._shared import tree_of
+from skpose.kinematics._shared import find_shape, tree_of
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
 
@@ -24,11 +24,10 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     Returns
     -------
     dict
-        Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges),
-        `rests`, `weights`, `sides` ("left",
-        "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or None for the identity. Of
-        each column of a pose: `columns`, its name, and `angles`, true for one whose difference is wrapped. And
-        `offsetFrame`, "own" or "parent".
+        Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges), `rests`,
+        `weights`, `sides` ("left", "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or
+        None for the identity. Of each column of a pose: `columns`, its name, and `angles`, true for one whose
+        difference is wrapped. And `offsetFrame`, "own" or "parent", and `shape`, as figures are drawn.
 
         `signs` are for ball joints: two quaternions by which a rotation is multiplied from the left and from the right,
         before its sign decides which of two equal halves of a turn is taken, as `pose_distances` does; None elsewhere.
@@ -56,6 +55,7 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "rests": [_rest(bone) for bone in skeleton.bones],
         "weights": skeleton.weights.tolist(),
         "sides": sides(skeleton.joint_names),
+        "shape": find_shape(skeleton).data(),
         "signs": _signs(skeleton),
         "columns": list(skeleton.dof_names),
         "angles": [not bone.is_ball for bone in skeleton.bones for _ in range(bone.n_dofs)],

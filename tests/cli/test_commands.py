@@ -13,13 +13,14 @@ from conftest import DATA
 from scipy.sparse import load_npz
 
 from skpose import Motion, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton, pose_distances
-from skpose._cli import parser
+from skpose._cli import options, parser, parser_pages
 from skpose._cli.main import main
 from skpose._parallel.backends import from_workers
 from skpose._parallel.checkpoint import IDENTITY, FileCheckpoint
 from skpose.io import load_amc, load_asf, load_bvh
 from skpose.metrics._registry import METRICS
 from skpose.motions._matrix import ALIGNMENTS
+from skpose.view._embeddings import EMBEDDINGS
 
 BVH = str(DATA / "biped.bvh")
 RATE = "--amc-frame-rate", "60"  # without which a warning says that 120 Hz is taken
@@ -237,7 +238,7 @@ def test_errors_are_one_line(files, capsys, arguments, message):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["distances", "a.bvh"],
+        ["distances", "--out", "D.npy"],
         ["distances", "a.bvh", "--out", "D.npy", "--frame-rate", "-1"],
         ["distances", "a.bvh", "--out", "D.npy", "--jobs", "0"],
         ["compare", "--jobs", "0"],
@@ -308,8 +309,9 @@ def test_the_notes_of_a_matrix_that_was_deleted_unfinished_are_too(tmp_path):
 
 def test_help_names_the_metrics_of_the_registry():
     """The parser has a copy, so that --help imports neither numba nor scikit-learn."""
-    assert tuple(METRICS) == parser.METRICS
+    assert tuple(METRICS) == options.METRICS
     assert ALIGNMENTS == parser.ALIGNMENTS
+    assert EMBEDDINGS == parser_pages.EMBEDDINGS
 
 
 @pytest.mark.parametrize("kind", ["TRC", "C3D"])

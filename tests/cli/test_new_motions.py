@@ -432,7 +432,7 @@ def test_convert_standard_input(monkeypatch, capsys):
         (["walk.trc", "--rotations", "rotvec", "--out", "m.csv"], 1, "--rotations is for motions, and walk.trc has p"),
         (["a.bvh", "--out", "a.bvh"], 1, "a.bvh already exists: delete it or choose another file"),
         (["a.bvh", "b.bvh", "--out", "m.npz"], 2, "unrecognized arguments: b.bvh"),
-        (["a.bvh"], 2, "the following arguments are required: --out"),
+        (["--out", "m.npz"], 2, "the following arguments are required: FILE"),
         (["a.bvh", "--out", "m.json"], 2, "'m.json' does not end in .bvh, .npz or .csv, the formats of the file"),
     ],
     ids=str,

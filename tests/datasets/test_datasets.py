@@ -58,7 +58,7 @@ def test_a_rate_that_is_not_known_is_blank_in_the_index_and_assumed_with_a_warni
         assert {motion.frame_rate for motion in load_cmu(folder)} == {120}
 
 
-def test_load_cmu_names_what_is_missing(folder, tmp_path):
+def test_load_cmu_names_what_is_missing(folder):
     write_index(folder, "01,09,walk,120,subjects/01/01_09.amc")
     with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv refers to it"):
         load_cmu(folder)
@@ -83,7 +83,11 @@ def test_load_cmu_names_what_is_missing(folder, tmp_path):
     with pytest.raises(MocapFormatError, match=r"line 3: expected text in UTF-8, found the byte 0xfc: save the index"):
         load_cmu(folder)
     with pytest.raises(FileNotFoundError, match=r"holds neither an index\.csv nor files named"):
-        load_cmu(tmp_path / "nowhere")
+        load_cmu(folder / "subjects")
+    with pytest.raises(FileNotFoundError, match=r"there is no folder .*subject: did you mean 'subjects'\?"):
+        load_cmu(folder / "subject")
+    with pytest.raises(NotADirectoryError, match=r"index\.csv is a file, expected a folder of motions"):
+        load_cmu(folder / "index.csv")
 
 
 def test_a_dataset_is_compared_on_the_mean_skeleton(folder):

@@ -10,7 +10,7 @@ from skpose import Motion, Skeleton, forward_kinematics
 from skpose.datasets import make_gait
 from skpose.motions import align_motions
 from skpose.plot import AlignmentDisplay
-from skpose.plot._pose import SIDES
+from skpose.plot._axes import SIDES
 
 pytestmark = pytest.mark.usefixtures("agg")
 

@@ -9,7 +9,7 @@ from matplotlib.collections import FillBetweenPolyCollection
 from skpose.biomechanics import GaitEvents, JointAngles
 from skpose.motions import Repetitions
 from skpose.plot import JointAnglesDisplay
-from skpose.plot._pose import SIDES
+from skpose.plot._axes import SIDES
 
 pytestmark = pytest.mark.usefixtures("agg")
 

@@ -8,7 +8,7 @@ import pytest
 from skpose.datasets import make_gait
 from skpose.motions import mean_motion
 from skpose.plot import MeanMotionDisplay
-from skpose.plot._pose import SIDES
+from skpose.plot._axes import SIDES
 
 pytestmark = pytest.mark.usefixtures("agg")
 

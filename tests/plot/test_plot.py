@@ -26,9 +26,8 @@ from skpose.plot import (
     RepetitionsDisplay,
     TangentPCADisplay,
 )
-from skpose.plot._axes import COLOURS
+from skpose.plot._axes import COLOURS, PALETTE, SIDES
 from skpose.plot._geodesic import _Plane
-from skpose.plot._pose import SIDES
 from skpose.skeleton._sides import sides
 from skpose.statistics import PoseTangentPCA
 
@@ -287,7 +286,7 @@ def test_degrees_are_noticed_once():
 def test_figures_of_a_strip_do_not_overlap_and_keep_their_size():
     skeleton = SKELETONS["humanoid"]
     poses = np.random.default_rng(0).normal(scale=0.3, size=(5, skeleton.n_dofs))
-    display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose")
+    display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose", projection="xy")
     figures = [np.concatenate([drawn_bones(line) for line in display.ax_.lines[3 * i : 3 * i + 3]]) for i in range(5)]
     order = np.argsort([["", "left", "right"].index(side) for side in sides(skeleton.joint_names)], kind="stable")
     for i, figure in enumerate(figures):
@@ -321,13 +320,55 @@ def test_an_embedding_has_a_colour_and_a_marker_for_each_label():
     order = np.argsort(labels, kind="stable")
     np.testing.assert_allclose(drawn, mds.transform(X)[order])
     assert len({tuple(dots.get_facecolor()[0]) for dots in display.ax_.collections}) == 4
-    many = MDSDisplay.from_embedding(X, np.arange(20)).ax_.collections  # more labels than colours
-    assert len({(*dots.get_facecolor()[0], dots.get_paths()[0].vertices.tobytes()) for dots in many}) == 20
+    twenty = MDSDisplay.from_embedding(X, np.arange(20)).ax_.collections
+    assert len({tuple(dots.get_facecolor()[0]) for dots in twenty}) == 20
+    many = MDSDisplay.from_embedding(np.repeat(X, 7, axis=0), np.arange(140)).ax_.collections  # more than colours
+    assert len({(*dots.get_facecolor()[0], dots.get_paths()[0].vertices.tobytes()) for dots in many}) == 140
     share = mds.explained_variance_ratio_[0]
     assert display.ax_.get_xlabel() == f"component 1 (m), {share:.0%} of the variance"
     assert MDSDisplay.from_estimator(SpatialMDS(metric="angle").fit(X), X).unit == "rad"
     assert MDSDisplay.from_estimator(SpatialMDS(skeleton=ARM, metric="angle").fit(X), X).unit == "rad"
     assert MDSDisplay.from_embedding(X).ax_.get_legend() is None
+
+
+def legend_and_axes(display):
+    """Return where the legend and the axes of a display are, with tick labels and names, in pixels."""
+    display.figure_.canvas.draw()
+    return display.ax_.get_legend().get_window_extent(), display.ax_.get_window_extent()
+
+
+@pytest.mark.parametrize("layout", [None, "constrained", "tight", "new"])
+@pytest.mark.parametrize("n", [8, 12, 40])
+def test_a_legend_of_many_labels_is_next_to_the_axes(n, layout):
+    if layout == "new":
+        displays = [MDSDisplay.from_embedding(np.repeat(X, 2, axis=0), np.arange(40) % n)]
+    else:
+        many = np.repeat(X, 2, axis=0), np.arange(40) % n
+        _, axes = plt.subplots(1, 2, figsize=(14, 5), layout=layout)
+        displays = [MDSDisplay.from_embedding(*many, ax=ax) for ax in axes]
+    for i, display in enumerate(displays):
+        legend, axes = legend_and_axes(display)
+        assert legend.x0 >= axes.x1
+        assert legend.y0 >= axes.y0 - 1.0
+        assert axes.width > 100.0
+        beyond = display.figure_.bbox.x1 if i + 1 == len(displays) else displays[1].ax_.get_window_extent().x0
+        assert legend.x1 <= beyond
+    plt.close("all")
+
+
+def test_a_legend_of_few_labels_is_in_the_axes():
+    legend, axes = legend_and_axes(MDSDisplay.from_embedding(X, np.arange(20) % 7))
+    assert axes.x0 <= legend.x0 <= legend.x1 <= axes.x1
+
+
+def test_neighbours_of_one_name_share_a_label_in_their_middle():
+    sequence, D = np.repeat([0, 1, 2, 3], [4, 6, 3, 7]), np.zeros((20, 20))
+    display = DistanceMatrixDisplay.from_distances(D, sequence=sequence, names=["walk", "walk", "run", "walk"])
+    assert [label.get_text() for label in display.ax_.get_xticklabels()] == ["walk", "run", "walk"]
+    np.testing.assert_array_equal(display.ax_.get_yticks(), [4.5, 11.0, 16.0])
+    widths = {line.get_xdata()[0]: line.get_linewidth() for line in display.ax_.lines if len({*line.get_xdata()}) == 1}
+    assert sorted(widths) == [3.5, 9.5, 12.5]
+    assert widths[3.5] < widths[9.5] == widths[12.5]
 
 
 def test_a_matrix_has_borders_between_sequences_and_names_in_their_middle():
@@ -356,7 +397,7 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
     [
         (lambda: PoseDisplay.from_pose(START, ARM, projection="xx"), "projection must be two of the axes"),
         (lambda: PoseDisplay.from_pose(START, ARM, projection="front"), "projection must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(START, ARM, projection=None), "projection must be two of the axes"),
+        (lambda: PoseDisplay.from_pose(START, ARM, projection=1), "projection must be two of the axes"),
         (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion has no frames"),
         (
             lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0),
@@ -395,6 +436,16 @@ def test_colours_differ_in_lightness_or_in_blueness():
         red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
         seen.append((0.6 * red + 0.4 * green, blue))  # red and green as one
     assert min(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in combinations(seen, 2)) > 0.1
+
+
+def test_colours_of_labels_are_seen_on_white_and_on_black():
+    """Contrasts of WCAG 2, with white and with #181818."""
+    assert len({*PALETTE}) == 20
+    for colour in PALETTE:
+        channels = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+        linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+        luminance = float(linear @ [0.2126, 0.7152, 0.0722])
+        assert min(1.05 / (luminance + 0.05), (luminance + 0.05) / (0.00913 + 0.05)) >= 1.99
 
 
 def test_error_without_matplotlib_names_the_package():

@@ -7,7 +7,7 @@ from conftest import SKELETONS
 
 from skpose import Skeleton, forward_kinematics, geodesic
 from skpose.plot import GeodesicDisplay, PoseDisplay
-from skpose.plot._pose import SIDES
+from skpose.plot._axes import SIDES
 
 pytestmark = pytest.mark.usefixtures("agg")
 
@@ -58,8 +58,9 @@ def test_given_axes_are_drawn_into_and_must_fit_the_view():
     figure = plt.figure()
     flat, deep = figure.add_subplot(121), figure.add_subplot(122, projection="3d")
     assert PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep, projection="zxy").ax_ is deep
+    assert PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep).projection_ == "zxy"
     with pytest.raises(ValueError, match=r'ax has three dimensions, got projection=.xy.: pass three axes.*"zxy"'):
-        PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep)
+        PoseDisplay.from_pose(np.zeros(3), ARM, ax=deep, projection="xy")
     with pytest.raises(
         ValueError, match=r"projection='zxy' has three axes and needs an ax of three dimensions.*subplot_kw"
     ):

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, SpatialMDS, forward_kinematics
 from skpose.datasets import MotionDataset, make_gait
-from skpose.view import Page, _explorer, explorer
+from skpose.view import Page, _embeddings, explorer
 from skpose.view._pack import unpack
 
 STEP = 2 * np.pi / 65536
@@ -133,8 +133,8 @@ def test_axes_point_to_where_those_of_the_first_do():
 
 
 def test_many_poses_are_placed_by_landmarks(gait, monkeypatch):
-    monkeypatch.setattr(_explorer, "ALL", 40)
-    monkeypatch.setattr(_explorer, "LANDMARKS", 20)
+    monkeypatch.setattr(_embeddings, "ALL", 40)
+    monkeypatch.setattr(_embeddings, "LANDMARKS", 20)
     (one,) = data_of(explorer(gait, metrics=["position"]))["embeddings"]
     mds = SpatialMDS(gait.skeleton, n_components=2, metric="position", landmarks=20, random_state=0)
     expected = mds.fit_transform(gait.poses(12)[0])

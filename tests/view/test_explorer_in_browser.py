@@ -51,7 +51,7 @@ def test_page_opens_without_a_message_and_without_the_network(browser, page, gai
 @pytest.mark.parametrize("size", [(1000, 700), (420, 900)], ids=str)
 def test_points_are_where_python_has_them(browser, page, held, metric, size):
     browser.open(page, size=size)
-    browser.choose("#metric", str(["spatial", "angle", "position"].index(metric)))
+    browser.choose("#metric", metric)
     where, Y = places(browser), held.embedding(metric)
     width, height = browser.js("[skpose.stage.width, skpose.stage.height]")
     scale = np.ptp(where, axis=0) / np.ptp(Y, axis=0)
@@ -65,6 +65,7 @@ def test_points_are_where_python_has_them(browser, page, held, metric, size):
 @pytest.mark.parametrize("density", [1, 2])
 def test_points_are_drawn_in_the_colour_of_their_group(browser, page, held, gait, density):
     browser.open(page, density=density)
+    browser.choose("#colour", "subject")
     browser.driver.execute_script("document.getElementById('canvas').style.visibility = 'hidden'")  # the marks
     picture, where = browser.picture("#points"), places(browser)
     names = np.unique(gait.subjects).tolist()
@@ -105,6 +106,7 @@ def test_colours_by_action_motion_and_time(browser, page, held, gait):
 
 def test_a_group_that_is_pressed_is_seen_alone(browser, page, held, gait):
     browser.open(page)
+    browser.choose("#colour", "subject")
     before = browser.picture("#points")
     browser.click("#groups li:nth-child(2) button")
     absent = np.array(browser.js("Array.from(skpose.stage.absent)"), dtype=bool)
@@ -197,7 +199,7 @@ def test_the_figure_is_drawn_and_turned(browser, page):
 
 def test_a_click_plays_the_motion_from_there(browser, page, held):
     browser.open(page, still=False)
-    assert not browser.js("skpose.state.playing")  # nothing has been chosen
+    assert browser.js("skpose.state.playing")  # at once
     where = places(browser)
     row = next(row for row in apart(where) if held.rows(row)[0] < row < held.rows(row)[-3])
     click(browser, where[row])
@@ -437,7 +439,7 @@ def test_what_is_in_the_lasso_stays_chosen_under_another_metric(browser, page, h
     drag(browser, *corners, modifiers=SHIFT)
     inside = check_inside(browser, held, where, corners)
     before = browser.picture("#points")
-    browser.choose("#metric", "1")
+    browser.choose("#metric", "angle")
     np.testing.assert_array_equal(browser.js("skpose.state.inside"), inside)
     assert browser.js("skpose.state.lasso.length") == 0
     assert changed(before, browser.picture("#points")) > 500

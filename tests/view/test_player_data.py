@@ -297,7 +297,7 @@ def test_notebook_shows_the_page_in_a_frame_of_its_own():
     assert page.html == player(ARM).html
     (source,) = re.findall(r'srcdoc="([^"]*)"', page._repr_html_())
     assert html.unescape(source) == page.html
-    assert 'sandbox="allow-scripts"' in page._repr_html_()
+    assert 'sandbox="allow-scripts allow-downloads"' in page._repr_html_()
 
 
 def test_nothing_in_a_page_comes_from_the_network():

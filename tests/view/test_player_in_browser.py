@@ -128,12 +128,12 @@ def test_ground_and_axes_are_shown_on_request(browser, walk):
 
 
 def test_the_shadow_is_on_the_ground_below(browser):
-    """Of a level bar 1 m above the ground, on one leg."""
-    bones = [Bone("leg", None, (0, -1, 0), "z"), Bone("bar", None, (1, 0, 0), "z")]
+    """Of a level bar a little above the ground, on one leg."""
+    bones = [Bone("leg", None, (0, -0.2, 0), "z"), Bone("bar", None, (1, 0, 0), "z")]
     browser.open(player(Motion(Skeleton(bones), [[0.0, 0.0]], 30)))
     state, picture = state_of(browser), browser.picture()
     x, y = np.rint(projected(state, [[0.7, 0.0, 0.0]])[0]).astype(int)
-    assert pixels_near(picture[y - 2 : y + 3, x - 2 : x + 3], (223, 227, 232), 4) > 10
+    assert (picture[y - 2 : y + 3, x - 2 : x + 3].sum(axis=2) < 3 * 245).sum() > 10
     browser.click("#ground")
     assert pixels_near(browser.picture()[y - 2 : y + 3, x - 2 : x + 3], (255, 255, 255), 4) == 25
 

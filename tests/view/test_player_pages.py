@@ -262,11 +262,18 @@ def test_all_is_used_by_the_keyboard(browser, comparison):
     assert browser.driver.switch_to.active_element.get_attribute("id") == "help"
 
 
-def test_letters_outside_the_picture_do_nothing(browser, comparison):
+def test_only_space_does_something_outside_the_picture(browser, comparison):
     browser.open(comparison)
     before = state_of(browser)
-    browser.press("END", "0", "+", ".", " ", css="body")
+    browser.press("END", "0", "+", ".", "i", css="body")
     assert state_of(browser) == before
+    browser.press(" ", css="body")
+    assert state_of(browser)["playing"]
+    browser.press(" ", css="#speed")  # which opens the menu
+    browser.press("ESCAPE", css="#speed")
+    assert state_of(browser)["playing"]
+    browser.press(" ", css="#play")
+    assert not state_of(browser)["playing"]
 
 
 # --- unusual motions --------------------------------------------------------------------------------------------------
@@ -302,7 +309,7 @@ def test_names_stay_text(browser):
         browser.settle()
     assert browser.problems() == []
     assert browser.js("window.foreign") is None
-    assert browser.js("document.querySelectorAll('script').length") == 2
+    assert browser.js("document.querySelectorAll('script').length") == 3  # data, program and its start
     assert browser.js("document.querySelectorAll('img').length") == 0
 
 
@@ -362,7 +369,7 @@ def test_short_bones_are_not_thinner_than_those_on_both_sides(browser):
 def test_browsers_that_are_too_old_say_so(browser):
     page = player(Motion(ARM, [[0.1, 0.2]], 30)).html
     page = page.replace("typeof DecompressionStream", "typeof Missing").replace(
-        re.search(r"script-src '[^']*'", page)[0], "script-src 'unsafe-inline'"
+        re.search(r"script-src '[^']*' '[^']*'", page)[0], "script-src 'unsafe-inline'"
     )
     browser.open(page)
     browser.wait("!document.getElementById('failure').hidden")

@@ -32,32 +32,89 @@ class Clip {
     return first;
   }
 
+  /** Whether the frame after this one was recorded right after it. */
+  continues(frame) {
+    if (frame < 0 || frame >= this.frames - 1) return false;
+    return !this.numbers || this.numbers.at(frame + 1, 0) - this.numbers.at(frame, 0) < 1.5;
+  }
+
+  /** A time as a frame and a share of the time to the next one; where frames are missing the last one stays. */
+  momentAt(time) {
+    const frame = this.frameAt(time);
+    const share = (time - this.time(frame)) * this.rate;
+    return this.continues(frame) && share > 2e-4 ? Math.min(frame + share, frame + 1) : frame;
+  }
+
+  /** The sum of a value of frames that is there between them too: `value(frame)`. */
+  between(moment, value) {
+    const frame = Math.floor(moment);
+    return moment === frame ? value(frame) : weighted(this.weights(moment), frame, value);
+  }
+
+  /** Weights of the frames around a moment; of a point, of those in which it is seen. */
+  weights(moment, point = -1) {
+    const frame = Math.floor(moment);
+    const seen = (at) => point < 0 || this.isSeen(at, point);
+    return cubicWeights(moment - frame, this.continues(frame - 1) && seen(frame - 1),
+      this.continues(frame + 1) && seen(frame + 2));
+  }
+
+  isSeen(frame, joint) {
+    return this.seen.at(frame, joint) > 0.5;
+  }
+
+  /** Positions of the joints relative to the root. */
+  locals(moment) {
+    const [frame, { joints, parents }] = [Math.floor(moment), this];
+    const share = moment - frame;
+    const all = this.weights(moment);
+    const places = [];
+    parents.forEach((parent, joint) => {
+      const own = (at, axis) => joints.at(at, 3 * joint + axis);
+      if (!share || (this.seen && !this.isSeen(frame + 1, joint))) {
+        places.push([0, 1, 2].map((axis) => own(frame, axis)));
+      } else if (this.seen) { // measured, each for itself
+        const weights = this.weights(moment, joint);
+        places.push([0, 1, 2].map((axis) => weighted(weights, frame, (at) => own(at, axis))));
+      } else {
+        const vector = parent < 0 ? own : (at, axis) => own(at, axis) - joints.at(at, 3 * parent + axis);
+        const [bone, [x, y, z]] = [boneBetween(vector, frame, share, all), places[parent] ?? [0, 0, 0]];
+        places.push([x + bone[0], y + bone[1], z + bone[2]]);
+      }
+    });
+    return places;
+  }
+
+  /** A function that moves a point from next to the root to where it is at a moment, see `point`. */
+  placing(moment, place) {
+    const [x0, y0, z0] = [0, 1, 2].map((axis) => this.between(moment, (frame) => this.root.at(frame, axis)));
+    if (place === "world") return ([x, y, z]) => [x + x0, y + y0, z + z0];
+    if (place !== "forward" || !this.headings) return ([x, y, z]) => [x, y + y0, z];
+    const first = this.headings.at(Math.floor(moment), 0);
+    const heading = first + this.between(moment, (frame) => nearZero(this.headings.at(frame, 0) - first));
+    const [sin, cos] = [Math.sin(heading), Math.cos(heading)];
+    return ([x, y, z]) => [cos * x - sin * z, y + y0, sin * x + cos * z];
+  }
+
   /**
-   * Position of a point in a frame: 0 is the root, 1 the first joint. The root of keypoints is their middle, and what
-   * is not seen has a position nevertheless. `place` is "world", as recorded, "spot", where the root does not travel,
-   * or "forward", where it does not turn to the side either.
+   * Position of a point at a moment, a frame or between two: 0 is the root, 1 the first joint. The root of keypoints is
+   * their middle, and what is not seen has a position nevertheless. `place` is "world", as recorded, "spot", where the
+   * root does not travel, or "forward", where it does not turn to the side either.
    */
-  point(frame, index, place) {
-    const column = 3 * (index - 1);
-    let [x, y, z] = index ? [0, 1, 2].map((axis) => this.joints.at(frame, column + axis)) : [0, 0, 0];
-    y += this.root.at(frame, 1);
-    if (place === "world") return [x + this.root.at(frame, 0), y, z + this.root.at(frame, 2)];
-    if (place === "forward" && this.headings) {
-      const heading = this.headings.at(frame, 0);
-      const [sin, cos] = [Math.sin(heading), Math.cos(heading)];
-      [x, z] = [cos * x - sin * z, sin * x + cos * z];
-    }
-    return [x, y, z];
+  point(moment, index, place) {
+    if (index && moment % 1) return this.points(moment, place)[index];
+    const local = [0, 1, 2].map((axis) => (index ? this.joints.at(moment, 3 * (index - 1) + axis) : 0));
+    return this.placing(moment, place)(local);
   }
 
   /** Positions of the root and of all joints. */
-  points(frame, place) {
-    return Array.from({ length: this.names.length + 1 }, (_, index) => this.point(frame, index, place));
+  points(moment, place) {
+    return [[0, 0, 0], ...this.locals(moment)].map(this.placing(moment, place));
   }
 
   /** Whether a point is drawn: of keypoints those that are seen, and not their middle. */
-  shows(frame, index) {
-    return !this.seen || (index > 0 && this.seen.at(frame, index - 1) > 0.5);
+  shows(moment, index) {
+    return !this.seen || (index > 0 && this.isSeen(Math.floor(moment), index - 1));
   }
 
   /** Positions of what is drawn. */
@@ -91,9 +148,11 @@ class Pairs {
     return pairs;
   }
 
-  /** Distance of a joint of motion i from its counterpart, m. */
+  /** Distance of a joint of motion i from its counterpart, m, at a pair or between two. */
   distance(pair, i, joint) {
-    return this.distances.at(pair, this.columns[i][joint]);
+    const [row, column] = [Math.floor(pair), this.columns[i][joint]];
+    const next = Math.min(row + 1, this.distances.rows - 1);
+    return (1 - pair + row) * this.distances.at(row, column) + (pair - row) * this.distances.at(next, column);
   }
 
   /** The same as a share of the largest distance. */
@@ -121,9 +180,15 @@ class Clock {
     return mean(durations) / Math.max(this.count - 1, 1) || 1;
   }
 
-  /** The frame of each motion at a tick. */
+  /** The moment of each motion at a tick or between two: a frame and a share of the time to the next one. */
   frames(tick) {
-    return this.clips.map((clip, i) => (this.aligned ? this.pairs.path.at(tick, i) : clip.frameAt(tick / this.rate)));
+    if (!this.aligned) return this.clips.map((clip) => clip.momentAt(tick / this.rate));
+    const [row, { path }] = [Math.floor(tick), this.pairs];
+    return this.clips.map((clip, i) => {
+      const frame = path.at(row, i);
+      const goesOn = tick > row && path.at(row + 1, i) > frame && clip.continues(frame);
+      return goesOn ? frame + tick - row : frame;
+    });
   }
 }
 

@@ -3,18 +3,14 @@
 const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
 const PARTS = 60; // steps of the slider along two paths
 const SECONDS = 2; // of two paths
-const N_COLOURS = 10; // of groups; the eleventh has the colour of the first
+const N_COLOURS = 10; // of groups; the eleventh has the colour of the first, and another form
 
-if (typeof DecompressionStream === "undefined") {
-  element("failure").textContent = "This page needs a browser of 2023 or later.";
-  element("failure").hidden = false;
-  throw new Error("DecompressionStream is missing");
-}
 const poses = await Poses.of(data);
 const tables = await Promise.all(data.embeddings.map((embedding) => unpack(embedding.points)));
 const scatter = new Scatter(element("layer"), element("canvas"), poses.count);
 const view = new PoseView(element("figure"), poses);
 const marks = element("canvas").getContext("2d");
+const small = new SmallFigures(poses, view, data.size);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const state = {
   hover: -1, // the point under the pointer, or that the arrow keys have reached
@@ -64,9 +60,10 @@ function step(now) {
   state.stale = false;
   if (state.moved) scatter.draw();
   state.moved = false;
-  drawMarks(marks, scatter, poses, state);
+  drawMarks(marks, scatter, poses, state, drawSmall);
   view.draw(state);
   write();
+  link.write();
   if (!state.drawn++) performance.mark("skpose: first frame drawn");
 }
 
@@ -143,30 +140,50 @@ function fade() {
   refresh(true);
 }
 
-function chooseMetric() {
-  const i = Number(element("metric").value);
+/** The embedding of the metric and the method that are chosen. */
+const embedding = () => data.embeddings.findIndex(({ metric, method }) =>
+  metric === element("metric").value && method === element("method").value);
+
+function choosePlane() {
+  const i = embedding();
   scatter.place(tables[i]);
   state.lasso = []; // its corners are places of another plane; what was inside stays chosen
   state.hover = -1;
-  const { metric, share, unit } = data.embeddings[i];
-  state.unit = unit;
-  element("canvas").setAttribute("aria-label",
-    `Poses as points in the plane; metric ${metric}, ${(100 * share).toFixed(0)} % of the variance`);
+  const { metric, method, share, unit } = data.embeddings[i];
+  state.unit = unit; // none where lengths in the plane mean nothing
+  const variance = share === null ? "" : `, ${(100 * share).toFixed(0)} % of the variance`;
+  element("canvas").setAttribute("aria-label", `Poses as points in the plane; metric ${metric}, ${method}${variance}`);
   refresh(true);
+}
+
+/** Draw small figures among the points, unless they are switched off. */
+function drawSmall(context) {
+  state.figures = !element("figures").checked ? [] : small.draw(context, scatter, {
+    colourOf: (row) => state.colourOf(row),
+    hidden: (row) => scatter.absent?.[row] || scatter.faded?.[row],
+  });
 }
 
 /** Colour the points by their groups, or by time. */
 function colour() {
-  const { names, of } = poses.groups(element("colour").value);
+  const groups = poses.groups(element("colour").value);
+  const { names, of } = groups;
   const palette = names && Array.from({ length: N_COLOURS }, (_, i) => packedColour(groupColour(i)));
   const shades = names ? null : Array.from({ length: 65 }, (_, i) => packedColour(heat(i / 64)));
   for (let row = 0; row < poses.count; row++) {
     scatter.colours[row] = names ? palette[of[row] % N_COLOURS] : shades[Math.round(64 * of[row])];
+    scatter.forms[row] = names ? formOf(of[row]) : 0;
   }
-  for (const swatch of document.querySelectorAll(".swatch")) swatch.style.background = groupColour(swatch.group);
+  state.colourOf = (row) => (names ? groupColour(of[row]) : heat(of[row]));
+  small.group(scatter, groups);
+  for (const swatch of document.querySelectorAll(".swatch")) {
+    swatch.style.background = groupColour(swatch.group);
+    swatch.dataset.form = formOf(swatch.group);
+  }
   refresh(true);
 }
 
+const formOf = (i) => Math.floor(i / N_COLOURS) % FORMS.length;
 const groupColour = (i) => colours[i % N_COLOURS < 5 ? `motion-${i % N_COLOURS}` : `group-${i % N_COLOURS}`];
 
 // --- pointer and keys ------------------------------------------------------------------------------------------------
@@ -240,20 +257,75 @@ function listen() {
   element("play").addEventListener("click", () => play(!state.playing));
   element("time").addEventListener("input", () => seek(Number(element("time").value)));
   element("home").addEventListener("click", home);
-  element("metric").addEventListener("change", chooseMetric);
+  element("figures").addEventListener("change", () => refresh());
+  for (const id of ["metric", "method"]) element(id).addEventListener("change", () => (choosePlane(), colour()));
   element("colour").addEventListener("change", () => ((state.group = -1), writeGroups(), colour(), fade()));
   const back = () => element("canvas").focus({ preventScroll: true }); // as the button is hidden
   element("end").addEventListener("click", () => (endComparison(), back()));
   element("release").addEventListener("click", () => (enclose([]), back()));
-  listenForHelp();
+  listenForDialog("help", "about", "close");
   const resized = new ResizeObserver(() => (view.fit(false), refresh(true)));
   for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
 }
 
+// --- the link --------------------------------------------------------------------------------------------------------
+
+/** What is in a link. While a motion plays its pose is in it nevertheless. */
+function linked() {
+  const { comparison, current, first, share, lasso, group } = state;
+  const camera = cameraWord(view.camera);
+  return {
+    metric: element("metric").value === usual.metric ? null : element("metric").value,
+    method: element("method").value === usual.method ? null : element("method").value,
+    figures: element("figures").checked ? null : "0",
+    colour: element("colour").value === usual.colour ? null : element("colour").value,
+    group: group < 0 ? null : group,
+    pose: current || first >= 0 ? current : null,
+    compared: comparison ? wordOf(comparison.first, comparison.second, share) : null,
+    lasso: lasso.length > 2 ? wordOf(...fewer(lasso, (corners) => scatter.inside(corners)).flat()) : null,
+    plane: scatter.isHome ? null : wordOf(scatter.zoom, ...scatter.centre),
+    camera: camera === usual.camera ? null : camera,
+  };
+}
+
+/** Show what a link says; what it does not say, or says wrongly, is as usual. */
+function restore(words) {
+  const row = (value) => (Number.isInteger(value) && value >= 0 && value < poses.count ? value : -1);
+  state.comparison?.stop();
+  Object.assign(state, { comparison: null, first: -1, group: -1, hover: -1 });
+  setControl(element("metric"), words.get("metric"), usual.metric);
+  setControl(element("method"), words.get("method"), usual.method);
+  element("figures").checked = words.get("figures") !== "0";
+  setControl(element("colour"), words.get("colour"), usual.colour);
+  writeGroups();
+  choosePlane();
+  const [pose, compared] = [numbersIn(words.get("pose"), 1)?.[0], numbersIn(words.get("compared"), 3)];
+  show(Math.max(0, row(pose)));
+  if (row(pose) >= 0) state.first = row(pose);
+  if (compared && row(compared[0]) >= 0 && row(compared[1]) >= 0) {
+    state.first = compared[0];
+    choose(compared[1], true);
+    state.share = clamp(compared[2], 0, 1);
+  }
+  const group = numbersIn(words.get("group"), 1)?.[0];
+  if (Number.isInteger(group)) element("groups").querySelectorAll("button")[group]?.click(); // before what is inside
+  const places = numbersIn(words.get("lasso"), (words.get("lasso") ?? "").split(",").length) ?? [];
+  const corners = Array.from({ length: Math.floor(places.length / 2) }, (_, i) => places.slice(2 * i, 2 * i + 2));
+  enclose(corners.length > 2 ? corners : []);
+  view.fit(true);
+  usual.camera = cameraWord(view.camera);
+  restoreCamera(view.camera, words.get("camera"));
+  const plane = numbersIn(words.get("plane"), 3);
+  if (plane) scatter.zoomTo(plane[0], plane.slice(1));
+  play(![...words.keys()].length && !calm.matches); // a link shows what it says
+  colour();
+  writeComparison();
+  announce();
+}
+
 describe();
-writeGroups();
-chooseMetric();
-view.fit(true);
+const usual = Object.fromEntries(["colour", "metric", "method"].map((id) => [id, element(id).value])); // as at first
+const link = new Link(linked, restore);
 listen();
-play(false);
-window.skpose = { state, stage: scatter, view, poses, position }; // for tests, and for the console of the browser
+restore(link.words);
+window.skpose = { state, stage: scatter, view, poses, position, link }; // for tests, and for the console of the browser

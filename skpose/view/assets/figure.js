@@ -1,4 +1,4 @@
-// Skeletons, ground and axes in a canvas, as a camera sees them. y points up; lengths are m, angles rad.
+// A camera, and the ground and axes as it sees them in a canvas. y points up; lengths are m, angles rad.
 
 const NEAR = 0.02; // nothing nearer than this share of the camera's distance is drawn
 const FONT = "13px system-ui, sans-serif";
@@ -46,7 +46,8 @@ class Camera {
       const scale = focal / Math.max(away, NEAR * distance);
       return { x: x0 + scale * right, y: y0 - scale * up, away, scale };
     };
-    return { rectangle, target, distance, seen, near: NEAR * distance, project: (point) => flat(seen(point)), flat };
+    const project = (point) => flat(seen(point));
+    return { rectangle, target, distance, seen, near: NEAR * distance, project, flat, squash: sinE };
   }
 
   /** The distance at which all points, relative to the target, are seen in a rectangle, but for its upper edge. */
@@ -132,89 +133,6 @@ function drawAxes(context, view, names) {
     context.stroke();
     context.fillText(name, middle + 31 * at[0], base - 31 * at[1]);
   }
-}
-
-/**
- * How thick bones are, m, by their lengths. A short one that joins others, such as the links of a robot's hip, is not
- * thinner than those on both sides; one of no length, but for rounding, is as the one before it.
- */
-function widthsOf(lengths, parents, size) {
-  const [thickest, shortest] = [0.022 * size, 1e-3 * size];
-  const own = lengths.map((length) => (length > shortest ? Math.min(thickest, 0.22 * length + 0.004 * size) : 0));
-  /** The bone before one, without those of no length; -1 at the root. */
-  const beforeOf = (joint) => {
-    do joint = parents[joint]; while (joint >= 0 && !own[joint]);
-    return joint;
-  };
-  const after = new Map(); // the thickest of those that begin at its end
-  own.forEach((width, joint) => {
-    if (width) after.set(beforeOf(joint), Math.max(width, after.get(beforeOf(joint)) ?? 0));
-  });
-  return own.map((width, joint) => {
-    const before = own[beforeOf(joint)] ?? after.get(-1) ?? thickest;
-    return width ? Math.max(width, Math.min(before, after.get(joint) ?? 0)) : before;
-  });
-}
-
-/**
- * Draw a skeleton, far parts first; return its points as projected, null where they are not drawn.
- *
- * `points` are root and joints; `parents` the index of each joint's parent among the joints, -1 for the root;
- * `colourOf` and `widthOf` (a factor) take the index of a joint; `shadow` is whether it has one on the ground; `shows`
- * whether a point is drawn, by its index among the points.
- */
-function drawFigure(context, view, points, parents, options) {
-  const { size, colourOf, rootColour, widthOf = () => 1, shadow, shows = () => true } = options;
-  const flat = points.map(view.project);
-  const lengths = parents.map((parent, joint) => {
-    const [a, b] = [points[parent + 1], points[joint + 1]];
-    return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-  });
-  const widths = widthsOf(lengths, parents, size);
-  const bones = parents.map((parent, joint) => {
-    const [from, to, length] = [flat[parent + 1], flat[joint + 1], lengths[joint]];
-    const thick = widths[joint] * ((from.scale + to.scale) / 2);
-    return { joint, from, to, length, away: (from.away + to.away) / 2, width: Math.max(thick, 1.5) * widthOf(joint) };
-  });
-  const drawn = bones.filter(({ joint, length, from, to }) => length > 0 && Math.min(from.away, to.away) > view.near
-    && shows(joint + 1) && shows(parents[joint] + 1));
-  context.lineCap = context.lineJoin = "round";
-  if (shadow) {
-    context.strokeStyle = colours.shadow;
-    context.lineWidth = Math.max(1, 0.02 * size * flat[0].scale);
-    context.beginPath();
-    for (const { joint } of drawn) {
-      segment(context, view, ...[parents[joint] + 1, joint + 1].map((i) => [points[i][0], 0, points[i][2]]));
-    }
-    parents.forEach((parent, joint) => { // points without a bone, as a line of nearly no length
-      const [x, , z] = points[joint + 1];
-      if (shows(joint + 1) && !shows(parent + 1)) segment(context, view, [x, 0, z], [x + 0.003 * size, 0, z]);
-    });
-    context.stroke();
-  }
-  const dots = flat.map((at, i) => {
-    const thick = (bones[i - 1] ?? bones.find((bone) => bone.length > 0))?.width ?? 8;
-    const radius = Math.max(Math.min(0.55 * thick, 0.02 * size * at.scale), 1.6);
-    return { at, radius, away: at.away - 0.03 * size, colour: i ? colourOf(i - 1) : rootColour };
-  }).filter((dot, i) => dot.away > view.near && shows(i));
-  for (const part of [...drawn, ...dots].sort((a, b) => b.away - a.away)) {
-    context.beginPath();
-    if (part.at) {
-      context.arc(part.at.x, part.at.y, part.radius, 0, 2 * Math.PI);
-      context.fillStyle = part.colour;
-      context.fill();
-      continue;
-    }
-    context.moveTo(part.from.x, part.from.y);
-    context.lineTo(part.to.x, part.to.y);
-    context.strokeStyle = colours.paper; // an edge that sets a bone apart from those behind it
-    context.lineWidth = part.width + Math.min(2.5, 0.6 + 0.25 * part.width);
-    context.stroke();
-    context.strokeStyle = colourOf(part.joint);
-    context.lineWidth = part.width;
-    context.stroke();
-  }
-  return flat.map((at, i) => (shows(i) ? at : null));
 }
 
 /** Write which colours left and right have, up to a place. */

@@ -2,9 +2,10 @@
 
 const TRACE = 800; // points of a motion's line at most
 
-/** Draw all marks of a state. */
-function drawMarks(context, scatter, poses, { hover, first, current, comparison, lasso, unit }) {
+/** Draw all marks of a state; `drawFigures` draws those that lie below them. */
+function drawMarks(context, scatter, poses, { hover, first, current, comparison, lasso, unit }, drawFigures) {
   sharpen(scatter.canvas, context);
+  drawFigures(context);
   drawTrace(context, scatter, poses.range(current));
   context.lineWidth = 2;
   context.strokeStyle = context.fillStyle = colours.ink;
@@ -23,7 +24,7 @@ function drawMarks(context, scatter, poses, { hover, first, current, comparison,
     drawRing(context, { x, y });
   }
   if (lasso.length) drawLasso(context, lasso.map((corner) => scatter.seen(corner)));
-  drawScale(context, scatter, unit);
+  if (unit) drawScale(context, scatter, unit);
 }
 
 function polyline(context, places) {

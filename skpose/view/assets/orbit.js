@@ -46,14 +46,22 @@ function orbit(canvas, camera, actions) {
     else camera.turn(TURN * dx, TURN * dy);
     actions.moved();
   });
-  const release = (event) => {
+  canvas.addEventListener("pointerup", (event) => {
     if (fingers.delete(event.pointerId) && event.pointerType === "touch" && travelled < 6) {
       const { x, y } = at(event);
       actions.point(x, y, true);
     }
-  };
-  canvas.addEventListener("pointerup", release);
-  canvas.addEventListener("pointercancel", release);
+  });
+  canvas.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId)); // the page scrolls
+  // Two fingers are for the picture; one that goes up or down scrolls a page that is longer than the window.
+  canvas.addEventListener("touchmove", (event) => {
+    if (event.touches.length > 1 && event.cancelable) event.preventDefault();
+  }, { passive: false });
+  const fits = new ResizeObserver(() => {
+    const { scrollHeight, clientHeight } = document.documentElement;
+    canvas.style.touchAction = window !== window.parent || scrollHeight > clientHeight ? "pan-y" : "none";
+  });
+  for (const one of [document.documentElement, document.body]) fits.observe(one);
   canvas.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && actions.leave());
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", () => actions.home());
@@ -81,4 +89,23 @@ function orbit(canvas, camera, actions) {
     else return;
     event.preventDefault();
   });
+}
+
+/**
+ * Keep a camera so far above the ground, y = 0, m: where it has been moved since the last call it stays where it can
+ * be, and otherwise looks less from below. `height` is that of its target.
+ */
+function keepAbove(camera, height, least) {
+  const { distance, shift: [, up], kept = up } = camera;
+  const [far, side] = [distance / camera.zoom, up * distance];
+  const eye = () => height + far * Math.sin(camera.elevation) + camera.shift[1] * distance * Math.cos(camera.elevation);
+  if (kept === up && eye() < least) {
+    const share = Math.max(-1, Math.min(1, (least - height) / Math.hypot(far, side)));
+    camera.elevation = Math.max(camera.elevation, Math.min(1.55, Math.asin(share) - Math.atan2(side, far)));
+  }
+  if (eye() < least) {
+    const shift = (least - height - far * Math.sin(camera.elevation)) / (distance * Math.cos(camera.elevation));
+    camera.shift = [camera.shift[0], shift];
+  }
+  camera.kept = camera.shift[1];
 }

@@ -58,10 +58,10 @@ function followTheme(button, changed) {
   follow();
 }
 
-/** Let a button open the help, and another one close it: a form could not where a frame may not send forms. */
-function listenForHelp() {
-  element("help").addEventListener("click", () => element("about").showModal());
-  element("close").addEventListener("click", () => element("about").close());
+/** Let a button open a dialog, and another one close it: a form could not where a frame may not send forms. */
+function listenForDialog(button, dialog, close) {
+  element(button).addEventListener("click", () => element(dialog).showModal());
+  element(close).addEventListener("click", () => element(dialog).close());
 }
 
 /** A new element that holds text, never markup; the direction of writing is that of the text. */

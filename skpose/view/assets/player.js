@@ -1,22 +1,31 @@
 // The player of motions: time, controls, and the name of the joint under the pointer.
 
 const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
-const CONTROLS = ["place", "layout", "joint", "ground", "axes", "trails", "follow", "differences"];
+// Controls of the picture, and all whose values are in a link.
+const CONTROLS = [
+  "place", "layout", "joint", "apart", "dim", "ground", "axes", "trails", "ghosts", "follow", "differences",
+];
+const LINKED = [...CONTROLS, "align", "speed"];
 
-if (typeof DecompressionStream === "undefined") {
-  element("failure").textContent = "This page needs a browser of 2023 or later.";
-  element("failure").hidden = false;
-  throw new Error("DecompressionStream is missing");
-}
 const clips = await Promise.all(data.motions.map(Clip.of));
 const pairs = data.alignment && (await Pairs.of(data.alignment));
 const clock = new Clock(clips, pairs);
 const stage = new Stage(element("canvas"), clips, clock, {});
 const state = { position: 0, playing: false, before: null, stale: false, waiting: false, drawn: 0 };
-const tick = () => Math.floor(state.position + 1e-6);
 const value = (id) => (element(id).type === "checkbox" ? element(id).checked : element(id).value);
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+let [loop, link, usual] = []; // the part that is played, the address, and values of controls as they are at first
 
 // --- time ------------------------------------------------------------------------------------------------------------
+
+/** What is seen: a tick, or between two; the last one before the loop begins again stays. */
+function moment() {
+  const { position, playing } = state;
+  return playing && position > loop.to && position < loop.to + 1 ? loop.to : Math.min(position, clock.count - 1);
+}
+
+/** The tick whose time is written. */
+const tick = () => Math.floor(moment() + 1e-6);
 
 /** Go to a tick, which may lie outside. */
 function seek(position) {
@@ -25,6 +34,7 @@ function seek(position) {
 }
 
 function play(on) {
+  if (!on) state.position = moment();
   state.playing = on && clock.count > 1;
   element("play").textContent = state.playing ? "Pause" : "Play";
   refresh();
@@ -45,24 +55,24 @@ function refresh() {
 
 function step(now) {
   if (state.playing && state.before !== null) {
-    const was = tick();
     const passed = Math.min((now - state.before) / 1000, LONGEST) * Number(value("speed"));
-    state.position = (state.position + passed / clock.seconds) % clock.count; // from the end back to the start
-    state.stale ||= tick() !== was;
+    state.position = loop.wrap(state.position + passed / clock.seconds);
+    state.stale = true;
   }
   state.before = state.playing ? now : null;
   state.waiting = state.playing;
   if (state.playing) requestAnimationFrame(step);
   if (!state.stale) return;
   state.stale = false;
-  stage.draw(tick());
+  stage.draw(moment());
   showTip();
   showTime();
+  link.write();
   if (!state.drawn++) performance.mark("skpose: first frame drawn");
 }
 
 function showTime() {
-  const frames = clock.frames(tick());
+  const frames = clock.frames(tick()).map(Math.floor);
   const seconds = (i) => (clips[i].start + clips[i].time(frames[i])).toFixed(2);
   const longest = clips.findIndex((clip) => clip.duration === clock.duration);
   const time = element("time");
@@ -80,41 +90,104 @@ function showTime() {
 function choose(event) {
   for (const id of CONTROLS) stage.options[id] = value(id);
   element("follow").disabled = value("place") !== "world"; // the root stays in the middle
-  if (["place", "layout"].includes(event?.target.id)) stage.fit(true);
-  if (event?.target.id === "follow") stage.fit(false);
+  for (const one of document.querySelectorAll(".overlaid")) one.hidden = !stage.overlaid;
+  if (["place", "layout"].includes(event?.target.id)) reset();
+  if (["follow", "apart"].includes(event?.target.id)) stage.fit(false);
   refresh();
 }
 
-function align() {
-  const share = state.position / Math.max(clock.count - 1, 1);
-  clock.aligned = value("align");
-  element("differences").disabled = !clock.aligned;
-  seek(share * (clock.count - 1));
+function reset() {
+  stage.fit(true);
+  state.home = cameraWord(stage.camera);
+  refresh();
 }
 
+/** Play the frames of two motions that belong together, or each in its own time; the loop is at the same shares. */
+function align() {
+  const share = (position) => position / Math.max(clock.count - 1, 1);
+  const [position, from, to] = [state.position, loop.from, loop.to].map(share);
+  clock.aligned = Boolean(pairs) && value("align");
+  element("differences").disabled = !clock.aligned;
+  Object.assign(loop, { from: 0, to: clock.count - 1 });
+  loop.set("from", from * (clock.count - 1));
+  loop.set("to", to * (clock.count - 1));
+  seek(position * (clock.count - 1));
+}
+
+const keys = {
+  " ": () => play(!state.playing),
+  ",": () => stop(Math.ceil(state.position - 1e-6) - 1),
+  ".": () => stop(tick() + 1),
+  Home: () => stop(0),
+  End: () => stop(Infinity),
+  i: () => (loop.set("from", tick()), refresh()),
+  o: () => (loop.set("to", tick()), refresh()),
+  l: () => (loop.clear(), refresh()),
+};
+
 function listen() {
-  const reset = () => (stage.fit(true), refresh());
   followTheme(element("theme"), refresh);
   orbit(stage.canvas, stage.camera, {
     moved: refresh,
     point: (x, y, touch) => (stage.point(x, y, touch ? 28 : 14), refresh()),
     leave: () => ((stage.hover = null), refresh()),
     home: reset,
-    keys: {
-      " ": () => play(!state.playing),
-      ",": () => stop(tick() - 1),
-      ".": () => stop(tick() + 1),
-      Home: () => stop(0),
-      End: () => stop(Infinity),
-    },
+    keys,
+  });
+  document.addEventListener("keydown", (event) => { // where nothing has the focus
+    const { target, key, ctrlKey, altKey, metaKey } = event;
+    if (target !== document.body || ctrlKey || altKey || metaKey || key !== " ") return;
+    keys[" "]();
+    event.preventDefault();
   });
   element("play").addEventListener("click", () => play(!state.playing));
   element("time").addEventListener("input", () => stop(Number(value("time"))));
   element("home").addEventListener("click", reset);
   for (const id of CONTROLS) element(id).addEventListener("change", choose);
   element("align").addEventListener("change", align);
-  listenForHelp();
+  element("speed").addEventListener("change", refresh);
+  listenForDialog("help", "about", "close");
+  listenForDialog("share", "sharing", "done");
+  listenForFiles(stage, { now: moment, loop: loopOfFile, begin: () => play(false) });
   new ResizeObserver(() => (stage.fit(false), refresh())).observe(stage.canvas);
+}
+
+/** The loop as a video has it: its duration, s, and what is seen at so many seconds. */
+function loopOfFile() {
+  const [{ from, to }, ticks] = [loop, Number(value("speed")) / clock.seconds]; // a second
+  return { duration: (to + 1 - from) / ticks, moment: (seconds) => Math.min(from + seconds * ticks, to) };
+}
+
+// --- the link --------------------------------------------------------------------------------------------------------
+
+/** What is in a link. While it plays there is no time, and the link plays. */
+function linked() {
+  const seconds = (tick) => Number((tick * clock.seconds).toFixed(4));
+  const camera = cameraWord(stage.camera);
+  const wordOfControl = (of) => (typeof of === "boolean" ? String(Number(of)) : of);
+  const words = LINKED.map((id) => [id, value(id) === usual[id] ? null : wordOfControl(value(id))]);
+  return {
+    t: state.playing ? null : seconds(state.position),
+    loop: loop.isWhole ? null : `${seconds(loop.from)},${seconds(loop.to)}`,
+    camera: camera === state.home ? null : camera,
+    ...Object.fromEntries(words),
+  };
+}
+
+/** Show what a link says; what it does not say, or says wrongly, is as usual. */
+function restore(words) {
+  for (const id of LINKED) setControl(element(id), words.get(id), usual[id]);
+  choose();
+  align();
+  reset();
+  restoreCamera(stage.camera, words.get("camera"));
+  const ticks = (numbers) => numbers?.map((seconds) => seconds / clock.seconds);
+  const [time, range] = [ticks(numbersIn(words.get("t"), 1)), ticks(numbersIn(words.get("loop"), 2))];
+  loop.clear();
+  if (range && range[0] <= range[1]) ["from", "to"].forEach((end, i) => loop.set(end, range[i]));
+  if (!time) return play(!calm.matches);
+  const [at, near] = [time[0], Math.round(time[0])];
+  stop(Math.abs(at - near) < 0.01 ? near : at);
 }
 
 // --- texts -----------------------------------------------------------------------------------------------------------
@@ -137,6 +210,9 @@ function describe() {
   }
   const names = new Set(clips.flatMap((clip) => clip.names));
   element("joint").append(...[...names].map((name) => textElement("option", name, { value: name })));
+  const others = stage.names.map((name, i) => textElement("option", `all but ${name}`, { value: String(i) }));
+  element("dim").append(...others);
+  Object.assign(element("apart"), { max: 2 * stage.size, step: cellOf(stage.size) });
   for (const one of document.querySelectorAll(".several")) one.hidden = clips.length < 2;
   for (const one of document.querySelectorAll(".aligned")) one.hidden = !pairs;
   for (const id of ["play", "time"]) element(id).disabled = clock.count < 2;
@@ -149,7 +225,8 @@ function describe() {
 
 /** Show the name of the joint under the pointer next to it. */
 function showTip() {
-  const [tip, { hover, canvas, overlaid }] = [element("tip"), stage];
+  const [tip, { hover, overlaid }] = [element("tip"), stage];
+  if (hover?.name) return showAt(tip, hover, [textElement("span", hover.name)]);
   const figure = hover && stage.views.flatMap((view) => view.figures).find((one) => one.clip === hover.clip);
   tip.hidden = !figure?.flat[hover.index];
   if (tip.hidden) return;
@@ -159,15 +236,23 @@ function showTip() {
   if (clock.aligned && joint >= 0) {
     words.push(`: ${(100 * pairs.distance(tick(), hover.clip, joint)).toFixed(1)} cm apart`);
   }
+  showAt(tip, { x, y }, words);
+}
+
+/** Show words next to a place of the picture. */
+function showAt(tip, { x, y }, words) {
+  const { clientWidth, clientHeight } = stage.canvas;
+  tip.hidden = false;
   tip.replaceChildren(...words);
-  const left = x + 14 + tip.offsetWidth > canvas.clientWidth ? x - 14 - tip.offsetWidth : x + 14;
+  const left = x + 14 + tip.offsetWidth > clientWidth ? x - 14 - tip.offsetWidth : x + 14;
   tip.style.left = `${Math.max(4, left)}px`;
-  tip.style.top = `${Math.max(4, Math.min(y + 12, canvas.clientHeight - tip.offsetHeight - 4))}px`;
+  tip.style.top = `${Math.max(4, Math.min(y + 12, clientHeight - tip.offsetHeight - 4))}px`;
 }
 
 describe();
-choose();
-stage.fit(true);
+usual = Object.fromEntries(LINKED.map((id) => [id, value(id)]));
+loop = new Loop(clock, refresh);
+link = new Link(linked, restore);
 listen();
-play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
-window.skpose = { state, stage, clock, tick }; // for tests, and for the console of the browser
+restore(link.words);
+window.skpose = { state, stage, clock, tick, moment, loop, link }; // for tests, and for the console of the browser

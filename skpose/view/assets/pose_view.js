@@ -23,7 +23,9 @@ class PoseView {
   /** Place the camera such that every pose is seen, or both paths; with `turn` from the side of the front. */
   fit(turn) {
     const { camera, poses, comparison } = this;
-    const around = (comparison?.paths.line.poses ?? this.some).flatMap((pose) => poses.points(pose));
+    const { shape } = poses.data.skeleton;
+    const some = comparison?.paths.line.poses ?? this.some;
+    const around = some.flatMap((pose) => reachOf(shape, poses.points(pose), () => true));
     this.centre = [0, 1, 2].map((axis) => {
       const values = around.map((point) => point[axis]);
       return (Math.min(...values) + Math.max(...values)) / 2;
@@ -53,7 +55,7 @@ class PoseView {
       this.fit(false);
     }
     sharpen(canvas, context);
-    const { parents, sides } = poses.data.skeleton;
+    const { shape, sides } = poses.data.skeleton;
     this.figures = this.areas(shown.length).map((area, i) => {
       const view = this.camera.view(area, this.centre);
       const points = poses.points(shown[i]);
@@ -62,7 +64,7 @@ class PoseView {
       context.beginPath();
       context.rect(area.x, area.y, area.width, area.height);
       context.clip();
-      drawFigure(context, view, points, parents, { size, colourOf, rootColour: colours.middle });
+      drawFigure(context, view, points, shape, { size, colourOf });
       if (!i) drawAxes(context, view, poses.data.up.names);
       if (i === shown.length - 1 && sides.some(Boolean)) drawSides(context, area.x + area.width - 4, area.y + 16);
       context.restore();

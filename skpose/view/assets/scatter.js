@@ -17,6 +17,7 @@ class Scatter {
     Object.assign(this, { layer, canvas, count, x: new Float64Array(count), y: new Float64Array(count) });
     this.context = layer.getContext("2d", { alpha: false });
     this.colours = new Uint32Array(count); // 0xBBGGRR
+    this.forms = new Uint8Array(count); // of the points, by their place among FORMS
     this.order = mixed(count);
   }
 
@@ -28,8 +29,16 @@ class Scatter {
   }
 
   home() {
+    this.zoomTo(1, this.middle);
+  }
+
+  get middle() {
     const { low, high } = this.grid;
-    Object.assign(this, { zoom: 1, centre: [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2] });
+    return [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+  }
+
+  get isHome() {
+    return !this.grid || (this.zoom === 1 && this.middle.every((value, axis) => value === this.centre[axis]));
   }
 
   get width() {
@@ -75,6 +84,11 @@ class Scatter {
     this.zoom = Math.max(LEAST_ZOOM, Math.min(MOST_ZOOM, this.zoom * factor));
     const now = this.placeOf(x, y);
     this.centre = this.centre.map((value, axis) => value + kept[axis] - now[axis]);
+  }
+
+  /** Have a zoom and a place in the middle. */
+  zoomTo(zoom, centre) {
+    Object.assign(this, { zoom: Math.max(LEAST_ZOOM, Math.min(MOST_ZOOM, zoom)), centre });
   }
 
   /** Move the view if a point is outside of it. */
@@ -131,21 +145,31 @@ class Scatter {
     }
     const paper = packedColour(colours.paper);
     this.pixels.fill(0xff000000 | paper);
-    const stamp = disc(this.radius * density);
+    const stamps = FORMS.map((form) => stampOf(form, this.radius * density));
     const scale = this.scale * density;
+    const opacity = Math.round(256 * this.opacity);
     const [x0, y0] = [width / 2 - scale * this.centre[0], height / 2 + scale * this.centre[1]];
     for (const back of this.faded || this.absent ? [1, 0] : [0]) {
       for (const i of this.order) {
         if ((this.faded?.[i] || this.absent?.[i] || 0) !== back) continue;
         const colour = back ? blend(paper, this.colours[i], 56) : this.colours[i];
-        this.stamp(stamp, Math.round(x0 + scale * this.x[i]), Math.round(y0 - scale * this.y[i]), colour);
+        const [x, y] = [Math.round(x0 + scale * this.x[i]), Math.round(y0 - scale * this.y[i])];
+        this.stamp(stamps[this.forms[i]], x, y, colour, back ? 256 : opacity);
       }
     }
     this.context.putImageData(this.image, 0, 0);
   }
 
+  /** How opaque points are: where many lie on each other, dense places are darker than others. */
+  get opacity() {
+    const { low, high } = this.grid;
+    const [width, height] = [0, 1].map((axis) => Math.max(1, this.scale * (high[axis] - low[axis])));
+    const covered = (this.count * Math.PI * this.radius ** 2) / (width * height);
+    return Math.max(0.35, Math.min(1, 0.6 / covered));
+  }
+
   /** Draw one point into the pixels. */
-  stamp({ reach, cover }, x, y, colour) {
+  stamp({ reach, cover }, x, y, colour, opacity) {
     const { width, height } = this.image;
     if (x < -reach || y < -reach || x >= width + reach || y >= height + reach) return;
     const { pixels } = this;
@@ -155,8 +179,9 @@ class Scatter {
     for (let row = top; row < bottom; row++) {
       let at = (y - reach + row) * width + x - reach + left;
       for (let k = row * side + left; k < row * side + right; k++, at++) {
-        if (cover[k] === 256) pixels[at] = 0xff000000 | colour;
-        else if (cover[k]) pixels[at] = 0xff000000 | blend(pixels[at], colour, cover[k]);
+        const share = (cover[k] * opacity) >>> 8;
+        if (share === 256) pixels[at] = 0xff000000 | colour;
+        else if (share) pixels[at] = 0xff000000 | blend(pixels[at], colour, share);
       }
     }
   }
@@ -178,15 +203,21 @@ function packedColour(text) {
   return r | (g << 8) | (b << 16);
 }
 
-/** A disc as how much of each pixel it covers, 0 to 256. */
-function disc(radius) {
-  const reach = Math.ceil(radius + 0.5);
+// Forms of points, each as how far a place is outside of it, for a radius.
+const FORMS = [
+  (x, y, radius) => Math.hypot(x, y) - radius,
+  (x, y, radius) => Math.max(y - 0.75 * radius, 0.87 * Math.abs(x) - 0.5 * y - 0.75 * radius), // a triangle
+  (x, y, radius) => Math.max(Math.abs(x), Math.abs(y)) - 0.9 * radius, // a square
+];
+
+/** A form as how much of each pixel it covers, 0 to 256. */
+function stampOf(form, radius) {
+  const reach = Math.ceil(1.3 * radius + 0.5);
   const side = 2 * reach + 1;
-  const cover = new Uint16Array(side * side);
-  for (let k = 0; k < cover.length; k++) {
-    const far = Math.hypot((k % side) - reach, Math.floor(k / side) - reach);
-    cover[k] = Math.round(256 * Math.max(0, Math.min(1, radius + 0.5 - far)));
-  }
+  const cover = Uint16Array.from({ length: side * side }, (_, k) => {
+    const outside = form((k % side) - reach, Math.floor(k / side) - reach, radius);
+    return Math.round(256 * Math.max(0, Math.min(1, 0.5 - outside)));
+  });
   return { reach, cover };
 }
 

@@ -1,11 +1,14 @@
 // The picture of the player: one view for each motion, or one for all, and what is in it.
 
-const TRAIL = 1; // s
+const [TRAIL, GHOST] = [1, 0.35]; // s: how long trails are, and from one ghost to the next
+const LEAST_HEIGHT = 0.02; // of the eye above the ground, sizes
+const DIMMED = 0.25; // of figures that step back
 const [MARGIN, LINE] = [14, 20]; // of texts, px
 
 class Stage {
   camera = new Camera();
-  hover = null; // motion and index of the point under the pointer
+  hover = null; // motion and index of the point under the pointer, or the name there with its place
+  written = []; // names as drawn last, with their places
   views = []; // as drawn last
   columns = 1; // of views
   centre = [0, 0, 0]; // of what is to be seen, in space, or relative to the target that is followed
@@ -14,6 +17,7 @@ class Stage {
   constructor(canvas, clips, clock, options) {
     Object.assign(this, { canvas, clips, clock, options, context: canvas.getContext("2d") });
     this.size = Math.max(...clips.map((clip) => clip.size));
+    this.names = namesApart(clips.map((clip) => clip.label));
   }
 
   get overlaid() {
@@ -48,6 +52,20 @@ class Stage {
     }));
   }
 
+  /** How far a motion is moved aside where all are in one picture, m along x and z: across where the first one goes. */
+  offset(i) {
+    if (!this.overlaid || !this.options.apart) return [0, 0];
+    const far = (i - (this.clips.length - 1) / 2) * Number(this.options.apart);
+    this.front ??= this.clips.map((clip) => clip.azimuth("world")).find((angle) => angle !== null) ?? 0;
+    return [far * Math.cos(this.front), -far * Math.sin(this.front)];
+  }
+
+  /** Positions of the root and joints of a motion at a moment as they are drawn. */
+  points(i, moment) {
+    const [dx, dz] = this.offset(i);
+    return this.clips[i].points(moment, this.options.place).map(([x, y, z]) => [x + dx, y, z + dz]);
+  }
+
   /** What the camera looks at: a fixed point, or one that goes with the roots. */
   target(members, frames) {
     if (!this.follows) return this.centre;
@@ -68,7 +86,7 @@ class Stage {
       for (const tick of some) {
         const frames = clock.frames(tick);
         const target = this.target(members, frames);
-        const seen = members.flatMap((i) => clips[i].shown(frames[i], place));
+        const seen = members.flatMap((i) => reachOf(clips[i].shape, ...this.figure(i, frames[i])));
         points.push(...seen.map((point) => point.map((value, axis) => value - target[axis])));
       }
     }
@@ -97,10 +115,20 @@ class Stage {
   }
 
   draw(tick) {
-    const { canvas, context } = this;
-    sharpen(canvas, context);
+    if (this.options.ground) keepAbove(this.camera, this.centre[1], LEAST_HEIGHT * this.size);
+    this.written = [];
+    sharpen(this.canvas, this.context);
+    this.views = this.paint(this.context, tick);
+  }
+
+  /** Draw into any canvas, whose unit is a px of that of the page; return the views. */
+  paint(context, tick) {
+    const own = this.context;
+    this.context = context;
     const [areas, frames] = [this.areas(this.columns), this.clock.frames(tick)];
-    this.views = this.members.map((members, v) => this.drawView(areas[v], members, frames, tick));
+    const views = this.members.map((members, v) => this.drawView(areas[v], members, frames, tick));
+    this.context = own;
+    return views;
   }
 
   drawView(area, members, frames, tick) {
@@ -112,16 +140,16 @@ class Stage {
     context.rect(area.x, area.y, area.width, area.height);
     context.clip();
     if (options.ground) drawGround(context, view, cell);
-    const figures = members.map((i) => {
-      const points = clips[i].points(frames[i], options.place);
+    if (options.ghosts) members.forEach((i) => this.drawGhosts(view, i, tick)); // behind all figures
+    const figures = this.drawDimmed(members, (i) => {
+      const { context } = this; // which may be that of figures that step back
+      const [points, shows] = this.figure(i, frames[i]);
       if (options.trails) this.drawTrails(view, i, tick);
-      const flat = drawFigure(context, view, points, clips[i].parents, {
-        size,
-        shadow: options.ground && this.camera.elevation > 0,
-        shows: (index) => clips[i].shows(frames[i], index),
+      const flat = drawFigure(context, view, points, clips[i].shape, {
+        size: clips[i].size,
+        shadow: options.ground,
+        shows,
         colourOf: (joint) => this.colour(i, joint, tick),
-        rootColour: this.colour(i, -1, tick),
-        widthOf: (joint) => (this.compares ? 0.8 + this.clock.pairs.share(tick, i, joint) : 1),
       });
       const marked = clips[i].names.indexOf(options.joint);
       if (marked >= 0 && flat[marked + 1]) this.drawLabel(flat[marked + 1], clips[i].names[marked], area);
@@ -139,6 +167,31 @@ class Stage {
     return { area, view, figures };
   }
 
+  /** Points of a motion at a moment, and which of them are shown. */
+  figure(i, moment) {
+    return [this.points(i, moment), (index) => this.clips[i].shows(moment, index)];
+  }
+
+  /** Draw each of some motions; where all but one step back, these first, as one picture that is mostly transparent. */
+  drawDimmed(members, drawOne) {
+    const { context, options } = this;
+    const chosen = Number(options.dim);
+    if (!this.overlaid || !options.dim || !members.includes(chosen)) return members.map(drawOne);
+    const { width, height } = context.canvas;
+    const layer = Object.assign(document.createElement("canvas"), { width, height });
+    this.context = layer.getContext("2d");
+    this.context.setTransform(context.getTransform());
+    const drawn = new Map(members.filter((i) => i !== chosen).map((i) => [i, drawOne(i)]));
+    this.context = context;
+    context.save();
+    context.resetTransform();
+    context.globalAlpha = DIMMED;
+    context.drawImage(layer, 0, 0);
+    context.restore();
+    drawn.set(chosen, drawOne(chosen));
+    return members.map((i) => drawn.get(i));
+  }
+
   /** The colour of a joint of motion i, or of its root, -1. */
   colour(i, joint, tick) {
     const { pairs } = this.clock;
@@ -152,14 +205,18 @@ class Stage {
     const { context, clock, options } = this;
     const clip = this.clips[i];
     const marked = clip.names.indexOf(options.joint);
-    const first = Math.max(0, tick - Math.round(TRAIL / clock.seconds));
-    const stride = Math.max(1, Math.floor((tick - first) / 90));
-    const point = (at, joint) => clip.point(clock.frames(at)[i], joint + 1, options.place);
+    const first = Math.max(0, Math.floor(tick) - Math.round(TRAIL / clock.seconds));
+    const stride = Math.max(1, Math.floor((tick - first) / 90)); // whole ticks
+    const [dx, dz] = this.offset(i);
+    const point = (at, joint) => {
+      const [x, y, z] = clip.point(clock.frames(at)[i], joint + 1, options.place);
+      return [x + dx, y, z + dz];
+    };
     context.lineWidth = 2;
     for (const joint of marked >= 0 ? [marked] : clip.ends) {
       context.strokeStyle = this.colour(i, joint, tick);
-      for (let at = tick; at > first; at -= stride) {
-        const before = Math.max(first, at - stride);
+      for (let at = tick, before; at > first; at = before) {
+        before = Math.max(first, Math.ceil(at - stride));
         if (![at, before].every((one) => clip.shows(clock.frames(one)[i], joint + 1))) continue;
         context.globalAlpha = 0.8 * (1 - (tick - at) / (tick - first + 1));
         context.beginPath();
@@ -170,19 +227,34 @@ class Stage {
     context.globalAlpha = 1;
   }
 
+  /** Draw the figure at some times before and after, paler the farther these are. */
+  drawGhosts(view, i, tick) {
+    const { clock, clips, context } = this;
+    const step = Math.max(1, Math.round(GHOST / clock.seconds));
+    for (const [times, alpha] of [[-3, 0.1], [2, 0.08], [-2, 0.16], [1, 0.14], [-1, 0.24]]) {
+      const at = tick + times * step;
+      if (at < 0 || at >= clock.count) continue;
+      const [points, shows] = this.figure(i, clock.frames(at)[i]);
+      const colourOf = (joint) => this.colour(i, joint, at);
+      drawGhost(context, view, points, clips[i].shape, { alpha, shows, colourOf });
+    }
+  }
+
   text(words, x, y, align, colour = colours.quiet) {
     Object.assign(this.context, { font: FONT, textBaseline: "alphabetic", textAlign: align, fillStyle: colour });
     this.context.fillText(words, x, y);
   }
 
-  /** The beginning of a text that fits into a width, px. */
+  /** A text that fits into a width, px, without its middle where it is too long. */
   shortened(words, width) {
     this.context.font = FONT;
-    const letters = [...words];
-    const beginning = (n) => letters.slice(0, n).join("") + (n < letters.length ? "…" : "");
-    let n = Math.min(letters.length, 200);
-    while (n > 1 && this.context.measureText(beginning(n)).width > width) n--;
-    return beginning(n);
+    const letters = [...words].slice(0, 200).concat([...words].slice(200).slice(-100));
+    const without = (n) => n < letters.length
+      ? [...letters.slice(0, Math.ceil(n / 2)), "…", ...letters.slice(letters.length - Math.floor(n / 2))].join("")
+      : words;
+    let n = letters.length;
+    while (n > 1 && this.context.measureText(without(n)).width > width) n--;
+    return without(n);
   }
 
   /** Write the name of a motion, with its colour if all of it has one. */
@@ -195,7 +267,12 @@ class Stage {
     }
     const from = x + (this.overlaid ? 19 : 0);
     const width = area.width - 2 * MARGIN - (this.overlaid ? 19 : 0) - (this.showsSides([i]) ? 80 : 0);
-    this.text(this.shortened(this.clips[i].label, width), from, y, "left", colours.ink);
+    const { label } = this.clips[i];
+    this.context.font = FONT;
+    const fits = this.context.measureText(label.slice(0, 300)).width <= width;
+    const name = fits && label.length <= 300 ? label : this.shortened(this.names[i], width);
+    this.text(name, from, y, "left", colours.ink);
+    if (name !== label) this.written.push({ name: label, x, y, right: from + width });
   }
 
   /** Mark the chosen joint and write its name, on the side where there is room. */
@@ -220,5 +297,16 @@ class Stage {
       within = Math.hypot(flat[index].x - x, flat[index].y - y);
       this.hover = { clip, index };
     }
+    const isAt = (name) => x >= name.x && x < name.right && Math.abs(y - name.y + 5) < LINE / 2;
+    this.hover ??= this.written.find(isAt) ?? null;
   }
+}
+
+/** Names without what all begin with, up to the last word that they share. */
+function namesApart(labels) {
+  if (labels.length < 2) return labels;
+  let n = 0;
+  while (n < labels[0].length && labels.every((label) => label[n] === labels[0][n])) n++;
+  const shared = labels[0].slice(0, n).match(/^.*[^\p{L}\p{N}]/su)?.[0] ?? "";
+  return labels.map((label) => (shared && label.length > shared.length ? `…${label.slice(shared.length)}` : label));
 }

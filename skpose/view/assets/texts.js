@@ -14,13 +14,17 @@ function describe() {
   const lines = [
     `${facts}${rate ? `, ${Number(rate.toPrecision(4))} poses a second` : ""}; ${joints}.`,
     `Joints are within ${error.toPrecision(2)} mm of those of the poses, which are rounded.`,
-    ...embeddings.map(({ metric, share }) => `${metric}: the plane has ${(100 * share).toFixed(0)} % of the variance.`),
+    ...embeddings.filter(({ share }) => share !== null).map(({ metric, share }) =>
+      `${metric}: the plane of multidimensional scaling has ${(100 * share).toFixed(0)} % of the variance.`),
   ];
   element("facts").append(...lines.map((line) => textElement("li", line)));
-  const options = (pairs) => pairs.map(([value, text]) => textElement("option", text, { value }));
-  element("metric").append(...options(embeddings.map(({ metric }, i) => [i, metric])));
-  element("colour").append(...options([...groups.map(({ by }) => by), "motion", "time"].map((by) => [by, by])));
-  element("colour").value = groups.find(({ names }) => names.length > 1)?.by ?? "motion"; // one colour says nothing
+  const options = (values) => [...new Set(values)].map((value) => textElement("option", value, { value }));
+  element("metric").append(...options(embeddings.map(({ metric }) => metric)));
+  element("method").append(...options(embeddings.map(({ method }) => method)));
+  element("methods").hidden = element("method").options.length < 2;
+  element("colour").append(...options([...groups.map(({ by }) => by), "motion", "time"]));
+  const several = groups.filter(({ names }) => names.length > 1); // one colour says nothing
+  element("colour").value = (several.find(({ by }) => by === "action") ?? several[0])?.by ?? "motion";
 }
 
 /** Write which pose is shown, and the time. */

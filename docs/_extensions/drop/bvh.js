@@ -1,0 +1,273 @@
+// BVH files: joints and frames, by the rules of `skpose.io.load_bvh`. Angles become rad, lengths stay as they are.
+
+const CHANNELS = /^([xyz])(position|rotation)$/i;
+
+const SPACE = /[ \t\r\n\v\f]+/;
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/** A number in decimal digits, or NaN. */
+const numberOf = (word) => (NUMBER.test(word) ? Number(word) : NaN);
+
+/** An error in a file, in words. */
+class FileError extends Error {}
+
+/** Read a file's text: joints in its order, the root first, frames as rows of numbers, and the frame rate, Hz. */
+function readBvh(text) {
+  const split = /^[ \t]*MOTION\b/im.exec(text);
+  if (!/^\s*HIERARCHY\b/i.test(text)) throw new FileError("it does not begin with HIERARCHY, as BVH files do");
+  if (!split) throw new FileError("it has no MOTION: is it cut short?");
+  const joints = readJoints(text.slice(0, split.index));
+  const [frames, time] = [/Frames\s*:\s*(\d+)\s/i, /Frame\s+Time\s*:\s*(\S+)\s/i];
+  const rest = text.slice(split.index);
+  const head = [`${frames.source}+${time.source}*`, `${time.source}+${frames.source}*`] // in either order
+    .map((both) => new RegExp(`^\\s*MOTION\\s+${both}`, "i").exec(rest)).find(Boolean);
+  if (!head) throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
+  const [count, word] = [Number(frames.exec(head[0])[1]), time.exec(head[0])[1]];
+  const seconds = numberOf(word);
+  if (!(seconds > 0)) throw new FileError(`its Frame Time is ${word}, not a positive number of seconds`);
+  const words = rest.slice(head[0].length).trim();
+  const numbers = Float64Array.from(words ? words.split(SPACE) : [], numberOf);
+  const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
+  if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
+  if (!count) throw new FileError("it has no frames");
+  if (numbers.length !== count * width) {
+    throw new FileError(`${count} frames of ${width} numbers are ${count * width}, it has ${numbers.length}: is it cut `
+      + "short?");
+  }
+  const bad = numbers.findIndex((number) => !Number.isFinite(number));
+  if (bad >= 0) throw new FileError(`in frame ${Math.floor(bad / width) + 1} something is no finite number`);
+  return { joints, width, numbers, count, rate: 1 / seconds };
+}
+
+function readJoints(text) {
+  // Words, but of ROOT and JOINT with the rest of their line, the name, which may have blanks in it.
+  const words = text.match(/\b(?:ROOT|JOINT)\b[^{}\r\n]*|[{}]|[^ \t\r\n\v\f{}]+/gi).slice(1);
+  const joints = [];
+  let [at, open, first] = [0, -1, 0];
+  const number = (of) => {
+    const value = numberOf(words[at++]);
+    if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${of} has “${words[at - 1]}” for a number`);
+    return value;
+  };
+  const once = (known, word) => {
+    if (known) throw new FileError(`${joints[open].name || "an End Site"} has ${word} twice`);
+  };
+  while (at < words.length) {
+    const [, keyword, name] = /^(\S+)\s*(.*?)\s*$/.exec(words[at++]);
+    const word = keyword.toUpperCase();
+    if (word === "ROOT" || word === "JOINT" || word === "END") {
+      if ((word === "ROOT") !== !joints.length) throw new FileError(`it has ${word} where another joint is expected`);
+      if (word === "END" && words[at]?.toUpperCase() === "SITE") at++;
+      if ((word !== "END" && !name) || words[at++] !== "{") {
+        throw new FileError(`after ${word} a name and a brace are expected`);
+      }
+      joints.push({ name: word === "END" ? "" : name, parent: open, offset: null, channels: [], given: false, first });
+      open = joints.length - 1;
+    } else if (open >= 0 && word === "OFFSET") {
+      once(joints[open].offset, "OFFSET");
+      joints[open].offset = [0, 0, 0].map(() => number(joints[open].name || "an End Site"));
+    } else if (open >= 0 && word === "CHANNELS") {
+      once(joints[open].given, "CHANNELS");
+      const channels = words.slice(at + 1, at + 1 + Number(words[at])).map((channel) => channel.toLowerCase());
+      const known = channels.every((channel) => CHANNELS.test(channel)) && new Set(channels).size === channels.length;
+      if (channels.length !== Number(words[at]) || !known) {
+        throw new FileError(`the CHANNELS of ${joints[open].name} are not different positions and rotations`);
+      }
+      Object.assign(joints[open], { channels, first, given: true });
+      first += channels.length;
+      at += 1 + channels.length;
+    } else if (open >= 0 && word === "}") {
+      if (!joints[open].offset) throw new FileError(`${joints[open].name || "an End Site"} has no OFFSET`);
+      open = joints[open].parent;
+    } else throw new FileError(`“${words[at - 1]}” is not expected in HIERARCHY`);
+  }
+  if (open >= 0) throw new FileError(`${joints[open].name} is still open at the end of HIERARCHY: is it cut short?`);
+  nameJoints(joints);
+  return joints;
+}
+
+/** Give each joint but the root another name: the first of a name keeps it; an End Site is named by its parent. */
+function nameJoints([root, ...joints]) {
+  for (const joint of joints) joint.end = !joint.name;
+  const [taken, counts] = [new Map(), new Map()];
+  for (const joint of joints) if (joint.name && !taken.has(joint.name)) taken.set(joint.name, joint);
+  for (const joint of joints) {
+    if (taken.get(joint.name) === joint) continue;
+    const stem = joint.name || `${[root, ...joints][joint.parent].name}_end`;
+    let name = stem;
+    while (taken.has(name)) {
+      counts.set(stem, (counts.get(stem) ?? 1) + 1);
+      name = `${stem}_${counts.get(stem)}`;
+    }
+    taken.set(name, joint);
+    joint.name = name;
+  }
+}
+
+/** Columns of a joint's channels of a kind, as [axis, column], in the file's order. */
+const columnsOf = (joint, kind) => joint.channels
+  .map((channel, i) => ["xyz".indexOf(channel[0]), joint.first + i, channel.endsWith(kind)])
+  .filter(([, , is]) => is);
+
+/** The least, the largest and the mean number of a column. */
+function rangeOf({ numbers, width, count }, column) {
+  let [low, high, sum] = [Infinity, -Infinity, 0];
+  for (let frame = 0; frame < count; frame++) {
+    const number = numbers[frame * width + column];
+    [low, high, sum] = [Math.min(low, number), Math.max(high, number), sum + number];
+  }
+  return { low, high, mean: sum / count };
+}
+
+// As shares of the longest bone: by how much a constant position varies by its digits, and what is zero but for noise.
+const [ROUNDING, UNUSED] = [1e-4, 1e-3];
+const SAME_PLACE = 1e-9; // m, between joints in one place
+const TURNS = (180 * ROUNDING) / Math.PI; // degrees by which an angle that stands still varies
+
+/** The length of the longest bone, by OFFSET or by the means of the position channels. */
+function longestOf(file, joints) {
+  return Math.max(0, ...joints.flatMap((joint) => {
+    const moved = [...joint.offset];
+    for (const [axis, column] of columnsOf(joint, "position")) moved[axis] = rangeOf(file, column).mean;
+    return [Math.hypot(...joint.offset), Math.hypot(...moved)];
+  }));
+}
+
+/** The joint that is the root: the first one, or the only child that travels, if all above it stands still. */
+function rootOf(file) {
+  const { joints, count } = file;
+  const longest = longestOf(file, joints.slice(1));
+  const varies = (j, kind, least) => columnsOf(joints[j], kind).some(([, column]) => {
+    const { low, high } = rangeOf(file, column);
+    return high - low > least;
+  });
+  const isStill = (j) => !varies(j, "rotation", TURNS) && !varies(j, "position", ROUNDING * longest);
+  if (count < 2) return 0;
+  for (let j = 0; j < joints.length - 1; j++) {
+    const children = joints.filter((joint) => joint.parent === j);
+    if (children.length !== 1 || children[0].end || !isStill(j)) return 0;
+    const far = columnsOf(joints[j + 1], "position").some(([, column]) => {
+      const { low, high } = rangeOf(file, column);
+      return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
+    });
+    if (far && varies(j + 1, "position", ROUNDING * longest)) return j + 1;
+  }
+  return 0;
+}
+
+/**
+ * The motion of a file, in units of its lengths times a scale: `skeleton` as `skeleton_data` of
+ * skpose/view/_skeleton.py has it, poses (Float64Array each), positions and orientations of the root, and the rate.
+ */
+function motionOf(file, scale) {
+  const { joints, numbers, width, count } = file;
+  const root = rootOf(file);
+  const chain = [];
+  for (let j = root; j >= 0; j = joints[j].parent) chain.unshift(j);
+  const below = joints.map((_, j) => j).filter((j) => {
+    for (let k = joints[j].parent; k >= 0; k = joints[k].parent) if (k === root) return true;
+    return false;
+  });
+  const longest = longestOf(file, below.map((j) => joints[j]));
+  const travels = new Set(chain.filter((j) => j === 0 || columnsOf(joints[j], "position").some(([, column]) => {
+    const { low, high } = rangeOf(file, column);
+    return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
+  })));
+  const offsets = below.map((j) => offsetOf(file, joints[j], longest));
+  const skeleton = {
+    names: below.map((j) => joints[j].name),
+    parents: below.map((j) => below.indexOf(joints[j].parent)),
+    offsets: offsets.map((offset) => offset.map((value) => scale * value)),
+    dofs: below.map((j) => columnsOf(joints[j], "rotation").map(([axis]) => "XYZ"[axis]).join("")),
+    axes: below.map(() => null),
+    rests: below.map(() => null),
+    signs: below.map(() => null),
+    sides: sidesOf(below.map((j) => joints[j].name)),
+    offsetFrame: "parent",
+  };
+  skeleton.weights = weightsOf(skeleton);
+  const columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([, column]) => column));
+  skeleton.columns = below.flatMap((j) =>
+    columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
+  skeleton.angles = columns.map(() => true);
+  const [poses, positions, orientations] = [[], [], []];
+  for (let frame = 0; frame < count; frame++) {
+    const row = numbers.subarray(frame * width, (frame + 1) * width);
+    poses.push(Float64Array.from(columns, (column) => (row[column] * Math.PI) / 180));
+    let [at, q] = [[0, 0, 0], [1, 0, 0, 0]];
+    for (const j of chain) {
+      const offset = [...joints[j].offset];
+      if (travels.has(j)) for (const [axis, column] of columnsOf(joints[j], "position")) offset[axis] = row[column];
+      at = rotations.apply(q, offset).map((value, axis) => value + at[axis]);
+      for (const [axis, column] of columnsOf(joints[j], "rotation")) {
+        q = rotations.product(q, rotations.about(axis, (row[column] * Math.PI) / 180));
+      }
+    }
+    positions.push(at.map((value) => scale * value));
+    orientations.push(q);
+  }
+  return { skeleton, poses, positions, orientations, rate: file.rate };
+}
+
+/** A bone's offset: OFFSET, or what its position channels have, where these are used and constant. */
+function offsetOf(file, joint, longest) {
+  const offset = [...joint.offset];
+  const columns = columnsOf(joint, "position").map(([axis, column]) => [axis, rangeOf(file, column)]);
+  if (columns.every(([, { low, high }]) => Math.max(Math.abs(low), Math.abs(high)) <= UNUSED * longest)) return offset;
+  for (const [axis, { low, high, mean }] of columns) {
+    if (high - low > ROUNDING * longest) {
+      throw new FileError(`${joint.name} moves by position channels, and bones have constant lengths here: `
+        + "load_bvh(path, stretch=\"mean\") reads it");
+    }
+    offset[axis] = mean;
+  }
+  return offset;
+}
+
+/** Weights of the joints: 1, or 0 where another one always stands in the same place, as in skeleton/_weights.py. */
+function weightsOf({ parents, offsets, dofs }) {
+  const [axes, points, centres, found, taken] = [[-1], [[-1, [0, 0, 0]]], new Map(), new Map(), new Set()];
+  const near = (a, b) => a.every((value, i) => Math.abs(value - b[i]) <= SAME_PLACE);
+  /** The same for all joints that are at one point in every pose. */
+  const keyOf = ([frame, numbers]) => {
+    if (frame >= 0 && near(numbers, [0, 0, 0])) return centres.get(frame);
+    if (!found.has(frame)) found.set(frame, []);
+    const known = found.get(frame);
+    let number = known.findIndex((one) => near(numbers, one));
+    if (number < 0) number = known.push(numbers) - 1;
+    return `${frame} ${number}`;
+  };
+  return parents.map((parent, j) => {
+    axes.push(dofs[j] ? j : axes[parent + 1]);
+    const [frame, start] = [axes[parent + 1], points[parent + 1]];
+    if (offsets[j].some((value) => value)) {
+      const before = start[0] === frame ? start[1] : [0, 0, 0];
+      if (!centres.has(frame)) centres.set(frame, keyOf(start));
+      points.push([frame, before.map((value, axis) => value + offsets[j][axis])]);
+    } else points.push(start);
+    const key = keyOf(points.at(-1));
+    const weight = taken.has(key) ? 0 : 1;
+    taken.add(key);
+    return weight;
+  });
+}
+
+const SIDE_WORDS = [/(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])/,
+  /(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])/];
+// These state a side if there is a joint with the other one.
+const SIDE_LETTERS = [/left|right/i, /(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])/, /(?<=[a-z0-9])[LR]$/];
+
+/** The side of each joint by its name, as `sides` of skpose/skeleton/_sides.py states it. */
+function sidesOf(names) {
+  const other = (word) => {
+    const found = { left: "right", right: "left", l: "r", r: "l" }[word.toLowerCase()];
+    if (word === word.toUpperCase()) return found.toUpperCase();
+    return word[0] === word[0].toUpperCase() ? found[0].toUpperCase() + found.slice(1) : found;
+  };
+  const known = new Set(names);
+  return names.map((name) => {
+    const pattern = [...SIDE_WORDS, ...SIDE_LETTERS].find((one) =>
+      one.test(name) && (SIDE_WORDS.includes(one) || known.has(name.replace(one, other))));
+    return pattern ? { l: "left", r: "right" }[pattern.exec(name)[0][0].toLowerCase()] : "";
+  });
+}

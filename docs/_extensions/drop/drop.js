@@ -1,0 +1,169 @@
+// Files that are dropped into the page: seen in the player, and compared by the distances. Nothing leaves the page.
+
+const ESCAPED = { "<": "\\u003c", ">": "\\u003e", "&": "\\u0026" };
+const UNITS = { angle: "rad", position: "m", rotation: "m rad", spatial: "m" };
+const MOST = 2; // files
+const PAUSE = 40; // ms between two looks at the player's time
+const [TALL, SMALL] = [5, 0.3]; // m, sizes that no person has
+const LARGEST_DIFFERENCE = Math.PI / 4; // of the directions of a bone at angle zero, see LARGEST_DIFFERENCE there
+
+const state = { files: [], motions: [], shown: -1, values: null, problem: "" };
+const value = (id) => element(id).value;
+
+/** Read files, and show them; a problem is stated, and what was shown before stays. */
+async function read(files) {
+  const some = [...files].slice(0, MOST);
+  try {
+    if (!some.length) return;
+    state.files = await Promise.all(some.map(async (file) => {
+      try {
+        return { label: file.name.replace(/\.bvh$/i, ""), content: readBvh(await file.text()) };
+      } catch (error) {
+        throw error instanceof FileError ? new FileError(`${file.name}: ${error.message}.`) : error;
+      }
+    }));
+    await show();
+    if (files.length > MOST) complain(`${files.length} files were given, and the first two are shown.`);
+  } catch (error) {
+    if (!(error instanceof FileError)) throw error;
+    complain(error.message);
+  }
+}
+
+function complain(words) {
+  element("failure").textContent = words;
+  element("failure").hidden = !words;
+}
+
+/** Show the files with the unit and the direction up that are chosen. */
+async function show() {
+  complain("");
+  const [unit, up] = [Number(value("unit")), value("up")];
+  state.motions = state.files.map(({ label, content }) => ({ label, ...motionOf(content, unit) }));
+  const motions = await Promise.all(state.motions.map((motion) => motionData(motion, motion.label, up)));
+  const title = state.files.map(({ label }) => label).join(" and ");
+  const page = { title, motions, alignment: null, overlay: false };
+  const json = JSON.stringify(page).replace(/[<>&]/g, (character) => ESCAPED[character]);
+  element("player").srcdoc = data.player.replace(data.marker, () => json);
+  const sizes = motions.map(({ size }) => size);
+  element("state").textContent = state.motions.map(({ label, rate, poses, skeleton }, i) =>
+    `${label}: ${poses.length} frames at ${Number(rate.toPrecision(4))} Hz, ${skeleton.names.length} joints, `
+    + `${sizes[i].toPrecision(3)} m`).join("; ");
+  if (sizes.some((size) => size > TALL || size < SMALL)) {
+    complain("No person has this size: choose another unit, as BVH files do not state theirs.");
+  }
+  state.shown = -1;
+  state.problem = problemOf(state.motions);
+}
+
+/**
+ * In words, why equal numbers are different poses in two motions, so that there is no distance; empty if they are not.
+ * The rules are those of skpose/skeleton/_comparison.py.
+ */
+function problemOf(motions) {
+  if (motions.length < 2) return "";
+  const [a, b] = motions.map(({ skeleton }) => skeleton);
+  const only = (one, other) => one.names.filter((name) => !other.names.includes(name));
+  const alone = [...only(a, b), ...only(b, a)];
+  if (alone.length) return `Only one of the two has a joint ${alone[0]}: there is no distance; the library retargets.`;
+  for (const [j, name] of a.names.entries()) {
+    const k = b.names.indexOf(name);
+    const parents = [a.names[a.parents[j]], b.names[b.parents[k]]].map((one) => one ?? "the root");
+    if (parents[0] !== parents[1]) return `${name} comes after ${parents[0]} in one, and ${parents[1]} in the other.`;
+    if (a.dofs[j] !== b.dofs[k]) {
+      const orders = [a.dofs[j], b.dofs[k]].map((dofs) => dofs || "no axis");
+      return `${name} has ${orders[0]} in one, and ${orders[1]} in the other; the library makes both ball joints.`;
+    }
+    const [p, q] = [a.offsets[j], b.offsets[k]];
+    const lengths = Math.hypot(...p) * Math.hypot(...q);
+    const angle = lengths && Math.acos(Math.max(-1, Math.min(1, p.reduce((sum, x, i) => sum + x * q[i], 0) / lengths)));
+    if (angle > LARGEST_DIFFERENCE) {
+      const degrees = Math.round((180 * angle) / Math.PI);
+      return `${name} points in directions ${degrees}° apart at angle zero, so that equal numbers are different poses.`;
+    }
+  }
+  return "";
+}
+
+/** Distances of a frame of the first motion to all frames of the last, on the skeleton of the first. */
+function measure(frame) {
+  const [first, last] = [state.motions[0], state.motions.at(-1)];
+  const skeleton = (first.kinematics ??= new Skeleton(first.skeleton));
+  const order = first.skeleton.columns.map((name) => last.skeleton.columns.indexOf(name));
+  const from = first.poses[frame];
+  const metric = value("metric");
+  const placed = (pose) => Float64Array.from(order, (i) => pose[i]);
+  return Float64Array.from(last.poses, (pose) => distances(skeleton, from, placed(pose))[metric]);
+}
+
+/** Follow the player: measure where another frame is shown. */
+function follow() {
+  const player = element("player").contentWindow?.skpose;
+  const { motions } = state;
+  const clips = player?.clock.clips ?? [];
+  const shows = clips.length === motions.length // or it still has those before
+    && motions.every(({ label, poses }, i) => clips[i].label === label && clips[i].frames === poses.length);
+  if (shows && motions.length && !state.problem) {
+    const [frame, other] = [0, motions.length - 1].map((i) => player.clock.frames(player.tick())[i]);
+    if (frame !== state.shown) {
+      Object.assign(state, { shown: frame, values: measure(frame) });
+      draw(frame, other);
+    }
+  } else if (state.problem) {
+    element("words").textContent = state.problem;
+    sharpen(element("curve"), element("curve").getContext("2d"));
+  }
+  setTimeout(follow, PAUSE);
+}
+
+function draw(frame, other) {
+  const { values, motions } = state;
+  const [canvas, unit] = [element("curve"), UNITS[value("metric")]];
+  const context = canvas.getContext("2d");
+  sharpen(canvas, context);
+  const [width, height, left] = [canvas.clientWidth, canvas.clientHeight - 22, 4];
+  const most = values.reduce((a, b) => Math.max(a, b), 0) || 1;
+  const x = (i) => left + ((width - 2 * left) * i) / Math.max(1, values.length - 1);
+  const y = (distance) => height - (height - 8) * (distance / most);
+  context.strokeStyle = colours.left;
+  context.lineWidth = 2;
+  context.beginPath();
+  values.forEach((distance, i) => (i ? context.lineTo(x(i), y(distance)) : context.moveTo(x(i), y(distance))));
+  context.stroke();
+  // The nearest frame: of one motion alone the nearest one that is not a neighbour in time.
+  const own = motions.length === 1;
+  const apart = own ? Math.round(motions[0].rate / 3) : 0;
+  let nearest = -1;
+  values.forEach((distance, i) => {
+    if ((!own || Math.abs(i - frame) > apart) && (nearest < 0 || distance < values[nearest])) nearest = i;
+  });
+  for (const [i, colour] of [[other, colours.ink], [nearest, colours.right]]) {
+    if (i < 0) continue;
+    context.fillStyle = colour;
+    context.beginPath();
+    context.arc(x(i), y(values[i]), 5, 0, 2 * Math.PI);
+    context.fill();
+  }
+  Object.assign(context, { font: "12px system-ui, sans-serif", fillStyle: colours.quiet, textBaseline: "bottom" });
+  context.fillText(own ? "all frames" : `all frames of ${motions[1].label}`, left, height + 20);
+  const seconds = (i) => (i / motions.at(-1).rate).toFixed(2);
+  const shown = own ? "" : `the pose next to it is ${values[other].toFixed(2)} ${unit} away, `;
+  element("words").textContent = nearest < 0
+    ? "There is no other frame that is not a neighbour in time."
+    : `${shown}the nearest ${own ? "other" : "one"}, at ${seconds(nearest)} s, ${values[nearest].toFixed(2)} ${unit}.`;
+}
+
+element("files").addEventListener("change", (event) => read(event.target.files));
+for (const id of ["unit", "up"]) element(id).addEventListener("change", () => state.files.length && show());
+element("metric").addEventListener("change", () => (state.shown = -1));
+addEventListener("dragover", (event) => (event.preventDefault(), document.body.classList.add("over")));
+addEventListener("dragleave", () => document.body.classList.remove("over"));
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  document.body.classList.remove("over");
+  read(event.dataTransfer.files);
+});
+followTheme(element("theme"), () => (state.shown = -1));
+read(data.examples.map(({ name, text }) => new File([text], name)));
+follow();
+window.drop = { state, read, readBvh, motionOf, sceneOf, linkShape, show }; // for tests

@@ -1,0 +1,140 @@
+"""The pictures of `skpose view`: a moment of motions as PNG, or a part of their time as GIF, drawn by `PoseDisplay`."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose._files import new_file
+from skpose.keypoints import Keypoints
+from skpose.plot import PoseDisplay
+from skpose.skeleton import Motion
+from skpose.skeleton._shared import sides
+from skpose.view._shared import scene_of
+
+ASIDE = 0.9  # rad, from the front, where the page looks from too
+EDGE = 0.08  # of the extent, around the figure
+INCHES, COLUMNS = 3.6, 4  # of a panel, and panels in a row at most
+SHARP, COARSE = 150, 100  # pixels per inch of a picture, and of a GIF
+FPS = 20.0  # of a GIF
+MOST = 2_000  # pictures in a GIF
+HUNDREDTHS = 100  # of a second: the unit of time of a GIF
+
+
+class Panel(NamedTuple):
+    """A motion as it is seen: to the right, up, and towards the viewer, the root at zero, m."""
+
+    label: str
+    motion: Motion
+    seen: np.ndarray  # (n_frames, n_joints, 3)
+    heights: np.ndarray  # (n_frames,) of the root above the ground
+    limits: np.ndarray  # (2, 2) lowest and highest, to the right of the root and above the ground
+
+
+class Recording:
+    """Motions side by side in one figure; the camera follows the roots."""
+
+    def __init__(self, shown: Sequence[Motion | Keypoints], labels: Sequence[str]):
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        self.panels = [_panel(one, label) for one, label in zip(shown, labels, strict=True)]
+        columns = min(len(self.panels), COLUMNS)
+        rows = -(-len(self.panels) // columns)
+        self.figure = Figure(figsize=(INCHES * columns, INCHES * 1.15 * rows), layout="constrained", dpi=COARSE)
+        self.canvas = FigureCanvasAgg(self.figure)
+        self.axes = self.figure.subplots(rows, columns, squeeze=False).ravel()
+
+    @property
+    def begins(self) -> float:
+        return min(float(panel.motion.times[0]) for panel in self.panels)
+
+    @property
+    def ends(self) -> float:
+        return max(float(panel.motion.times[-1]) for panel in self.panels)
+
+    def draw(self, time: float) -> None:
+        """Draw the last frame of each motion that is not after a time, s; before the first one the first."""
+        for ax, panel in zip(self.axes, self.panels, strict=False):
+            ax.clear()
+            times = panel.motion.times
+            frame = max(int(np.searchsorted(times, time + 1e-6, side="right")) - 1, 0)
+            PoseDisplay.from_positions(panel.seen[frame], panel.motion.skeleton, ax=ax, projection="xy")
+            (left, low), (right, high) = panel.limits
+            below = panel.heights[frame]
+            ax.axhline(-below, color="0.75", linewidth=1, zorder=0)
+            ax.set_aspect("equal", adjustable="box")
+            ax.set(xlim=(left, right), ylim=(low - below, high - below))
+            ax.set_title(f"{panel.label}\n{times[frame]:.2f} s", fontsize=10)
+        for ax in self.axes:
+            ax.axis("off")
+
+    def save_png(self, path: Path, time: float | None) -> None:
+        """Write the picture of a time, s; None is the begin."""
+        time = self.begins if time is None else time
+        if time > self.ends + 1e-6:
+            raise ValueError(f"--at {time:g} is after the end: the files end at {self.ends:g} s")
+        self.draw(time)
+        with new_file(path) as new:
+            self.figure.savefig(new, format="png", dpi=SHARP)
+
+    def save_gif(self, path: Path, begins: float | None, ends: float | None, fps: float) -> int:
+        """Write the pictures from one time to another, s, and return how many; None is all of the time."""
+        first = self.begins if begins is None else begins
+        last = self.ends if ends is None else min(ends, self.ends)
+        if first > last:
+            raise ValueError(f"--from {first:g} is after the end: the files end at {self.ends:g} s")
+        n = int((last - first) * fps + 1e-6) + 1
+        if n > MOST:
+            raise ValueError(
+                f"the GIF would have {n:,} pictures, more than {MOST:,}: choose a part by --from and --to, or fewer "
+                "pictures a second by --fps"
+            )
+        step = np.rint(np.arange(n + 1) * HUNDREDTHS / fps).astype(int)  # rounded without drift
+        pictures = self._pictures(first + np.arange(n) / fps)
+        with new_file(path) as new:
+            next(pictures).save(
+                new, "GIF", save_all=True, append_images=pictures, duration=(10 * np.diff(step)).tolist(), loop=0
+            )
+        return n
+
+    def _pictures(self, times: np.ndarray) -> Iterator[Any]:
+        """Yield the pictures of some times, with the palette of the first one."""
+        from PIL import Image
+
+        palette = None
+        for time in times:
+            self.draw(float(time))
+            self.canvas.draw()
+            picture = Image.fromarray(np.asarray(self.canvas.buffer_rgba())[..., :3].copy())
+            palette = picture.quantize(255) if palette is None else palette
+            yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
+def _panel(motion: Motion | Keypoints, label: str) -> Panel:
+    if isinstance(motion, Keypoints):
+        raise ValueError(
+            f"{label} has points without a skeleton, of which --png and --gif draw nothing: write a page by --out, "
+            "which saves pictures too"
+        )
+    scene = scene_of(motion)
+    aside = _front(scene.joints, scene.root, motion.skeleton.joint_names, scene.size) - ASIDE
+    sin, cos = np.sin(aside), np.cos(aside)
+    seen = scene.joints @ np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]).T
+    heights = scene.root[:, 1]
+    up = seen[..., 1] + heights[:, None]
+    low = np.array([seen[..., 0].min(initial=0.0), min(up.min(), heights.min(), 0.0)])
+    high = np.array([seen[..., 0].max(initial=0.0), max(up.max(), heights.max())])
+    edge = EDGE * max(float((high - low).max()), 0.1 * scene.size)
+    return Panel(label, motion, seen, heights, np.stack([low - edge, high + edge]))
+
+
+def _front(joints: np.ndarray, root: np.ndarray, names: Sequence[str], size: float) -> float:
+    """Return the direction in which a motion goes, or faces where left and right are known, rad about y from z."""
+    x, _, z = root[-1] - root[0]
+    if np.hypot(x, z) > 0.5 * size:
+        return float(np.arctan2(x, z))
+    sign = np.array([{"left": 1.0, "right": -1.0}.get(side, 0.0) for side in sides(names)])
+    x, _, z = sign @ joints[0]
+    return float(np.arctan2(-z, x)) if np.hypot(x, z) > 1e-3 * size else ASIDE

@@ -1,0 +1,83 @@
+"""People with volume: the parts of a person as areas behind the lines of the bones."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from skpose.kinematics._shared import Shape, find_shape, outline
+from skpose.plot._axes import SIDES
+from skpose.skeleton import Skeleton
+from skpose.skeleton._shared import sides
+
+TINT = 0.5  # share of the colour of a side in that of its parts; the rest is the colour of the axes
+EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
+GROUND: dict[str, Any] = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
+
+
+def shape_of_person(skeleton: Skeleton) -> Shape | None:
+    """Return the shape of a person; None for other skeletons, which are drawn as lines alone."""
+    shape = find_shape(skeleton)
+    return shape if shape.is_person else None
+
+
+def draw_volume(
+    ax, positions: np.ndarray, plane: list[int], skeleton: Skeleton, shape: Shape, shift: float, style: Mapping
+) -> None:
+    """Draw the parts of one pose, (n_joints, 3) with the root at the origin, far ones first.
+
+    Colours are those of the sides, or the one that the style has.
+    """
+    from matplotlib.collections import PathCollection
+    from matplotlib.colors import to_rgb, to_rgba
+    from matplotlib.path import Path
+
+    side = sides(skeleton.joint_names)
+    paper = np.array(to_rgb(ax.get_facecolor()))
+    depth = np.cross(np.eye(3)[plane[0]], np.eye(3)[plane[1]])  # towards the viewer
+    centres, radii = shape.centres(with_root(positions)), shape.radii
+    inside = np.array([sphere.inside for sphere in shape.spheres])
+    flat = centres[:, plane] + [shift, 0.0]
+    parts = []
+    for part in shape.parts:
+        hulls = [list(hull) for hull in part.hulls if np.isfinite(centres[list(hull)]).all()]
+        if not hulls:
+            continue
+        *colour, opacity = to_rgba(style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""]))
+        if not opacity:
+            continue
+        near = float(np.mean(centres[np.concatenate(hulls)] @ depth))
+        outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
+        parts.append((near, outlines, (*(TINT * np.array(colour) + (1.0 - TINT) * paper), opacity)))
+    paths, fills, widths = [], [], []
+    lines = [Path.MOVETO, Path.LINETO]
+    for _, outlines, fill in sorted(parts, key=lambda part: part[0]):
+        edges = np.concatenate([one.edges for one in outlines]).reshape(-1, 2)
+        closed = (Path(np.vstack([one.points, one.points[:1]]), closed=True) for one in outlines)
+        paths += [Path(edges, lines * (len(edges) // 2)), Path.make_compound_path(*closed)]
+        fills += ["none", fill]
+        widths += [2.0 * EDGE, 0.0]
+    known = "alpha", "transform", "clip_on", "zorder", "visible"
+    options: dict[str, Any] = {key: style[key] for key in known if key in style}
+    drawn = PathCollection(
+        paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **{"zorder": 2} | options
+    )
+    ax.add_collection(drawn, autolim="transform" not in style)
+
+
+def draw_ground(ax, height: float) -> None:
+    """Draw a line across the axes."""
+    from matplotlib.collections import LineCollection
+
+    line = LineCollection([[(0.0, height), (1.0, height)]], transform=ax.get_yaxis_transform(), **GROUND)
+    ax.add_collection(line, autolim=False)
+
+
+def lowest_of(shape: Shape, positions: np.ndarray, axis: int) -> float:
+    """Return the lowest coordinate that poses (n_poses, n_joints, 3) reach along an axis."""
+    return float(np.nanmin(shape.centres(with_root(positions))[..., axis] - shape.radii))
+
+
+def with_root(positions: np.ndarray) -> np.ndarray:
+    """Return positions (..., n_joints, 3) with the root, at the origin, before them."""
+    return np.concatenate([np.zeros((*positions.shape[:-2], 1, 3)), positions], axis=-2)

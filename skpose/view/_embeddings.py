@@ -1,0 +1,97 @@
+"""Poses as points in the plane, by their distances: what an explorer shows."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from sklearn.manifold import TSNE, Isomap
+
+from skpose._parallel.progress import stage
+from skpose.manifold import SpatialMDS
+from skpose.metrics import Metric, pose_distances
+from skpose.neighbors import PoseKNeighborsTransformer
+from skpose.skeleton import Skeleton
+from skpose.view._pack import pack
+
+EMBEDDINGS = ("mds", "tsne", "isomap")
+ALL, LANDMARKS = 2000, 1000  # poses up to which all distances are computed, and of more those to so many poses
+PERPLEXITY, NEIGHBORS = 30, 10  # of t-SNE and of Isomap
+LEAST_OF_TSNE, MOST_OF_ISOMAP = 20, 4000  # poses
+
+
+def embed(
+    X: np.ndarray,
+    skeleton: Skeleton,
+    metrics: Sequence[Metric],
+    methods: Sequence[str],
+    n_jobs: int | None,
+    verbose: int,
+) -> list[dict[str, Any]]:
+    """Return what a page holds of each method and metric; axes point to where those of the first do."""
+    if "tsne" in methods and len(X) < LEAST_OF_TSNE:
+        raise ValueError(
+            f'embeddings "tsne" is for {LEAST_OF_TSNE} poses at least, as fewer have no neighbourhoods, got {len(X)}: '
+            'choose a higher frame_rate, or "mds"'
+        )
+    if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
+        raise ValueError(
+            f'embeddings "isomap" is for {MOST_OF_ISOMAP:,} poses at most, as it takes the paths between all pairs, '
+            f'got {len(X):,}: choose a lower frame_rate, or "tsne"'
+        )
+    found: list[dict[str, Any]] = []
+    first = None
+    for metric in metrics:
+        scaling = SpatialMDS(
+            skeleton,
+            n_components=2,
+            metric=metric,
+            landmarks=LANDMARKS if len(X) > ALL else None,
+            random_state=0,
+            n_jobs=n_jobs,
+            verbose=verbose,
+        )
+        with stage(f"embedding by {metric.label}"):
+            scaled = scaling.fit_transform(X)
+        first = scaled if first is None else first
+        scaled = _flip(scaled, first)
+        for method in methods:
+            share: float | None = None
+            unit: str | None = metric.unit
+            points = scaled
+            if method == "mds":
+                share = float(scaling.explained_variance_ratio_.sum())
+            elif method == "tsne":
+                with stage(f"t-SNE by {metric.label}"):
+                    points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
+                unit = None  # its lengths mean nothing
+            else:
+                with stage(f"Isomap by {metric.label}"):
+                    points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
+            found.append(
+                {"metric": metric.label, "method": method, "unit": unit, "points": pack(points), "share": share}
+            )
+    return found
+
+
+def _flip(points: np.ndarray, like: np.ndarray) -> np.ndarray:
+    """Return points with axes that point to where those of others do."""
+    return points * np.where((points * like).sum(axis=0) < 0.0, -1.0, 1.0)
+
+
+def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, n_jobs: int | None) -> np.ndarray:
+    """Return the plane of t-SNE of the nearest neighbours, which starts at another one."""
+    perplexity = min(PERPLEXITY, (len(X) - 1) / 3)
+    k = min(len(X) - 1, int(3.0 * perplexity + 1.0))
+    graph = PoseKNeighborsTransformer(skeleton, n_neighbors=k, metric=metric, n_jobs=n_jobs).fit_transform(X)
+    small = 1e-4 * start / (start[:, 0].std() or 1.0)
+    tsne = TSNE(
+        metric="precomputed", perplexity=perplexity, init=small.astype(np.float32), random_state=0, n_jobs=n_jobs
+    )
+    return tsne.fit_transform(graph)
+
+
+def _isomap(X: np.ndarray, skeleton: Skeleton, metric: Metric, n_jobs: int | None) -> np.ndarray:
+    """Return the plane of Isomap."""
+    D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
+    isomap = Isomap(n_neighbors=min(NEIGHBORS, len(X) - 1), n_components=2, metric="precomputed", n_jobs=n_jobs)
+    return isomap.fit_transform(D)

@@ -1,0 +1,150 @@
+"""`skpose view --png` and `--gif`: pictures of files."""
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageSequence
+
+from skpose._cli.main import main
+from skpose.datasets import make_gait
+from skpose.io import save_bvh
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Files of two walks of two people, of 1 and 0.7 s."""
+    monkeypatch.chdir(tmp_path)
+    gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=20, random_state=0)
+    walks = gait[gait.actions == "walk"].motions
+    for name, motion, n_frames in zip(("anna.bvh", "ben.bvh"), walks, (20, 14), strict=True):
+        save_bvh(name, motion[:n_frames], scale=1.0)
+
+
+def refusal(arguments, capsys, status=1):
+    """Run a command that must fail and leave no picture; return what it prints on stderr."""
+    before = sorted(Path().iterdir())
+    if status == 2:
+        with pytest.raises(SystemExit) as stop:
+            main(["view", *arguments])
+        assert stop.value.code == 2
+    else:
+        assert main(["view", *arguments]) == status
+    assert sorted(Path().iterdir()) == before
+    return capsys.readouterr().err
+
+
+def opened(name):
+    return Image.open(BytesIO(Path(name).read_bytes()))
+
+
+def has_colours(picture):
+    """Return whether the colours of left and right are in a picture."""
+    return all((np.abs(picture - colour).max(axis=2) < 40).sum() > 30 for colour in ([0, 114, 178], [213, 94, 0]))
+
+
+def test_all_pictures_are_seen_from_one_side():
+    """Each side of the person is one line, through its joints as the view has them."""
+    from skpose._cli.moving_picture import Recording
+    from skpose.io import load_bvh
+
+    recording = Recording([load_bvh("anna.bvh")], ["anna"])
+    (panel,) = recording.panels
+    for frame, time in enumerate(panel.motion.times):
+        recording.draw(time)
+        drawn = np.concatenate([line.get_xydata() for line in recording.axes[0].lines])
+        for joint in panel.seen[frame][:, :2]:
+            assert np.nanmin(np.abs(drawn - joint).max(axis=1)) < 1e-9
+
+
+def test_picture_of_a_moment(capsys):
+    assert main(["view", "anna.bvh", "--png", "first.png"]) == 0
+    assert main(["view", "anna.bvh", "--png", "later.png", "--at", "0.4"]) == 0
+    first, later = (np.asarray(opened(name).convert("RGB")).astype(int) for name in ("first.png", "later.png"))
+    assert first.shape == later.shape
+    assert has_colours(first)
+    assert (np.abs(first - later).max(axis=2) > 30).sum() > 500
+    assert capsys.readouterr().out.splitlines()[0].startswith("first.png: 0.0")
+    assert (
+        main(["view", "anna.bvh", "--png", "same.png", "--at", "0.44"]) == 0
+    )  # the frame of 0.40 s is the last before
+    np.testing.assert_array_equal(np.asarray(opened("same.png").convert("RGB")), later)
+
+
+def test_moving_picture(capsys):
+    command = ["view", "anna.bvh", "--gif", "walk.gif", "--from", "0.2", "--to", "0.7", "--fps", "10"]
+    assert main(command) == 0
+    image = opened("walk.gif")
+    pictures = [np.asarray(frame.convert("RGB")).astype(int) for frame in ImageSequence.Iterator(image)]
+    assert len(pictures) == 6
+    assert image.info["duration"] == 100
+    assert image.info["loop"] == 0
+    assert all(map(has_colours, pictures))
+    assert capsys.readouterr().out.startswith("walk.gif: 6 pictures, ")
+
+
+def test_durations_do_not_drift():
+    """Of 30 pictures a second each takes 3 or 4 hundredths."""
+    assert main(["view", "anna.bvh", "--gif", "walk.gif", "--fps", "30"]) == 0
+    durations = [frame.info["duration"] for frame in ImageSequence.Iterator(opened("walk.gif"))]
+    assert set(durations) == {30, 70}  # two pictures of one frame of the file are one
+    assert sum(durations) == pytest.approx(29 * 1000 / 30, abs=5)  # 29 pictures
+
+
+def test_page_and_pictures_of_several_files_at_once(capsys):
+    command = [
+        "view",
+        "anna.bvh",
+        "ben.bvh",
+        "--out",
+        "view.html",
+        "--png",
+        "two.png",
+        "--gif",
+        "two.gif",
+        "--fps",
+        "5",
+    ]
+    assert main(command) == 0
+    assert all(Path(name).exists() for name in ("view.html", "two.png", "two.gif"))
+    wide, high = opened("two.png").size
+    assert wide > 1.5 * high
+    assert len(capsys.readouterr().out.splitlines()) == 3
+
+
+def test_nothing_is_written_over(capsys):
+    Path("there.png").write_text("mine")
+    err = refusal(["anna.bvh", "--png", "there.png", "--out", "view.html"], capsys)
+    assert "there.png already exists: delete it or choose another file" in err
+    assert Path("there.png").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--png", "a.gif"], "'a.gif' does not end in .png, which is the format of the file"),
+        (["--gif", "a.gif", "--overlay"], "--align and --overlay are for a page"),
+        (["--gif", "a.gif", "--at", "1"], "--at is the time of --png: pass both"),
+        (["--png", "a.png", "--to", "1"], "--from, --to and --fps are for --gif: pass it too"),
+        (["--gif", "a.gif", "--fps", "60"], "--fps must be from 0.1 to 50"),
+        (["--gif", "a.gif", "--fps", "0.001"], "--fps must be from 0.1 to 50"),
+        (["--png", "a.png", "--at", "-1"], "expected a time in seconds, zero or more, got '-1'"),
+        (["--gif", "a.gif", "--from", "0.5", "--to", "0.2"], "--to 0.2 must be after --from 0.5"),
+    ],
+)
+def test_options_that_do_not_go_together(arguments, expected, capsys):
+    assert expected in refusal(["anna.bvh", *arguments], capsys, status=2)
+
+
+def test_times_that_the_files_do_not_have(capsys):
+    assert "--at 2 is after the end: the files end at 0.95 s" in refusal(
+        ["anna.bvh", "--png", "a.png", "--at", "2"], capsys
+    )
+    assert "--from 2 is after the end" in refusal(["anna.bvh", "--gif", "a.gif", "--from", "2"], capsys)
+
+
+def test_points_without_a_skeleton_are_refused(capsys):
+    np.savez("points.npz", positions=np.random.default_rng(0).normal(size=(3, 17, 3)), frame_rate=30.0)
+    err = refusal(["points.npz", "--layout", "coco17", "--png", "a.png"], capsys)
+    assert "points.npz has points without a skeleton, of which --png and --gif draw nothing" in err

@@ -1,0 +1,332 @@
+"""The pages of the site that visitors try: numbers that they show are those of the library."""
+
+import json
+import re
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skpose import Motion, pose_distances
+from skpose._cli.main import main
+from skpose.datasets import humanoid
+from skpose.io import MocapFormatError, load_bvh, save_bvh
+from skpose.kinematics._shape import link_shape
+from skpose.skeleton._shared import sides
+from skpose.view._scene import scene_of
+
+DOCS = Path(__file__).parents[2] / "docs"
+sys.path[:0] = [str(DOCS), str(DOCS / "_extensions")]
+
+import drop  # noqa: E402
+import turns  # noqa: E402
+from devtools import Window, chromium  # noqa: E402
+
+DATA = Path(__file__).parents[1] / "data"
+READ = """(() => {{
+  try {{
+    const motion = drop.motionOf(drop.readBvh({text}), {scale});
+    const {{ joints, root, headings, size, standing }} = drop.sceneOf(motion, {up});
+    const {{ names, parents, sides, columns, weights }} = motion.skeleton;
+    return {{
+      joints, root, headings, size, standing, names, parents, sides, columns, weights, rate: motion.rate,
+      poses: motion.poses.map((pose) => Array.from(pose)), shape: drop.linkShape(motion.skeleton),
+    }};
+  }} catch (error) {{
+    return error.message;
+  }}
+}})()"""
+# A walker below a joint of reference that stands still, with a bone whose position channels replace its OFFSET.
+REFERENCE = """HIERARCHY
+ROOT reference
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT hips
+  {
+    OFFSET 1 2 3
+    CHANNELS 6 Xposition Yposition Zposition Yrotation Xrotation Zrotation
+    JOINT left
+    {
+      OFFSET 0 -4 0
+      CHANNELS 6 Xposition Yposition Zposition Xrotation Zrotation Yrotation
+      End Site
+      {
+        OFFSET 0 -5 1
+      }
+    }
+    JOINT right
+    {
+      OFFSET 1 -4 0
+      CHANNELS 2 Xrotation Yrotation
+      End Site
+      {
+        OFFSET 0 -5 1
+      }
+    }
+  }
+}
+MOTION
+Frames: 3
+Frame Time: 0.04
+1 0 2 0 0 0   0 9 0 10 20 30   0 -6 0 5 6 7   8 9
+1 0 2 0 0 0   1 9 2 11 21 31   0 -6 0 6 7 8   9 8
+1 0 2 0 0 0   2 9 4 12 22 32   0 -6 0 7 8 9   10 7
+"""
+
+
+@pytest.fixture(scope="module")
+def window():
+    if not chromium():
+        pytest.skip("there is no Chromium")
+    with Window() as window:
+        yield window
+
+
+def open_page(window, page, folder):
+    path = folder / "page.html"
+    page.save(path)
+    window.open(path.as_uri())
+    return window
+
+
+@pytest.fixture(scope="module")
+def dropped(window, tmp_path_factory):
+    """The page into which files are dropped."""
+    page = open_page(window, drop.page(), tmp_path_factory.mktemp("drop"))
+    page.wait_for("window.drop && drop.state.values")
+    return page
+
+
+def read(window, text, *, scale=1.0, up="y"):
+    return window.run(READ.format(text=json.dumps(text), scale=scale, up=json.dumps(up)))
+
+
+def assert_reads_as_the_library(window, path, up=None):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        motion = load_bvh(path, scale=0.01, up=up)
+    found = read(window, path.read_text(encoding="utf-8"), scale=0.01, up=motion.up)
+    scene = scene_of(motion)
+    assert found["names"] == list(motion.skeleton.joint_names)
+    assert found["parents"] == motion.skeleton.parents.tolist()
+    assert found["sides"] == sides(motion.skeleton.joint_names)
+    assert found["weights"] == motion.skeleton.weights.tolist()
+    assert found["standing"] == scene.standing
+    assert found["rate"] == pytest.approx(motion.frame_rate, rel=1e-12)
+    np.testing.assert_allclose(found["poses"], motion.angles, atol=1e-13)
+    for name in ("joints", "root", "size"):
+        np.testing.assert_allclose(found[name], getattr(scene, name), atol=1e-13 * scene.size)
+    np.testing.assert_allclose(np.sin(np.subtract(found["headings"], scene.headings) / 2.0), 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", [path.name for path in sorted(DATA.glob("*.bvh"))])
+def test_files_are_read_as_by_the_library(dropped, name):
+    assert_reads_as_the_library(dropped, DATA / name)
+
+
+@pytest.mark.parametrize("up", ["x", "y", "z"])
+def test_a_reference_that_stands_still_is_not_the_root(dropped, up, tmp_path):
+    path = tmp_path / "reference.bvh"
+    path.write_text(REFERENCE)
+    assert_reads_as_the_library(dropped, path, up)
+
+
+@pytest.mark.parametrize("order", ["XYZ", "ZXY", "YZX"])
+def test_written_files_are_read_again(dropped, order, tmp_path):
+    rng = np.random.default_rng(0)
+    skeleton = humanoid()
+    motion = Motion(
+        skeleton, rng.normal(size=(7, skeleton.n_dofs)), 25, rng.normal(size=(7, 3)), rng.normal(size=(7, 3)), order
+    )
+    save_bvh(tmp_path / "written.bvh", motion, scale=0.01)
+    assert_reads_as_the_library(dropped, tmp_path / "written.bvh")
+
+
+def test_links_are_as_thick_as_in_other_pages(dropped):
+    found = read(dropped, (DATA / "biped.bvh").read_text(encoding="utf-8"), scale=0.01)["shape"]
+    skeleton = load_bvh(DATA / "biped.bvh", scale=0.01).skeleton
+    expected = link_shape(skeleton, range(skeleton.n_joints))
+
+    def links(spheres, parts):
+        return [(joint, *([spheres[i] for i in hull] for hull in hulls)) for joint, hulls in parts]
+
+    ours = links([(sphere["at"], pytest.approx(sphere["radius"])) for sphere in found["spheres"]], found["parts"])
+    assert ours == links([(list(s.points), s.radius) for s in expected.spheres], expected.parts)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text[:200], "MOTION"),
+        (lambda text: "a,b\n1,2\n", "HIERARCHY"),
+        (lambda text: text.rsplit(None, 2)[0], "cut short"),
+        (lambda text: re.sub(r"Frame Time:.*", "Frame Time: 0", text), "Frame Time"),
+        (lambda text: text.replace("OFFSET", "OFSET", 1), "OFSET"),
+        (lambda text: text.rsplit(None, 1)[0] + " nan\n", "no finite number"),
+        (lambda text: text.rsplit(None, 1)[0] + " 0x10\n", "no finite number"),
+        (lambda text: re.sub(r"Frame Time:.*", "Frame Time: Infinity", text), "Frame Time"),
+        (lambda text: re.sub(r"(OFFSET .*)", r"\1\n\1", text, count=1), "OFFSET twice"),
+        (lambda text: re.sub(r"(CHANNELS .*)", r"\1\n\1", text, count=1), "CHANNELS twice"),
+        (lambda text: text.replace("Yrotation", "Zrotation"), "CHANNELS"),
+        (lambda text: re.sub(r"OFFSET \S+", "OFFSET 0x32", text, count=1), "0x32"),
+    ],
+)
+def test_what_is_no_whole_file_is_refused_in_words(dropped, change, words, tmp_path):
+    text = change((DATA / "biped.bvh").read_text(encoding="utf-8"))
+    (tmp_path / "bad.bvh").write_text(text)
+    with pytest.raises(MocapFormatError):
+        load_bvh(tmp_path / "bad.bvh", scale=0.01)
+    assert words in read(dropped, text)
+
+
+def files_of(texts):
+    return f"[{', '.join(f'new File([{json.dumps(text)}], {json.dumps(name)})' for name, text in texts.items())}]"
+
+
+@pytest.mark.parametrize("metric", ["angle", "position", "rotation", "spatial"])
+def test_the_curve_is_the_distance_to_each_frame(dropped, metric, tmp_path):
+    texts = {one["name"]: one["text"] for one in page_data(drop.page())["examples"]}
+    dropped.run(f"drop.read({files_of(texts)})")
+    dropped.run(f"document.getElementById('metric').value = '{metric}'; drop.state.shown = -1")
+    dropped.run("drop.state.values = null")
+    dropped.wait_for("drop.state.values && drop.state.shown >= 0")
+    frame, values = dropped.run("[drop.state.shown, Array.from(drop.state.values)]")
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    walk, run = (load_bvh(tmp_path / name, scale=0.01) for name in texts)
+    expected = pose_distances(walk.angles[[frame]], run.angles, skeleton=walk.skeleton, metric=metric)[0]
+    np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9)
+
+
+def page_data(page):
+    return json.loads(re.search(r'id="data">(.*?)</script>', page.html, flags=re.S)[1])
+
+
+ARM = """HIERARCHY
+ROOT a
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT b
+  {
+    OFFSET 30 0 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    JOINT c
+    {
+      OFFSET 20 0 0
+      CHANNELS 3 Zrotation Xrotation Yrotation
+      End Site
+      {
+        OFFSET 10 0 0
+      }
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.04
+0 0 0 0 0 0  10 20 30  40 50 60
+0 0 0 0 0 0  20 20 30  40 50 60
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("JOINT c", "JOINT d"), "Only one of the two has"),
+        (lambda text: text.replace("CHANNELS 3 Zrotation Xrotation", "CHANNELS 3 Xrotation Zrotation"), "ball joints"),
+        (lambda text: text.replace("OFFSET 30 0 0", "OFFSET 0 30 0"), "90° apart"),
+        (lambda text: text.replace("    JOINT c", "    }\n    JOINT c").replace("}\n  }\n}", "}\n}", 1), "comes after"),
+    ],
+    ids=["names", "axes", "directions", "parents"],
+)
+def test_motions_of_other_skeletons_are_shown_and_not_compared(dropped, change, words, tmp_path):
+    texts = {"one.bvh": ARM, "other.bvh": change(ARM)}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    paths, out = [str(tmp_path / name) for name in texts], str(tmp_path / "D.npy")
+    assert main(["distances", *paths, "--scale", "0.01", "--out", out]) == 1
+    dropped.run(f"drop.read({files_of(texts)})")
+    dropped.wait_for(f"document.getElementById('words').textContent.includes({json.dumps(words)})")
+    assert "one: " in dropped.run("document.getElementById('state').textContent")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("JOINT c", "JOINT a"),
+        lambda text: text.replace("JOINT c", "JOINT c  of b "),
+        lambda text: text.replace("JOINT b", "JOINT c_end"),
+        lambda text: text.replace("Frames: 2\nFrame Time: 0.04", "Frame Time: 0.04\nFrames: 2"),
+        lambda text: text.replace("End Site", "END SITE").replace("JOINT", "joint").replace("Zrotation", "ZROTATION"),
+    ],
+)
+def test_names_and_heads_are_read_as_by_the_library(dropped, change, tmp_path):
+    (tmp_path / "arm.bvh").write_text(change(ARM))
+    assert_reads_as_the_library(dropped, tmp_path / "arm.bvh")
+
+
+def test_a_problem_leaves_what_was_shown(dropped):
+    before = dropped.run("document.getElementById('state').textContent")
+    dropped.run("drop.read([new File(['HIERARCHY'], 'cut.bvh')])")
+    assert (
+        dropped.run("document.getElementById('failure').textContent") == "cut.bvh: it has no MOTION: is it cut short?."
+    )
+    assert dropped.run("document.getElementById('state').textContent") == before
+
+
+def test_nothing_leaves_the_page(dropped):
+    assert [address for address in dropped.requests() if not address.startswith(("file:", "data:", "blob:"))] == []
+    assert dropped.errors() == []
+    refused = dropped.run("fetch('https://example.org').then(() => 'sent', () => 'refused')")
+    assert refused == "refused"
+
+
+# --- one angle, two distances -----------------------------------------------------------------------------------------
+
+SHOWN = "[...document.querySelectorAll('figcaption output')].map((e) => e.textContent)"
+
+
+@pytest.fixture
+def turned(window, tmp_path):
+    open_page(window, turns.page(), tmp_path)
+    window.wait_for("window.shown && !window.shown().rising")
+    return window
+
+
+def expected_texts(degrees):
+    skeleton = humanoid()
+    X = np.zeros((3, skeleton.n_dofs))
+    for row, column in enumerate(turns.TURNS.values(), start=1):
+        X[row, skeleton.dof_names.index(column)] = np.radians(degrees)
+    found = [pose_distances(X[:1], X[1:], skeleton=skeleton, metric=metric)[0] for metric in ("angle", "spatial")]
+    return [text for angle, spatial in np.transpose(found) for text in (f"{angle:.2f} rad", f"{spatial:.2f} m")]
+
+
+def test_numbers_are_those_of_the_library(turned):
+    assert turned.run(SHOWN) == expected_texts(60)
+    assert turned.errors() == []
+
+
+def test_the_slider_turns_both(turned):
+    turned.run("Object.assign(document.getElementById('turn'), {value: 25}).dispatchEvent(new Event('input'))")
+    assert turned.run(SHOWN) == expected_texts(25)
+
+
+@pytest.mark.parametrize("figure", ["shoulder", "wrist"])
+def test_a_drag_of_the_hand_turns_both(turned, figure):
+    """From where the hand is to straight below the joint that turns."""
+    before = turned.run(SHOWN)
+    x, y = turned.run(
+        f"(() => {{ const {{left, top}} = document.querySelector('#{figure} canvas').getBoundingClientRect();"
+        f" const hand = shown().hands['{figure}']; return [left + hand.x, top + hand.y]; }})()"
+    )
+    for kind, dx in (("mousePressed", 0), ("mouseMoved", -3), ("mouseMoved", -6), ("mouseReleased", -6)):
+        turned.call("Input.dispatchMouseEvent", type=kind, x=x + dx, y=y + 3, button="left", buttons=1, clickCount=1)
+    after = turned.run(SHOWN)
+    assert after != before
+    assert after[0] == after[2]  # one angle
+    assert float(after[0].split()[0]) < float(before[0].split()[0])

@@ -1,0 +1,140 @@
+"""Small figures among the points of an explorer, its planes, and the forms of its points."""
+
+import itertools
+
+import numpy as np
+import pytest
+from explorer_page import places
+from pages import data_of
+
+from skpose import SpatialMDS
+from skpose.datasets import MotionDataset, make_actions
+from skpose.view import explorer
+from skpose.view._pack import unpack
+
+pytestmark = pytest.mark.slow
+BOXES = """skpose.state.figures.map((row) => {
+  const [x, y] = skpose.stage.at(row);
+  return [row, x, y];
+})"""
+HALF_WIDTH, HALF_HEIGHT = 22, 32  # px, of a small figure
+
+
+@pytest.fixture(scope="module")
+def actions():
+    return make_actions(2, 1, actions=["kick", "squat", "wave"], random_state=0)
+
+
+@pytest.fixture(scope="module")
+def page(actions):
+    return explorer(actions, frame_rate=6, metrics=["spatial", "angle"], embeddings=["mds", "tsne", "isomap"])
+
+
+def rows_of(data, group):
+    of_motion = next(groups for groups in data["groups"] if groups["by"] == group)
+    motion_of = np.repeat(np.arange(len(data["counts"])), data["counts"])
+    return np.array(of_motion["of"])[motion_of], of_motion["names"]
+
+
+def test_a_page_opens_coloured_by_action_and_plays(browser, page):
+    browser.open(page, still=False)
+    assert browser.find("#colour").get_attribute("value") == "action"
+    assert browser.find("#play").text == "Pause"
+
+
+def test_figures_stand_for_the_actions(browser, page):
+    """Each is a pose of its action, in the middle of it; none lies over another."""
+    browser.open(page)
+    where, (of, names) = places(browser), rows_of(data_of(page), "action")
+    shown = browser.js(BOXES)
+    assert 0 < len(shown) <= len(names)
+    for row, *at in shown:
+        np.testing.assert_allclose(at, where[row])
+        members = where[of == of[row]]
+        far = np.linalg.norm(members - np.median(members, axis=0), axis=1)
+        assert np.linalg.norm(where[row] - np.median(members, axis=0)) <= np.median(far)
+    assert len({of[row] for row, *_ in shown}) == len(shown)
+
+
+def test_more_figures_appear_where_there_is_space(browser, page):
+    browser.open(page)
+    counts = [len(browser.js(BOXES))]
+    for _ in range(6):
+        browser.press("+", "+", css="#canvas")
+        browser.settle()
+        shown = np.array(browser.js(BOXES)).reshape(-1, 3)[:, 1:]
+        for a, b in itertools.combinations(shown, 2):
+            apart = np.abs(a - b)
+            assert apart[0] >= 2 * HALF_WIDTH or apart[1] >= 2 * HALF_HEIGHT
+        counts.append(len(shown))
+    assert max(counts) > counts[0]
+    browser.find("#figures").click()
+    browser.settle()
+    assert browser.js(BOXES) == []
+
+
+def test_figures_of_other_groups_are_not_shown(browser, page):
+    browser.open(page)
+    of, _ = rows_of(data_of(page), "action")
+    browser.driver.find_elements("css selector", "#groups button")[1].click()
+    browser.settle()
+    assert {of[row] for row, *_ in browser.js(BOXES)} <= {1}
+
+
+def test_planes_are_those_of_the_methods(browser, page, actions):
+    X, _ = actions.poses(frame_rate=6)
+    of, _ = rows_of(data_of(page), "action")
+    held = data_of(page)["embeddings"]
+    assert [(one["metric"], one["method"]) for one in held] == [
+        (metric, method) for metric in ("spatial", "angle") for method in ("mds", "tsne", "isomap")
+    ]
+    mds = SpatialMDS(actions.skeleton, n_components=2).fit_transform(X)
+    np.testing.assert_allclose(np.abs(unpack(held[0]["points"])), np.abs(mds), atol=1e-4 * np.ptp(mds))
+    browser.open(page)
+    for method in ("mds", "tsne", "isomap"):
+        browser.choose("#method", method)
+        where = places(browser)
+        points = unpack(next(o for o in held if (o["metric"], o["method"]) == ("spatial", method))["points"])
+        turned, seen = (points - points.mean(axis=0)) * [1, -1], where - where.mean(axis=0)
+        scale = (turned * seen).sum() / (turned**2).sum()
+        np.testing.assert_allclose(seen, scale * turned, atol=1e-6 * np.ptp(where))
+        nearest = np.linalg.norm(points[:, None] - points, axis=2) + np.diag(np.full(len(points), np.inf))
+        assert (of[nearest.argmin(axis=1)] == of).mean() > 0.6  # by chance a third
+
+
+def test_lengths_are_shown_where_they_mean_something(browser, page):
+    browser.open(page)
+    for method, unit in (("mds", "m"), ("tsne", None), ("isomap", "m")):
+        browser.choose("#method", method)
+        assert browser.js("skpose.state.unit") == unit
+
+
+def test_colours_with_their_forms_do_not_repeat_within_twenty(browser):
+    motion = make_actions(1, 1, actions=["kick"], random_state=0).motions[0].resample(4)
+    names = [f"person {i:02}" for i in range(20)]
+    browser.open(explorer(MotionDataset([motion] * 20, subjects=names), metrics=["angle"], frame_rate=None))
+    looks = browser.js(
+        "Array.from({ length: skpose.poses.count }, (_, i) => `${skpose.stage.colours[i]} ${skpose.stage.forms[i]}`)"
+    )
+    assert len(set(looks)) == 20
+    swatches = browser.js(
+        "[...document.querySelectorAll('.swatch')].map((e) => `${e.style.background} ${e.dataset.form}`)"
+    )
+    assert len(set(swatches)) == 20
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"embeddings": []}, "at least one of"), ({"embeddings": ["pca"]}, "pca"), ({"embeddings": "mds"}, "a list")],
+)
+def test_other_embeddings_are_refused(actions, options, words):
+    with pytest.raises(ValueError, match=words):
+        explorer(actions, frame_rate=6, metrics=["angle"], **options)
+
+
+def test_isomap_of_many_poses_is_refused(actions, monkeypatch):
+    from skpose.view import _embeddings
+
+    monkeypatch.setattr(_embeddings, "MOST_OF_ISOMAP", 10)
+    with pytest.raises(ValueError, match="10 poses at most"):
+        explorer(actions, frame_rate=6, metrics=["angle"], embeddings=["isomap"])
