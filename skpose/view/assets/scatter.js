@@ -145,16 +145,15 @@ class Scatter {
     }
     const paper = packedColour(colours.paper);
     this.pixels.fill(0xff000000 | paper);
-    const stamps = FORMS.map((form) => stampOf(form, this.radius * density));
     const scale = this.scale * density;
-    const opacity = Math.round(256 * this.opacity);
     const [x0, y0] = [width / 2 - scale * this.centre[0], height / 2 + scale * this.centre[1]];
     for (const back of this.faded || this.absent ? [1, 0] : [0]) {
+      const stamps = FORMS.map((form) => stampOf(form, this.radius * density, back ? 1 : this.opacity, width));
       for (const i of this.order) {
         if ((this.faded?.[i] || this.absent?.[i] || 0) !== back) continue;
         const colour = back ? blend(paper, this.colours[i], 56) : this.colours[i];
         const [x, y] = [Math.round(x0 + scale * this.x[i]), Math.round(y0 - scale * this.y[i])];
-        this.stamp(stamps[this.forms[i]], x, y, colour, back ? 256 : opacity);
+        this.stamp(stamps[this.forms[i]], x, y, colour);
       }
     }
     this.context.putImageData(this.image, 0, 0);
@@ -169,20 +168,19 @@ class Scatter {
   }
 
   /** Draw one point into the pixels. */
-  stamp({ reach, cover }, x, y, colour, opacity) {
+  stamp({ reach, columns, rows, places, cover }, x, y, colour) {
     const { width, height } = this.image;
+    const whole = x >= reach && y >= reach && x < width - reach && y < height - reach;
     if (x < -reach || y < -reach || x >= width + reach || y >= height + reach) return;
     const { pixels } = this;
-    const side = 2 * reach + 1;
-    const [left, right] = [Math.max(0, reach - x), Math.min(side, width + reach - x)];
-    const [top, bottom] = [Math.max(0, reach - y), Math.min(side, height + reach - y)];
-    for (let row = top; row < bottom; row++) {
-      let at = (y - reach + row) * width + x - reach + left;
-      for (let k = row * side + left; k < row * side + right; k++, at++) {
-        const share = (cover[k] * opacity) >>> 8;
-        if (share === 256) pixels[at] = 0xff000000 | colour;
-        else if (share) pixels[at] = 0xff000000 | blend(pixels[at], colour, share);
+    const middle = y * width + x;
+    for (let k = 0; k < cover.length; k++) {
+      if (!whole) {
+        const [column, row] = [x + columns[k], y + rows[k]];
+        if (column < 0 || row < 0 || column >= width || row >= height) continue;
       }
+      const at = middle + places[k];
+      pixels[at] = 0xff000000 | (cover[k] === 256 ? colour : blend(pixels[at], colour, cover[k]));
     }
   }
 }
@@ -210,15 +208,22 @@ const FORMS = [
   (x, y, radius) => Math.max(Math.abs(x), Math.abs(y)) - 0.9 * radius, // a square
 ];
 
-/** A form as how much of each pixel it covers, 0 to 256. */
-function stampOf(form, radius) {
+/** The pixels that a form covers, about its middle and in a picture of a width, and by how many 256ths each. */
+function stampOf(form, radius, opacity, width) {
   const reach = Math.ceil(1.3 * radius + 0.5);
-  const side = 2 * reach + 1;
-  const cover = Uint16Array.from({ length: side * side }, (_, k) => {
-    const outside = form((k % side) - reach, Math.floor(k / side) - reach, radius);
-    return Math.round(256 * Math.max(0, Math.min(1, 0.5 - outside)));
-  });
-  return { reach, cover };
+  const [columns, rows, places, cover] = [[], [], [], []];
+  for (let row = -reach; row <= reach; row++) {
+    for (let column = -reach; column <= reach; column++) {
+      const share = Math.round(256 * opacity * Math.max(0, Math.min(1, 0.5 - form(column, row, radius))));
+      if (!share) continue;
+      columns.push(column);
+      rows.push(row);
+      places.push(row * width + column);
+      cover.push(share);
+    }
+  }
+  return { reach, columns: Int32Array.from(columns), rows: Int32Array.from(rows), places: Int32Array.from(places),
+    cover: Uint16Array.from(cover) };
 }
 
 /** The numbers below n in an order in which no group of points covers another one: multiples of a large prime. */

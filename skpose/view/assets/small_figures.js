@@ -6,18 +6,24 @@ const SMALL_GAP = 4; // px between two
 const ZOOM_OF_POSES = 2; // from which poses are shown
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
 const KEPT = 400; // pictures that are kept
+const NAME_FONT = "bold 13px system-ui, sans-serif";
 
 class SmallFigures {
   /** `poses` are those of the page; `view` is the view of the large figure, whose direction the small ones have. */
   constructor(poses, view, size) {
-    Object.assign(this, { poses, view, size, pictures: new Map(), medoids: [], names: [] });
+    Object.assign(this, { poses, view, size, pictures: new Map(), groups: [] });
     this.cameras = "";
   }
 
-  /** Take the groups of the colours: the pose in the middle of each stands for it. */
+  /** Take the groups of the colours, the largest first: the pose in the middle of each stands for it. */
   group(scatter, { names, of }) {
-    this.names = names ?? [];
-    this.medoids = !names || names.length > MOST_NAMED ? [] : names.map((_, group) => medoidOf(scatter, of, group));
+    const members = (names ?? []).map(() => []);
+    if (names) of.forEach((group, row) => members[group].push(row));
+    const found = members.map((rows, group) => ({ rows, words: shortened(names[group] || "unnamed") }))
+      .filter(({ rows }) => rows.length)
+      .sort((a, b) => b.rows.length - a.rows.length);
+    const shown = found.length > MOST_NAMED ? [] : found;
+    this.groups = shown.map(({ rows, words }) => ({ row: medoidOf(scatter, rows), words }));
   }
 
   /** Draw those that have space; `colourOf` takes a row. Return their rows. */
@@ -27,15 +33,16 @@ class SmallFigures {
     const fits = (box) => box.x >= 0 && box.y >= 0 && box.x + box.width <= scatter.width
       && box.y + box.height <= scatter.height && placed.every((other) => !overlap(box, other));
     const rows = [];
-    this.medoids.forEach((row, group) => {
-      if (row < 0 || hidden(row)) return;
-      const box = boxAt(scatter.at(row), 0.7 * SMALL_SIDE, SMALL_SIDE + 16);
-      if (!fits(box)) return;
+    context.font = NAME_FONT;
+    for (const { row, words } of this.groups) {
+      const box = boxAt(scatter.at(row), Math.max(0.7 * SMALL_SIDE, context.measureText(words).width), SMALL_SIDE + 16);
+      if (hidden(row) || !fits(box)) continue;
       placed.push(box);
       rows.push(row);
+      clear(context, box); // of the points
       this.put(context, box, row, colourOf(row));
-      this.name(context, box, this.names[group], colourOf(row));
-    });
+      this.name(context, box, words, colourOf(row));
+    }
     if (scatter.zoom < ZOOM_OF_POSES) return rows;
     for (const row of nearCells(scatter, SMALL_SIDE + SMALL_GAP)) {
       if (hidden(row)) continue;
@@ -89,12 +96,11 @@ class SmallFigures {
   /** Write the name of a group below its figure. */
   name(context, { x, y, width }, words, colour) {
     Object.assign(context, {
-      font: "bold 13px system-ui, sans-serif", textAlign: "center", textBaseline: "top", lineJoin: "round",
+      font: NAME_FONT, textAlign: "center", textBaseline: "top", lineJoin: "round",
       lineWidth: 4, strokeStyle: colours.paper, fillStyle: colour,
     });
-    const short = words.length > 14 ? `${words.slice(0, 13)}…` : words;
-    context.strokeText(short, x + width / 2, y + SMALL_SIDE);
-    context.fillText(short, x + width / 2, y + SMALL_SIDE);
+    context.strokeText(words, x + width / 2, y + SMALL_SIDE);
+    context.fillText(words, x + width / 2, y + SMALL_SIDE);
   }
 }
 
@@ -103,11 +109,20 @@ const boxAt = ([x, y], width, height) => ({ x: x - width / 2, y: y - height / 2,
 const overlap = (a, b) => Math.abs(a.x + a.width / 2 - b.x - b.width / 2) < (a.width + b.width) / 2 + SMALL_GAP
   && Math.abs(a.y + a.height / 2 - b.y - b.height / 2) < (a.height + b.height) / 2 + SMALL_GAP;
 
-/** The point of a group that is nearest to the medians of its places, or -1. */
-function medoidOf({ x, y, count }, of, group) {
-  const rows = [];
-  for (let row = 0; row < count; row++) if (of[row] === group) rows.push(row);
-  if (!rows.length) return -1;
+const shortened = (words) => (words.length > 14 ? `${words.slice(0, 13)}…` : words);
+
+/** Let what lies below a box step back. */
+function clear(context, { x, y, width, height }) {
+  context.globalAlpha = 0.7;
+  context.fillStyle = colours.paper;
+  context.beginPath();
+  context.roundRect(x - SMALL_GAP / 2, y - SMALL_GAP / 2, width + SMALL_GAP, height + SMALL_GAP, 8);
+  context.fill();
+  context.globalAlpha = 1;
+}
+
+/** Of some points the one that is nearest to the medians of their places. */
+function medoidOf({ x, y }, rows) {
   const median = (values) => Float64Array.from(rows, (row) => values[row]).sort()[rows.length >> 1];
   const [middleX, middleY] = [median(x), median(y)];
   const far = (row) => (x[row] - middleX) ** 2 + (y[row] - middleY) ** 2;
