@@ -189,7 +189,7 @@ def _numbers(kind: Callable[[str], float], expected: str) -> Callable[[str], lis
     def values_of(text: str) -> list:
         try:
             return [kind(word) for word in text.split(",")]
-        except ValueError:
+        except (ValueError, argparse.ArgumentTypeError):
             raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}") from None
 
     return values_of

@@ -157,7 +157,7 @@ def test_minima_of_frames_with_gaps_and_of_still_people():
     ("options", "status", "message"),
     [
         (["--pose", "3.1"], 1, "a.bvh lasts 3.00 s: choose another time than --pose 3.1"),
-        (["--pose", "-1"], 2, "argument --pose: invalid time in seconds value: '-1'"),
+        (["--pose", "-1"], 2, "argument --pose: expected a time in seconds, zero or more, got '-1'"),
         (["--pose", "1", "--to", "2"], 2, "--pose is a single pose, and --from and --to are for a motion"),
         (["--pose", "1", "--from", "0"], 2, "--pose is a single pose, and --from and --to are for a motion"),
     ],

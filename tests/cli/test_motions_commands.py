@@ -228,7 +228,7 @@ def test_times_are_those_of_the_file(capsys):
             "a.bvh has no frame from 0.31 s on and before 0.32 s",
         ),
         (["a.bvh", "b.bvh", "--from", "0.5", "--to", "0.5"], 2, "--to 0.5 must be after --from 0.5"),
-        (["a.bvh", "b.bvh", "--from", "-1"], 2, "argument --from: invalid time in seconds value: '-1'"),
+        (["a.bvh", "b.bvh", "--from", "-1"], 2, "argument --from: expected a time in seconds, zero or more, got '-1'"),
         (["a.bvh"], 2, "the following arguments are required: FILE"),
         (["a.bvh", "b.bvh", "--k", "0"], 2, "argument --k: invalid positive integer"),
         ([".", "b.bvh"], 1, "QUERY must be one file, and . is a folder: choose a file in it"),
