@@ -97,12 +97,19 @@ class Window:
         message, self._rest = self._rest.split(b"\0", 1)
         return json.loads(message)
 
-    def open(self, url, width=1300, height=900, dark=False):
-        """Open a page in a window of a size in pixels, and wait until all of it is loaded; events begin anew."""
+    def open(self, url, width=1300, height=900, dark=False, still=False):
+        """Open a page in a window of a size in pixels, and wait until all of it is loaded; events begin anew.
+
+        `dark` and `still` are what the system asks for: dark colours, and reduced motion.
+        """
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **size)
-        scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-        self.call("Emulation.setEmulatedMedia", features=scheme)
+        features = {
+            "prefers-color-scheme": "dark" if dark else "light",
+            "prefers-reduced-motion": "reduce" if still else "no-preference",
+        }
+        wishes = [{"name": name, "value": value} for name, value in features.items()]
+        self.call("Emulation.setEmulatedMedia", features=wishes)
         self.events = []
         self.call("Page.navigate", url=url)
         self.wait_for("document.readyState === 'complete'")
