@@ -21,11 +21,9 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "api_links",
     "column_names",
-    "drop",
     "mathml",
-    "player",
+    "live_pages",
     "search_order",
-    "turns",
 ]
 html_math_renderer = "mathml"
 extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}

@@ -17,8 +17,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, SpatialMDS, forward_kinematics
-from skpose.datasets import humanoid, load_cmu, load_hdm05
-from skpose.io import load_asf, load_bvh
+from skpose.datasets import humanoid, load_cmu, load_hdm05, make_gait
+from skpose.io import load_asf, load_bvh, save_bvh
 from skpose.metrics import Angle
 from skpose.metrics._registry import METRICS
 
@@ -54,6 +54,17 @@ def agg():
     plt.switch_backend("agg")
     yield
     plt.switch_backend(before)
+
+
+@pytest.fixture
+def walks_in_folder(tmp_path, monkeypatch):
+    """The current folder, with files of two walks of two people, of 1 and 0.7 s: anna.bvh and ben.bvh."""
+    monkeypatch.chdir(tmp_path)
+    gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=20, random_state=0)
+    walks = gait[gait.actions == "walk"].motions
+    for name, motion, n_frames in zip(("anna.bvh", "ben.bvh"), walks, (20, 14), strict=True):
+        save_bvh(name, motion[:n_frames], scale=1.0)
+    return tmp_path
 
 
 @pytest.fixture(scope="session")

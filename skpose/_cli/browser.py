@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,9 +25,9 @@ def show_page(page: "Page") -> None:
     if not has_display():
         _print_why_not("there is no display for a browser here: skpose view makes a page of the file")
         return
-    path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
-    page.save(path)
-    show_file(path)
+    from skpose.view._shared import save_temporarily  # slow to import
+
+    show_file(save_temporarily(page))
 
 
 def _print_why_not(reason: str) -> None:

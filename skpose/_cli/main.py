@@ -1,6 +1,7 @@
 """Run a command of the command line and return its exit status."""
 
 import argparse
+import importlib
 import re
 import shlex
 import sys
@@ -163,7 +164,7 @@ def _run(options: argparse.Namespace, skipped: Skipped) -> None:
 def _load() -> None:
     """Import what commands need, which takes some seconds."""
     with stage("loading skpose"):
-        import skpose._cli.commands  # noqa: F401
+        importlib.import_module("skpose._cli.commands")
 
 
 def _print(options: argparse.Namespace, skipped: Skipped) -> None:

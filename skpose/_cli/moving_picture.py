@@ -93,10 +93,15 @@ class Recording:
             )
         step = np.rint(np.arange(n + 1) * HUNDREDTHS / fps).astype(int)  # rounded without drift
         pictures = self._pictures(first + np.arange(n) / fps)
-        with new_file(path) as new:
-            next(pictures).save(
-                new, "GIF", save_all=True, append_images=pictures, duration=(10 * np.diff(step)).tolist(), loop=0
-            )
+        durations = (10 * np.diff(step)).tolist()
+        try:
+            with new_file(path) as new:
+                next(pictures).save(new, "GIF", save_all=True, append_images=pictures, duration=durations, loop=0)
+        except OverflowError:  # of equal pictures one is shown for all of their time
+            raise ValueError(
+                "in a GIF a picture is shown for 655 s at most, and in these files nothing moves for longer: choose a "
+                "part by --from and --to"
+            ) from None
         return n
 
     def _pictures(self, times: np.ndarray) -> Iterator[Any]:

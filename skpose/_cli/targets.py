@@ -63,11 +63,10 @@ def default_name(command: str, inputs: Sequence[Path]) -> Path:
     of = f"{_stem(inputs[0])}_and_{len(inputs) - 1}_more" if inputs[1:] else _stem(inputs[0]) if inputs else ""
     name, dot, suffix = ending.partition(".")
     stem = of + name if of else name.removeprefix("_")
-    for number in count(1):
-        path = Path(f"{stem}{f'_{number}' if number > 1 else ''}{dot}{suffix}")
-        if not os.path.lexists(path) or (continues(command, path) and is_unfinished(path)):
-            return path
-    raise AssertionError
+    paths = (Path(f"{stem}{f'_{number}' if number > 1 else ''}{dot}{suffix}") for number in count(1))
+    return next(
+        path for path in paths if not os.path.lexists(path) or (continues(command, path) and is_unfinished(path))
+    )
 
 
 def _stem(path: Path) -> str:

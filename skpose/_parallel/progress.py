@@ -16,24 +16,24 @@ _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 _stage_reporter: ContextVar[StageReporter | None] = ContextVar("stage_reporter", default=None)
 
 
-@contextmanager
-def report_to(reporter: Reporter) -> Iterator[None]:
+def report_to(reporter: Reporter) -> AbstractContextManager[None]:
     """Report all progress in this context to the reporter too; it is called with the name and the number of steps."""
-    token = _reporter.set(reporter)
-    try:
-        yield
-    finally:
-        _reporter.reset(token)
+    return _set(_reporter, reporter)
+
+
+def report_stages_to(reporter: StageReporter) -> AbstractContextManager[None]:
+    """Report all stages in this context to the reporter, which is called with the name."""
+    return _set(_stage_reporter, reporter)
 
 
 @contextmanager
-def report_stages_to(reporter: StageReporter) -> Iterator[None]:
-    """Report all stages in this context to the reporter, which is called with the name."""
-    token = _stage_reporter.set(reporter)
+def _set(variable: ContextVar, value: Any) -> Iterator[None]:
+    """Set a variable in this context."""
+    token = variable.set(value)
     try:
         yield
     finally:
-        _stage_reporter.reset(token)
+        variable.reset(token)
 
 
 def stage(what: str) -> AbstractContextManager[object]:

@@ -102,8 +102,7 @@ class Page:
         Path
             The file, which stays.
         """
-        path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
-        self.save(path)
+        path = save_temporarily(self)
         webbrowser.open(path.as_uri())
         return path
 
@@ -117,6 +116,13 @@ class Page:
 
     def __repr__(self) -> str:
         return f"Page({self.title!r}, {self.n_bytes / 1e3:.0f} kB, {self.note})"
+
+
+def save_temporarily(page: Page) -> Path:
+    """Write a page to a file in a temporary folder of its own, which stays."""
+    path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
+    page.save(path)
+    return path
 
 
 def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset]) -> Page:

@@ -1,9 +1,11 @@
 """Names of `skpose.view` that the other packages of skpose use, in addition to the public ones."""
 
+from skpose.view._page import save_temporarily
 from skpose.view._scene import scene_of
 from skpose.view._strip import strip
 
 __all__ = [
+    "save_temporarily",
     "scene_of",
     "strip",
 ]

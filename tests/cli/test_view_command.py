@@ -11,7 +11,6 @@ from c3d_files import c3d_file
 
 from skpose import Bone, Motion, Skeleton
 from skpose._cli.main import main
-from skpose.datasets import make_gait
 from skpose.io import load_bvh, load_trc, save_bvh
 from skpose.keypoints import layouts
 from skpose.motions import align_motions
@@ -19,14 +18,8 @@ from skpose.view import player
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """Files of two walks of two people."""
-    monkeypatch.chdir(tmp_path)
-    gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=20, random_state=0)
-    walks = gait[gait.actions == "walk"].motions
-    for name, motion, n_frames in zip(("anna.bvh", "ben.bvh"), walks, (20, 14), strict=True):
-        save_bvh(name, motion[:n_frames], scale=1.0)
-    return tmp_path
+def folder(walks_in_folder):
+    return walks_in_folder
 
 
 def shown(page=None):

@@ -1,5 +1,6 @@
 """`skpose view --png` and `--gif`: pictures of files."""
 
+import warnings
 from io import BytesIO
 from pathlib import Path
 
@@ -7,19 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
+from skpose import Motion, Skeleton
 from skpose._cli.main import main
-from skpose.datasets import make_gait
 from skpose.io import save_bvh
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """Files of two walks of two people, of 1 and 0.7 s."""
-    monkeypatch.chdir(tmp_path)
-    gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=20, random_state=0)
-    walks = gait[gait.actions == "walk"].motions
-    for name, motion, n_frames in zip(("anna.bvh", "ben.bvh"), walks, (20, 14), strict=True):
-        save_bvh(name, motion[:n_frames], scale=1.0)
+pytestmark = pytest.mark.usefixtures("walks_in_folder")
 
 
 def refusal(arguments, capsys, status=1):
@@ -56,6 +49,14 @@ def test_all_pictures_are_seen_from_one_side():
         drawn = np.concatenate([line.get_xydata() for line in recording.axes[0].lines])
         for joint in panel.seen[frame][:, :2]:
             assert np.nanmin(np.abs(drawn - joint).max(axis=1)) < 1e-9
+
+
+def test_a_motion_that_stands_still_for_too_long(capsys):
+    save_bvh("still.bvh", Motion(Skeleton.chain(2), np.zeros((3, 2)), 0.001), scale=1.0)  # a frame in 1,000 s
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        message = refusal(["still.bvh", "--gif", "still.gif", "--fps", "0.1"], capsys)
+    assert "nothing moves for longer" in message
 
 
 def test_picture_of_a_moment(capsys):

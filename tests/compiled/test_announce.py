@@ -6,6 +6,7 @@ import subprocess
 import sys
 from multiprocessing import Pool
 
+import numba
 import pytest
 
 from skpose._compiled import path, pose
@@ -99,6 +100,7 @@ def test_workers_say_nothing():
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
 def test_a_first_call_says_it_on_stderr(tmp_path):
     program = (
         "from skpose._compiled.simd import announce; announce.PATIENCE = 0.0\n"

@@ -21,6 +21,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 sys.path[:0] = [str(DOCS), str(DOCS / "_extensions")]
 
 import drop  # noqa: E402
+import live_pages  # noqa: E402
 import turns  # noqa: E402
 from devtools import Window, chromium  # noqa: E402
 
@@ -254,6 +255,35 @@ def test_motions_of_other_skeletons_are_shown_and_not_compared(dropped, change, 
     assert "one: " in dropped.run("document.getElementById('state').textContent")
 
 
+@pytest.mark.parametrize(("degrees", "compared"), [(44.9, True), (45.1, False)])
+def test_bones_may_point_apart_as_far_as_for_the_library(dropped, degrees, compared, tmp_path):
+    angle = np.radians(degrees)
+    turned = ARM.replace("OFFSET 30 0 0", f"OFFSET {30 * np.cos(angle):.9f} {30 * np.sin(angle):.9f} 0")
+    for name, text in (("one.bvh", ARM), ("other.bvh", turned)):
+        (tmp_path / name).write_text(text)
+    paths, out = [str(tmp_path / name) for name in ("one.bvh", "other.bvh")], str(tmp_path / "D.npy")
+    assert main(["distances", *paths, "--scale", "0.01", "--out", out]) == (0 if compared else 1)
+    dropped.run(f"drop.read({files_of({'one.bvh': ARM, 'other.bvh': turned})})")
+    assert (dropped.run("drop.state.problem") == "") == compared
+
+
+def test_positions_are_as_near_as_the_page_says(dropped):
+    """The player reads what is packed here."""
+    texts = {one["name"]: one["text"] for one in page_data(drop.page())["examples"]}
+    dropped.run(f"drop.read({files_of(texts)})")
+    clips = "document.getElementById('player').contentWindow.skpose?.clock.clips"
+    dropped.wait_for(f"{clips}?.[0].label === 'walk'")
+    shown, stated = dropped.run(
+        f"(() => {{ const clip = {clips}[0];"
+        " return [[0, 40, 89].map((frame) => clip.points(frame, 'world')), clip.error]; })()"
+    )
+    found = read(dropped, texts["walk.bvh"], scale=0.01)
+    for points, frame in zip(shown, (0, 40, 89), strict=True):
+        expected = np.vstack([np.zeros(3), found["joints"][frame]]) + found["root"][frame]
+        off = 1e3 * np.linalg.norm(np.array(points) - expected, axis=1).max()
+        assert 0.0 < off <= stated < 0.1
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -272,10 +302,15 @@ def test_names_and_heads_are_read_as_by_the_library(dropped, change, tmp_path):
 def test_a_problem_leaves_what_was_shown(dropped):
     before = dropped.run("document.getElementById('state').textContent")
     dropped.run("drop.read([new File(['HIERARCHY'], 'cut.bvh')])")
-    assert (
-        dropped.run("document.getElementById('failure').textContent") == "cut.bvh: it has no MOTION: is it cut short?."
-    )
+    failure = "document.getElementById('failure').textContent"
+    assert dropped.run(failure) == "cut.bvh: it has no MOTION: is it cut short?."
+    before_c, after = ARM.split("JOINT c")
+    moved = f"{before_c}JOINT c{after.replace('CHANNELS 3', 'CHANNELS 6 Xposition Yposition Zposition')}"
+    moved = moved.replace("30  40", "30  20 0 0 40", 1).replace("30  40", "30  25 0 0 40", 1)
+    dropped.run(f"drop.read({files_of({'moved.bvh': moved})})")
+    assert dropped.run(failure).startswith("moved: c moves by position channels")
     assert dropped.run("document.getElementById('state').textContent") == before
+    assert dropped.run("drop.state.files.length === drop.state.motions.length")
 
 
 def test_nothing_leaves_the_page(dropped):
@@ -283,6 +318,23 @@ def test_nothing_leaves_the_page(dropped):
     assert dropped.errors() == []
     refused = dropped.run("fetch('https://example.org').then(() => 'sent', () => 'refused')")
     assert refused == "refused"
+
+
+def test_the_curve_is_there_in_a_page_of_the_site(window, tmp_path):
+    """The frame of a page of the site keeps the page apart, but for what this one needs."""
+    (tmp_path / "site.html").write_text(f"<h1>Try your files</h1>{live_pages.html_of('drop')}", encoding="utf-8")
+    window.open((tmp_path / "site.html").as_uri())
+    words = "document.querySelector('iframe').contentDocument?.getElementById('words')?.textContent ?? ''"
+    window.wait_for(f"({words}).includes('m away, the nearest one, at')")
+    assert window.errors() == []
+
+
+def test_all_of_the_turns_is_in_a_small_frame(window, tmp_path):
+    open_page(window, turns.page(), tmp_path)
+    window.open((tmp_path / "page.html").as_uri(), width=547, height=328, still=True)
+    window.wait_for("window.shown && shown().hands.shoulder")
+    bottom = "document.getElementById('claim').getBoundingClientRect().bottom"
+    assert window.run(f"[{bottom} <= 328, document.documentElement.scrollHeight <= 328]") == [True, True]
 
 
 # --- one angle, two distances -----------------------------------------------------------------------------------------

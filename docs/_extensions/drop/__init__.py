@@ -1,16 +1,18 @@
-"""The directive ``drop``: a page into which BVH files are dropped, to see them and their distances."""
+"""A page into which BVH files are dropped, to see them and their distances."""
 
 import re
 import tempfile
 from pathlib import Path
 
-from docutils import nodes
-from sphinx.util.docutils import SphinxDirective
-
 from skpose.datasets import make_gait
 from skpose.io import save_bvh
+from skpose.kinematics._shape import OF_LENGTH, OF_POINT, THICKEST, THINNEST
+from skpose.metrics._shared import METRICS
+from skpose.skeleton._comparison import LARGEST_DIFFERENCE
+from skpose.view._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.view._page import Page, page_of
 from skpose.view._player import page as player_page
+from skpose.view._scene import AXES
 from skpose.view._skeleton import NUMBERS
 
 HERE = Path(__file__).parent
@@ -45,6 +47,13 @@ def page():
     gait = make_gait(n_subjects=1, n_sequences=1, frame_rate=30, random_state=0)
     player = player_page([], None, overlay=False, title=MARKER).html
     data = {
+        "constants": {
+            "axes": AXES,
+            "ground": {"window": WINDOW, "slow": SLOW, "short": SHORT, "level": LEVEL, "low": LOW},
+            "link": {"thickest": THICKEST, "ofLength": OF_LENGTH, "thinnest": THINNEST, "ofPoint": OF_POINT},
+            "degrees": LARGEST_DIFFERENCE,
+            "units": {name: metric.unit for name, metric in METRICS.items()},
+        },
         "player": re.sub(r'(id="data">)[^<]*', rf'\1"{MARKER}"', player),
         "marker": f'"{MARKER}"',
         "examples": [
@@ -56,15 +65,3 @@ def page():
     for kind in ("script", "style"):  # a frame has the policy of the page that it is in, and its own
         html = html.replace(f"{kind}-src ", f"{kind}-src {policy_of(player, kind)} ", 1)
     return Page(html, "Your files", "BVH files to compare")
-
-
-class Drop(SphinxDirective):
-    """Show the page."""
-
-    def run(self):
-        return [nodes.container("", nodes.raw("", page()._repr_html_(), format="html"), classes=["drop"])]
-
-
-def setup(app):
-    app.add_directive("drop", Drop)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}

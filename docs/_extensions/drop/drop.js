@@ -1,11 +1,9 @@
 // Files that are dropped into the page: seen in the player, and compared by the distances. Nothing leaves the page.
 
 const ESCAPED = { "<": "\\u003c", ">": "\\u003e", "&": "\\u0026" };
-const UNITS = { angle: "rad", position: "m", rotation: "m rad", spatial: "m" };
 const MOST = 2; // files
 const PAUSE = 40; // ms between two looks at the player's time
 const [TALL, SMALL] = [5, 0.3]; // m, sizes that no person has
-const LARGEST_DIFFERENCE = Math.PI / 4; // of the directions of a bone at angle zero, see LARGEST_DIFFERENCE there
 
 const state = { files: [], motions: [], shown: -1, values: null, problem: "" };
 const value = (id) => element(id).value;
@@ -15,14 +13,10 @@ async function read(files) {
   const some = [...files].slice(0, MOST);
   try {
     if (!some.length) return;
-    state.files = await Promise.all(some.map(async (file) => {
-      try {
-        return { label: file.name.replace(/\.bvh$/i, ""), content: readBvh(await file.text()) };
-      } catch (error) {
-        throw error instanceof FileError ? new FileError(`${file.name}: ${error.message}.`) : error;
-      }
-    }));
-    await show();
+    await show(await Promise.all(some.map(async (file) => {
+      const label = file.name.replace(/\.bvh$/i, "");
+      return { label, content: named(file.name, readBvh)(await file.text()) };
+    })));
     if (files.length > MOST) complain(`${files.length} files were given, and the first two are shown.`);
   } catch (error) {
     if (!(error instanceof FileError)) throw error;
@@ -35,13 +29,23 @@ function complain(words) {
   element("failure").hidden = !words;
 }
 
-/** Show the files with the unit and the direction up that are chosen. */
-async function show() {
-  complain("");
+/** A function whose errors in a file begin with the file's name. */
+const named = (name, work) => (...given) => {
+  try {
+    return work(...given);
+  } catch (error) {
+    throw error instanceof FileError ? new FileError(`${name}: ${error.message}.`) : error;
+  }
+};
+
+/** Show files with the unit and the direction up that are chosen. */
+async function show(files) {
   const [unit, up] = [Number(value("unit")), value("up")];
-  state.motions = state.files.map(({ label, content }) => ({ label, ...motionOf(content, unit) }));
-  const motions = await Promise.all(state.motions.map((motion) => motionData(motion, motion.label, up)));
-  const title = state.files.map(({ label }) => label).join(" and ");
+  const read = files.map(({ label, content }) => ({ label, ...named(label, motionOf)(content, unit) }));
+  const motions = await Promise.all(read.map((motion) => motionData(motion, motion.label, up)));
+  Object.assign(state, { files, motions: read });
+  complain("");
+  const title = files.map(({ label }) => label).join(" and ");
   const page = { title, motions, alignment: null, overlay: false };
   const json = JSON.stringify(page).replace(/[<>&]/g, (character) => ESCAPED[character]);
   element("player").srcdoc = data.player.replace(data.marker, () => json);
@@ -77,9 +81,9 @@ function problemOf(motions) {
     const [p, q] = [a.offsets[j], b.offsets[k]];
     const lengths = Math.hypot(...p) * Math.hypot(...q);
     const angle = lengths && Math.acos(Math.max(-1, Math.min(1, p.reduce((sum, x, i) => sum + x * q[i], 0) / lengths)));
-    if (angle > LARGEST_DIFFERENCE) {
-      const degrees = Math.round((180 * angle) / Math.PI);
-      return `${name} points in directions ${degrees}° apart at angle zero, so that equal numbers are different poses.`;
+    const degrees = (180 * angle) / Math.PI;
+    if (degrees > data.constants.degrees + 1e-6) {
+      return `${name} points in directions ${Math.round(degrees)}° apart at angle zero, so that equal numbers are different poses.`;
     }
   }
   return "";
@@ -118,7 +122,7 @@ function follow() {
 
 function draw(frame, other) {
   const { values, motions } = state;
-  const [canvas, unit] = [element("curve"), UNITS[value("metric")]];
+  const [canvas, unit] = [element("curve"), data.constants.units[value("metric")]];
   const context = canvas.getContext("2d");
   sharpen(canvas, context);
   const [width, height, left] = [canvas.clientWidth, canvas.clientHeight - 22, 4];
@@ -154,7 +158,7 @@ function draw(frame, other) {
 }
 
 element("files").addEventListener("change", (event) => read(event.target.files));
-for (const id of ["unit", "up"]) element(id).addEventListener("change", () => state.files.length && show());
+for (const id of ["unit", "up"]) element(id).addEventListener("change", () => state.files.length && show(state.files));
 element("metric").addEventListener("change", () => (state.shown = -1));
 addEventListener("dragover", (event) => (event.preventDefault(), document.body.classList.add("over")));
 addEventListener("dragleave", () => document.body.classList.remove("over"));

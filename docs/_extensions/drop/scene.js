@@ -1,9 +1,8 @@
 // Motions in space, as the player draws them: what skpose/view/_scene.py, _ground.py and _pack.py do.
 
-// For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.
-const AXES = { x: [2, 0, 1], y: [0, 1, 2], z: [1, 2, 0] };
-const GROUND = { window: 0.025, slow: 0.15, short: 0.1, level: 0.04, low: 5 }; // see find_ground
-const LINK = { thickest: 0.018, ofLength: 0.12, thinnest: 0.003, ofPoint: 0.008 }; // radii, see link_shape
+// For each axis that points up which axes of the world are x, y and z here, and numbers of find_ground and link_shape.
+const { axes: AXES, ground: GROUND, link: LINK } = data.constants;
+const STEP = 5e-5; // m, to which positions are rounded
 
 const medianOf = (values) => {
   const sorted = Float64Array.from(values).sort();
@@ -100,15 +99,14 @@ async function motionData(motion, label, up) {
   const scene = sceneOf(motion, up);
   return {
     label, names: skeleton.names, parents: skeleton.parents, sides: skeleton.sides, shape: linkShape(skeleton),
-    axes: scene.axes, size: scene.size, standing: scene.standing, rate, start: 0, numbers: null, error: 1e3 * STEP,
+    axes: scene.axes, size: scene.size, standing: scene.standing, rate, start: 0, numbers: null,
+    error: 1e3 * Math.sqrt(3) * STEP, // half a step along each axis, of the joint and of the root
     headings: await pack(scene.headings.map((angle) => [angle]), 1e-4),
     joints: await pack(scene.joints.map((frame) => frame.flat()), STEP),
     root: await pack(scene.root, STEP),
     count: poses.length,
   };
 }
-
-const STEP = 1e-4; // m, to which positions are rounded
 
 /** Rows of numbers as `unpack` of page.js reads them, rounded to a step. */
 async function pack(rows, step) {

@@ -1,10 +1,8 @@
-"""The directive ``turns``: a person who turns by one angle at the shoulder and at the wrist, to drag."""
+"""A person who turns by one angle at the shoulder and at the wrist, to drag."""
 
 from pathlib import Path
 
 import numpy as np
-from docutils import nodes
-from sphinx.util.docutils import SphinxDirective
 
 from skpose import forward_kinematics
 from skpose.datasets import humanoid
@@ -44,15 +42,3 @@ def page():
     }
     assets = ("page.css", HERE / "turns.css", *SCRIPTS, HERE / "turns.js")
     return page_of("One angle, two distances", "a person who turns", data, HERE / "turns.html", assets)
-
-
-class Turns(SphinxDirective):
-    """Show the page."""
-
-    def run(self):
-        return [nodes.container("", nodes.raw("", page()._repr_html_(), format="html"), classes=["turns"])]
-
-
-def setup(app):
-    app.add_directive("turns", Turns)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}

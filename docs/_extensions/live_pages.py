@@ -1,6 +1,8 @@
-"""The directive ``player``: a page of `skpose.view`, by its name."""
+"""The directive ``live``: a page of `skpose.view`, or one of this folder, by its name."""
 
+import drop
 import numpy as np
+import turns
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
@@ -65,24 +67,30 @@ PAGES = {
     "component": component,
     "path": path,
     "plane": plane,
+    "turns": turns.page,
+    "drop": drop.page,
 }
+
+
+READS_ITS_FRAME = {"drop"}  # pages that follow the player in them, for which both need the origin of the site
 
 
 def html_of(name):
     """Return the HTML that shows the page of a name, once it is near to what is seen."""
-    return PAGES[name]()._repr_html_().replace("<iframe ", '<iframe loading="lazy" ', 1)
+    html = PAGES[name]()._repr_html_().replace("<iframe ", '<iframe loading="lazy" ', 1)
+    return html.replace('sandbox="', 'sandbox="allow-same-origin ', 1) if name in READS_ITS_FRAME else html
 
 
-class Player(SphinxDirective):
-    """Show a page in the page."""
+class Live(SphinxDirective):
+    """Show a page in a frame of the page."""
 
     required_arguments = 1
 
     def run(self):
-        html = nodes.raw("", html_of(self.arguments[0]), format="html")
-        return [nodes.container("", html, classes=["player"])]
+        name = self.arguments[0]
+        return [nodes.container("", nodes.raw("", html_of(name), format="html"), classes=["live", name])]
 
 
 def setup(app):
-    app.add_directive("player", Player)
+    app.add_directive("live", Live)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
