@@ -88,7 +88,6 @@ def peers(skeleton, poses, queries):
         import faiss
     except ImportError:
         return {}
-    faiss.omp_set_num_threads(1)
     F, G = (forward_kinematics(some, skeleton).reshape(len(some), -1).astype(np.float32) for some in (poses, queries))
     indexes = {"flat": faiss.IndexFlatL2(F.shape[1]), "HNSW": faiss.IndexHNSWFlat(F.shape[1], 32)}
     for index in indexes.values():
