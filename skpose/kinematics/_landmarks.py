@@ -269,12 +269,16 @@ def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
         for first, second, low, high in PROPORTIONS:
             a, b = lengths.get((side, first)), lengths.get((side, second))
             if a is not None and b is not None and not low * b <= a <= high * b:
-                return f"its {side} {first} is {a / b if b else np.inf:.2g} times as long as its {second}"
+                return f"its {side} {first} is {_ratio(a, b):.2g} times as long as its {second}"
     for part in WHOLES:
         a, b = (lengths.get((side, part), 0.0) for side in SIDES)
         if max(a, b) > SYMMETRY * min(a, b):
-            return f"one {part} of it is {max(a, b) / min(a, b):.2g} times as long as the other"
+            return f"one {part} of it is {_ratio(max(a, b), min(a, b)):.2g} times as long as the other"
     return ""
+
+
+def _ratio(a: float, b: float) -> float:
+    return a / b if b else np.inf
 
 
 def _length(skeleton: Skeleton, above: int, below: int) -> float:

@@ -88,7 +88,7 @@ def page():
             "axes": AXES,
             "ground": {"window": WINDOW, "slow": SLOW, "short": SHORT, "level": LEVEL, "low": LOW},
             "link": {"thickest": THICKEST, "ofLength": OF_LENGTH, "thinnest": THINNEST, "ofPoint": OF_POINT},
-            "sides": constants_of(_sides),
+            "sides": constants_of(_sides, "PATTERNS"),
             "landmarks": constants_of(_landmarks, "RIGS", "TABLES", "NONE") | {"rigs": tables()},
             "person": constants_of(_person_shape),
             "degrees": LARGEST_DIFFERENCE,
