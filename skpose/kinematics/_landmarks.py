@@ -35,9 +35,13 @@ from skpose.skeleton._shared import others, positions_at_zero, split_sides
 
 SIDES = ("left", "right")
 NUMBERED = re.compile(rf"(.*[^\W_])([\W_]\d+)((?:_?(?:{'|'.join(END_NAMES)}))?)", re.IGNORECASE)
+SIGNS = re.compile(r"[\W_]+")  # between words
 HIPS = "hips"  # the joint that carries both legs, where it is not the root
 ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # each comes after the one before, where it is
 NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
+# Lengths in a person: between two joints, and sums of these.
+SEGMENTS = {"thigh": (HIP, KNEE), "shank": (KNEE, ANKLE), "upper arm": (SHOULDER, ELBOW), "forearm": (ELBOW, WRIST)}
+WHOLES = {"leg": ("thigh", "shank"), "arm": ("upper arm", "forearm")}
 # Lengths of the first over the second in people and in files of them; arms are short where a file ends within the
 # forearm, and a name that is at the other end of its bone makes them 0.3 or 3.
 PROPORTIONS = (
@@ -125,7 +129,7 @@ def _keys_of(names: Sequence[str]) -> list[tuple[str, str]]:
     names = _without_number(_without_namespace(names))
     start = _common_start(names)
     sides = split_sides([name.removeprefix(start) for name in names])
-    return [(side, re.sub(r"[\W_]+", "", rest).lower()) for side, rest in sides]
+    return [(side, SIGNS.sub("", rest).lower()) for side, rest in sides]
 
 
 def _without_namespace(names: Sequence[str]) -> list[str]:
@@ -255,27 +259,26 @@ def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
     """Return in words which lengths are not those of a person; empty if all are."""
     lengths = {}
     for side in SIDES:
-        for part, start, end in (
-            ("thigh", HIP, KNEE),
-            ("shank", KNEE, ANKLE),
-            ("upper arm", SHOULDER, ELBOW),
-            ("forearm", ELBOW, WRIST),
-        ):
+        for part, (start, end) in SEGMENTS.items():
             above, below = joints.get(f"{side}_{start}", -1), joints.get(f"{side}_{end}", -1)
             if above >= 0 and above in path_up(skeleton, below):
                 lengths[side, part] = _length(skeleton, above, below)
-        for whole, parts in (("leg", ("thigh", "shank")), ("arm", ("upper arm", "forearm"))):
+        for whole, parts in WHOLES.items():
             if all((side, part) in lengths for part in parts):
                 lengths[side, whole] = sum(lengths[side, part] for part in parts)
         for first, second, low, high in PROPORTIONS:
             a, b = lengths.get((side, first)), lengths.get((side, second))
             if a is not None and b is not None and not low * b <= a <= high * b:
-                return f"its {side} {first} is {a / b if b else np.inf:.2g} times as long as its {second}"
-    for part in ("leg", "arm"):
+                return f"its {side} {first} is {_ratio(a, b):.2g} times as long as its {second}"
+    for part in WHOLES:
         a, b = (lengths.get((side, part), 0.0) for side in SIDES)
         if max(a, b) > SYMMETRY * min(a, b):
-            return f"one {part} of it is {max(a, b) / min(a, b):.2g} times as long as the other"
+            return f"one {part} of it is {_ratio(max(a, b), min(a, b)):.2g} times as long as the other"
     return ""
+
+
+def _ratio(a: float, b: float) -> float:
+    return a / b if b else np.inf
 
 
 def _length(skeleton: Skeleton, above: int, below: int) -> float:

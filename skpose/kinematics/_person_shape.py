@@ -36,12 +36,21 @@ R_SHOULDER, R_ELBOW, R_FOREARM, R_WRIST = 0.0275, 0.0215, 0.0255, 0.0155
 R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
 R_SKULL, R_CHIN, R_NECK = 0.047, 0.037, 0.03
+R_THROAT = 0.9 * R_NECK
 R_PELVIS, R_WAIST, R_RIBS, R_CHEST = 0.055, 0.052, 0.054, 0.034
 # The middle of the skull above the joint between neck and head, and the chin below the skull.
 SKULL, CHIN = 0.045, 0.042
 HEEL = (-0.014, 0.024)  # from the ankle: along the foot, and at a right angle to that, down
 TIP_OF_TOE = (0.038, -0.009)  # from the ball
 HAND_LENGTH = 0.085  # of a relaxed hand
+CALF, FOREARM, PALM = 0.28, 0.25, 0.45  # the thickest place, as a share of the length of shank, forearm and hand
+# Of the trunk: how far up from hips to shoulders, and to the side, as shares of the widths of hips and shoulders.
+WAIST, RIBS, CHEST, COLLARS = (0.4, 0.34, 0.15), (0.74, 0.0, 0.42), (0.97, 0.0, 0.8), (1.08, 0.0, 0.0)
+SPINE, SPINE_BETWEEN = 0.5, (0.2, 0.6)  # the weight of a point of the spine in the waist, and where it may be
+NECK = (0.52, 0.52, -0.02, -0.02)  # where the neck begins: weights of shoulders and hips
+EARS, NOSE = ("left_ear", "right_ear"), "nose"
+EARS_UP, NOSE_AHEAD = 0.015, 0.02  # of the skull above the ears, and of the chin before them
+NEAR_HEAD = 0.2  # of the joint of the head, up to which bones are inside of it
 FEW_FINGERS = 3  # ends of chains after a wrist, up to which a hand is drawn as a mitten
 FACE = ("eye", "ear", "nose", "mouth", "jaw")  # parts of names of points that are inside of a head
 MARKER = 0.006  # of a bone that belongs to no part, such as that from a joint to a marker
@@ -171,7 +180,7 @@ class _Maker:
         hip, knee, ankle = (self.point(f"{side}_{mark}") for mark in (HIP, KNEE, ANKLE))
         upper = self.sphere(*self._hip(side, R_HIP), inside=True)
         lower = self.sphere([knee], R_KNEE, inside=True)
-        calf = self.sphere([knee], R_CALF, along=([knee], [ankle], 0.28 * PROPORTIONS["shank"]))
+        calf = self.sphere([knee], R_CALF, along=([knee], [ankle], CALF * PROPORTIONS["shank"]))
         foot = self.sphere([ankle], R_ANKLE, inside=True)
         self.add(knee - 1, (upper, lower))
         self.add(ankle - 1, (lower, calf, foot))
@@ -197,7 +206,7 @@ class _Maker:
     def _add_arm(self, side: str) -> None:
         shoulder, elbow, wrist = (self.point(f"{side}_{mark}") for mark in (SHOULDER, ELBOW, WRIST))
         upper, lower = self.sphere([shoulder], R_SHOULDER, inside=True), self.sphere([elbow], R_ELBOW, inside=True)
-        bulge = self.sphere([elbow], R_FOREARM, along=([elbow], [wrist], 0.25 * PROPORTIONS["forearm"]))
+        bulge = self.sphere([elbow], R_FOREARM, along=([elbow], [wrist], FOREARM * PROPORTIONS["forearm"]))
         hand = self.sphere([wrist], R_WRIST, inside=True)
         self.add(elbow - 1, (upper, lower))
         self.add(wrist - 1, (lower, bulge, hand))
@@ -212,17 +221,20 @@ class _Maker:
             self.covered.update(knuckles)
             for j in after:
                 if j not in knuckles and self._length(j):
-                    tip = self.sphere([j + 1], R_FINGER)
-                    self.add(j, (self.sphere([int(self.skeleton.parents[j]) + 1], R_FINGER, inside=True), tip))
+                    self._add_link(j, R_FINGER)
             self.covered.update(after)
             return
         toward = ([elbow], [wrist]) if known < 0 else ([wrist], [known + 1])
         far = max((self._distance(wrist - 1, j) for j in after), default=0.0) - R_TIP
         length = float(np.clip(far, HAND_LENGTH, PROPORTIONS["hand"]))
-        middle = self.sphere([wrist], R_PALM, along=(*toward, 0.45 * length))
+        middle = self.sphere([wrist], R_PALM, along=(*toward, PALM * length))
         tip = self.sphere([wrist], R_TIP, along=(*toward, length))
         self.add(known if known >= 0 else wrist - 1, (hand, middle, tip))
         self.covered.update(after if known >= 0 else [])
+
+    def _add_link(self, joint: int, radius: float) -> None:
+        start = self.sphere([int(self.skeleton.parents[joint]) + 1], radius, inside=True)
+        self.add(joint, (start, self.sphere([joint + 1], radius)))
 
     def _hip(self, side: str, radius: float) -> tuple[list[int], float, tuple[float, ...]]:
         """Return the points, the radius and the weights of a sphere at a hip that is not wider than a person's."""
@@ -251,26 +263,19 @@ class _Maker:
 
         def level(share: float, of_hips: float, of_shoulders: float, spine: float = 0.0) -> list[tuple[float, ...]]:
             """Return weights of the points for both sides at a share of the way up, so far to the side."""
-            found = []
-            for sign in (1.0, -1.0):
-                low, high = (0.5 * (1.0 - share) * (1.0 - spine), 0.5 * share * (1.0 - spine))
-                found.append(
-                    (
-                        low + 0.5 * sign * of_hips,
-                        low - 0.5 * sign * of_hips,
-                        high + 0.5 * sign * of_shoulders,
-                        high - 0.5 * sign * of_shoulders,
-                        *([] if at is None else [spine]),
-                    )
-                )
-            return found
+            ends = ((0.5 * (1.0 - share) * (1.0 - spine), of_hips), (0.5 * share * (1.0 - spine), of_shoulders))
+            rest = () if at is None else (spine,)
+            return [
+                (*(weight + sign * width for weight, width in ends for sign in (side, -side)), *rest)
+                for side in (0.5, -0.5)
+            ]
 
         pelvis = [self.sphere(*self._hip(side, R_PELVIS)) for side in SIDES]
-        spine = 0.0 if at is None else 0.5
-        waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, 0.34, 0.15, spine)]
-        ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(0.74, 0.0, 0.42)]
-        chest = [self.sphere(points, R_CHEST, weights=w) for w in level(0.97, 0.0, 0.8)]
-        collar = self.sphere(points, R_NECK, weights=level(1.08, 0.0, 0.0)[0])
+        spine = 0.0 if at is None else SPINE
+        waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, *WAIST[1:], spine)]
+        ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(*RIBS)]
+        chest = [self.sphere(points, R_CHEST, weights=w) for w in level(*CHEST)]
+        collar = self.sphere(points, R_NECK, weights=level(*COLLARS)[0])
         joint = self.person.trunk[-1] if self.person.trunk else -1
         self.add(joint, (*pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar), *([neck] if neck else []))
         for end in (*hips, *shoulders):
@@ -282,10 +287,10 @@ class _Maker:
         low, high = (where[[point - 1 for point in pair]].mean(axis=0) for pair in (hips, shoulders))
         up = high - low
         shares = {j + 1: float((where[j] - low) @ up / (up @ up)) for j in self.person.trunk} if up.any() else {}
-        near = {point: share for point, share in shares.items() if 0.2 < share < 0.6}
+        near = {point: share for point, share in shares.items() if SPINE_BETWEEN[0] < share < SPINE_BETWEEN[1]}
         if not near:
-            return None, 0.4
-        best = min(near, key=lambda point: abs(near[point] - 0.4))
+            return None, WAIST[0]
+        best = min(near, key=lambda point: abs(near[point] - WAIST[0]))
         return best, near[best]
 
     def add_head(self) -> tuple[int, ...]:
@@ -298,21 +303,21 @@ class _Maker:
         top = self.sphere(at, R_SKULL, along=(*along, skull))
         chin = self.sphere(at, R_CHIN, along=(*along, skull - CHIN), across=across)
         hips = [self.point(f"{side}_{HIP}") for side in SIDES]
-        base = self.sphere((*shoulders, *hips), R_NECK, weights=(0.52, 0.52, -0.02, -0.02), inside=True)
-        throat = self.sphere(at, 0.9 * R_NECK, along=(*along, skull - CHIN), inside=True)
+        base = self.sphere((*shoulders, *hips), R_NECK, weights=NECK, inside=True)
+        throat = self.sphere(at, R_THROAT, along=(*along, skull - CHIN), inside=True)
         self.add(joint, (top, chin))
         self.covered.update(path_up(self.skeleton, joint))
-        near = 0.2 * self.height
+        near = NEAR_HEAD * self.height
         where = positions_at_zero(self.skeleton)
-        for j in self._after(joint if joint not in self._face() else int(self.skeleton.parents[joint])):
+        for j in self._after(joint if joint not in self._face().values() else int(self.skeleton.parents[joint])):
             if np.linalg.norm(where[j] - where[joint]) < near or _is_of_face(self.skeleton.joint_names[j]):
                 self.covered.add(j)
         return base, throat
 
-    def _face(self) -> dict[int, str]:
+    def _face(self) -> dict[str, int]:
         """Return joints at ears and nose by their names, of layouts that have them."""
         names = {name.lower(): j for j, name in enumerate(self.skeleton.joint_names)}
-        return {names[name]: name for name in ("left_ear", "right_ear", "nose") if name in names}
+        return {name: names[name] for name in (*EARS, NOSE) if name in names}
 
     def _find_head(self, shoulders: list[int]) -> _Head | None:
         """Return where the head is, by its joint, its end or its middle, or by the ears; None if that is not known."""
@@ -331,16 +336,15 @@ class _Maker:
             before = int(parents[above]) if above >= 0 else -1
             start = [before + 1] if before >= 0 and before + 1 not in shoulders else shoulders
             return _Head(joint, [joint + 1], (start, [joint + 1]), skull, None)
-        face = {name: j for j, name in self._face().items()}
-        if "left_ear" not in face or "right_ear" not in face:
+        face = self._face()
+        if not all(ear in face for ear in EARS):
             return None
-        ears = [face["left_ear"] + 1, face["right_ear"] + 1]
-        across = (ears, [face["nose"] + 1], 0.02) if "nose" in face else None
-        return _Head(face.get("nose", face["left_ear"]), ears, (shoulders, ears), 0.015, across)
+        ears = [face[ear] + 1 for ear in EARS]
+        across = (ears, [face[NOSE] + 1], NOSE_AHEAD) if NOSE in face else None
+        return _Head(face.get(NOSE, face[EARS[0]]), ears, (shoulders, ears), EARS_UP, across)
 
     def add_rest(self) -> None:
         """Add thin links for the bones that are in no part, such as those to markers."""
         for j in range(self.skeleton.n_joints):
             if j not in self.covered and self._length(j):
-                start = self.sphere([int(self.skeleton.parents[j]) + 1], MARKER, inside=True)
-                self.add(j, (start, self.sphere([j + 1], MARKER)))
+                self._add_link(j, MARKER)

@@ -13,6 +13,7 @@ PALETTE = (
 )
 # The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
 SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
+CURVED = {"polar", "aitoff", "hammer", "lambert", "mollweide"}  # projections of matplotlib whose lines are no lines
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 INSIDE = 7  # labels in a legend, which stands next to the axes where there are more
 LINE = 1.5  # height of one in a legend, font sizes
@@ -37,6 +38,11 @@ def axes(ax, caller, figsize=None, projection=None):
     except ImportError:
         raise ImportError(f"{caller} needs matplotlib: pip install 'skpose[plot]'") from None
 
+    if getattr(ax, "name", None) in CURVED:
+        raise ValueError(
+            f"ax must have straight axes, as poses are drawn in metres, got a projection {ax.name!r}: make it by "
+            "plt.subplots()"
+        )
     if ax is None:
         _, ax = plt.subplots(figsize=figsize, layout="constrained", subplot_kw={"projection": projection})
     return ax, ax.figure

@@ -5,7 +5,7 @@ import numpy as np
 from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import add_legend, axes, label_style
+from skpose.plot._axes import PALETTE, add_legend, axes, label_style
 
 
 class MDSDisplay:
@@ -17,7 +17,7 @@ class MDSDisplay:
         Embedded poses; the first two components are drawn.
     labels : ndarray of shape (n_poses,) or None
         Labels such as subject, action, cluster, with a marker and one of twenty colours each. The legend of more than
-        seven stands next to the axes.
+        seven stands next to the axes. Floats of more than twenty values, such as a speed, have a colour bar instead.
     shares : ndarray of shape (n_components,) or None
         Shares of the variance, one for each component.
     unit : str
@@ -65,12 +65,16 @@ class MDSDisplay:
         """
         self.ax_, self.figure_ = axes(ax, "MDSDisplay.plot")
         labels = np.zeros(len(self.embedding)) if self.labels is None else self.labels
-        for i, label in enumerate(np.unique(labels)):
-            chosen = labels == label
-            defaults = {"s": 16, "alpha": 0.8, "linewidths": 0, "label": str(label)} | label_style(i)
-            self.ax_.scatter(*self.embedding[chosen, :2].T, **defaults | style)
-        if self.labels is not None:
-            add_legend(self.ax_, is_new=ax is None)
+        found, defaults = np.unique(labels), {"s": 16, "alpha": 0.8, "linewidths": 0}
+        if labels.dtype.kind == "f" and len(found) > len(PALETTE):
+            drawn = self.ax_.scatter(*self.embedding[:, :2].T, **defaults | {"c": labels} | style)
+            self.figure_.colorbar(drawn, ax=self.ax_)
+        else:
+            for i, label in enumerate(found):
+                own = defaults | {"label": str(label)} | label_style(i)
+                self.ax_.scatter(*self.embedding[labels == label, :2].T, **own | style)
+            if self.labels is not None:
+                add_legend(self.ax_, is_new=ax is None)
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
             set_label(f"component {axis + 1} ({self.unit}){share}")
@@ -146,5 +150,11 @@ class MDSDisplay:
         labels = None if labels is None else np.asarray(labels)
         if labels is not None and labels.shape != embedding.shape[:1]:
             raise ValueError(f"labels must be one for each of the {len(embedding)} poses, got shape {labels.shape}")
+        missing = 0 if labels is None else sum(label is None or label != label for label in labels.tolist())
+        if missing:
+            raise ValueError(
+                f"labels must be one for each pose, got {missing} of {len(labels)} that are None or NaN: leave these "
+                'poses out, or give them a label such as "unknown"'
+            )
         shares = None if shares is None else np.asarray(shares)
         return cls(embedding, labels, shares, unit).plot(ax, **style)

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 # Names that state a side beyond dispute: "LeftArm", "hand_left", "mixamorig:LeftHand"; "L_Hip", "hip.r", "Bip01 L Arm".
 _WORD = re.compile(r"(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])")
 _LETTER = re.compile(r"(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])")
+SURE = (_WORD, _LETTER)
 # Names that state one if there is a joint with the other: "lfemur", "LHip", "armLeft", "HipR".
-_MAYBE = [
-    re.compile(r"left|right", re.IGNORECASE),
+MAYBE = (
+    re.compile(r"left|right", re.IGNORECASE | re.ASCII),  # Turkish has letters that are an i in Unicode alone
     re.compile(r"(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])"),
     re.compile(r"(?<=[a-z0-9])[LR]$"),
-]
-PATTERNS = (_WORD, _LETTER, *_MAYBE)
-_OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
+)
+PATTERNS = (*SURE, *MAYBE)
+OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
 
 def partners(names: Sequence[str]) -> list[int]:
@@ -28,7 +29,7 @@ def partners(names: Sequence[str]) -> list[int]:
         raise ValueError(
             f"joints of the left and of the right must be pairs by name, but some have several: {_list_some(several)}"
         )
-    alone = [repr(name) for name in names if not found[name] and (_WORD.search(name) or _LETTER.search(name))]
+    alone = [repr(name) for name in names if not found[name] and any(one.search(name) for one in SURE)]
     if alone:
         raise ValueError(
             f"joints of the left and of the right must be pairs by name, but some are alone: {_list_some(alone)}. "
@@ -52,8 +53,8 @@ def split_sides(names: Sequence[str]) -> list[tuple[str, str]]:
     for name in names:
         matches = [
             match
-            for pattern in (_WORD, _LETTER, *_MAYBE)
-            if (match := pattern.search(name)) and (pattern in (_WORD, _LETTER) or pattern.sub(_other, name) in known)
+            for pattern in PATTERNS
+            if (match := pattern.search(name)) and (pattern in SURE or pattern.sub(_other, name) in known)
         ]
         side = {"l": "left", "r": "right"}[matches[0].group()[0].lower()] if matches else ""
         found.append((side, name[: matches[0].start()] + name[matches[0].end() :] if matches else name))
@@ -78,7 +79,7 @@ def others(name: str) -> list[str]:
 def _other(match: re.Match) -> str:
     """Return the word for the other side, in the case of this one."""
     side = match.group()
-    other = _OTHER[side.lower()]
+    other = OTHER[side.lower()]
     return other.upper() if side.isupper() else other.capitalize() if side[0].isupper() else other
 
 

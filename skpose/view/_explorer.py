@@ -1,5 +1,6 @@
 """The explorer: all poses of a collection of motions as points in the plane, and what is behind each point."""
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -233,14 +234,19 @@ def _up(motions: Sequence[Motion]) -> dict[str, Any]:
     }
 
 
+def _with_numbers(name: str) -> list[str | int]:
+    """Return the key that sorts names by the numbers in them: "2" before "10"."""
+    return [int(part) if i % 2 else part for i, part in enumerate(re.split(r"(\d+)", name))]
+
+
 def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequence[str]) -> dict[str, Any]:
     """Return what the page holds of each motion: its name, how many poses it has, their times, and its groups."""
     groups = []
     for word in ("subject", "action"):
         values = getattr(dataset, f"{word}s", None)
         if values is not None:
-            found, of = np.unique(values, return_inverse=True)
-            groups.append({"by": word, "names": found.tolist(), "of": of.tolist()})
+            found = sorted(set(values.tolist()), key=_with_numbers)
+            groups.append({"by": word, "names": found, "of": [found.index(value) for value in values.tolist()]})
     times = np.concatenate([motion.times for motion in motions])
     return {
         "labels": names,

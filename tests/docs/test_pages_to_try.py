@@ -13,7 +13,6 @@ from skpose import Motion, pose_distances
 from skpose._cli.main import main
 from skpose.datasets import humanoid
 from skpose.io import MocapFormatError, load_bvh, save_bvh
-from skpose.kinematics._shape import link_shape
 from skpose.skeleton._shared import sides
 from skpose.view._scene import scene_of
 
@@ -33,7 +32,7 @@ READ = """(() => {{
     const {{ names, parents, sides, columns, weights }} = motion.skeleton;
     return {{
       joints, root, headings, size, standing, names, parents, sides, columns, weights, rate: motion.rate,
-      poses: motion.poses.map((pose) => Array.from(pose)), shape: drop.linkShape(motion.skeleton),
+      poses: motion.poses.map((pose) => Array.from(pose)), shape: drop.shapeOf(motion.skeleton),
     }};
   }} catch (error) {{
     return error.message;
@@ -93,12 +92,16 @@ def open_page(window, page, folder):
     return window
 
 
-@pytest.fixture(scope="module")
-def dropped(window, tmp_path_factory):
-    """The page into which files are dropped."""
-    page = open_page(window, drop.page(), tmp_path_factory.mktemp("drop"))
+def open_drop_page(window, folder):
+    """Open the page into which files are dropped."""
+    page = open_page(window, drop.page(), folder)
     page.wait_for("window.drop && drop.state.values")
     return page
+
+
+@pytest.fixture(scope="module")
+def dropped(window, tmp_path_factory):
+    return open_drop_page(window, tmp_path_factory.mktemp("drop"))
 
 
 def read(window, text, *, scale=1.0, up="y"):
@@ -144,18 +147,6 @@ def test_written_files_are_read_again(dropped, order, tmp_path):
     )
     save_bvh(tmp_path / "written.bvh", motion, scale=0.01)
     assert_reads_as_the_library(dropped, tmp_path / "written.bvh")
-
-
-def test_links_are_as_thick_as_in_other_pages(dropped):
-    found = read(dropped, (DATA / "biped.bvh").read_text(encoding="utf-8"), scale=0.01)["shape"]
-    skeleton = load_bvh(DATA / "biped.bvh", scale=0.01).skeleton
-    expected = link_shape(skeleton, range(skeleton.n_joints))
-
-    def links(spheres, parts):
-        return [(joint, *([spheres[i] for i in hull] for hull in hulls)) for joint, hulls in parts]
-
-    ours = links([(sphere["at"], pytest.approx(sphere["radius"])) for sphere in found["spheres"]], found["parts"])
-    assert ours == links([(list(s.points), s.radius) for s in expected.spheres], expected.parts)
 
 
 @pytest.mark.parametrize(

@@ -111,6 +111,14 @@ def test_segments_of_limbs_have_the_volume_of_their_mass():
         assert found / (segment.mass * unit) == pytest.approx(1.0, abs=0.21), mark
 
 
+@pytest.mark.parametrize("name", ["LeftLeg", "RightForeArm"])
+def test_a_person_with_a_limb_elsewhere_has_links(name):
+    bones = [b._replace(parent=None) if b.name == name else b for b in skeleton_of("LAFAN1").bones]
+    skeleton = Skeleton(bones, offset_frame="parent")
+    assert f"its joint '{name}' does not come after" in find_landmarks(skeleton).reason
+    assert not find_shape(skeleton).is_person
+
+
 @pytest.mark.parametrize("name", [name for name in SKELETONS if name not in ("humanoid", "bvh")])
 def test_what_is_no_person_has_links_alone(name):
     skeleton = SKELETONS[name]

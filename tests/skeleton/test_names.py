@@ -78,6 +78,7 @@ def test_copies_and_pickles_are_unchanged():
         (["LeftArm"], ["left"]),  # alone
         (["lclavicle", "thorax", "rotator"], ["", "", ""]),  # a letter without a partner
         (["joint_1", "joint_2"], ["", ""]),
+        (["xr\u0131ght", "XR\u0130GHT"], ["", ""]),  # an i without a dot, and a capital with one
     ],
 )
 def test_sides_by_name(names, expected):

@@ -164,6 +164,12 @@ def test_labels_are_those_of_the_dataset(gait, page):
     assert [group["by"] for group in data["groups"]] == ["subject", "action"]
 
 
+def test_groups_are_sorted_by_the_numbers_in_their_names(gait):
+    given = ["10", "2", "a10", "a2b"]
+    groups = data_of(explorer(MotionDataset(gait.motions, subjects=given), metrics=["angle"]))["groups"]
+    assert groups == [{"by": "subject", "names": ["2", "10", "a2b", "a10"], "of": [1, 0, 3, 2]}]
+
+
 def test_labels_may_be_missing_or_given(gait):
     bare = data_of(explorer(MotionDataset(gait.motions), metrics=["angle"]))
     assert bare["labels"] == ["motion 1", "motion 2", "motion 3", "motion 4"]

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from skpose.datasets import make_gait
 from skpose.io import save_bvh
+from skpose.kinematics import _landmarks, _person_shape
 from skpose.kinematics._shape import OF_LENGTH, OF_POINT, THICKEST, THINNEST
 from skpose.metrics._shared import METRICS
+from skpose.skeleton import _sides
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
 from skpose.view._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.view._page import Page, page_of
@@ -23,6 +25,8 @@ ASSETS = (
     "page.js",
     *NUMBERS[:3],
     "figure.js",
+    HERE / "people.js",
+    HERE / "person.js",
     HERE / "bvh.js",
     HERE / "scene.js",
     HERE / "drop.js",
@@ -42,6 +46,39 @@ def policy_of(html, kind):
     return re.search(rf"{kind}-src ([^;]*);", html)[1]
 
 
+def constants_of(module, *others):
+    """Return what a module names in capitals, as JSON can hold it, without some others."""
+    names = [name for name in vars(module) if name.isupper() and not name.startswith("_") and name not in others]
+    return {name: constant_of(vars(module)[name]) for name in names}
+
+
+def constant_of(value):
+    """Return a value with its regular expressions as those of JavaScript: their source and flags."""
+    if isinstance(value, tuple):
+        return [constant_of(one) for one in value]
+    if not isinstance(value, re.Pattern):
+        return value
+    source = value.pattern
+    for python, ours in ((r"[^\W_]", r"[\p{L}\p{N}]"), (r"[\W_]", r"[^\p{L}\p{N}]"), (r"\d", r"\p{Nd}")):
+        source = source.replace(python, ours)
+    return [source, "iu" if value.flags & re.IGNORECASE else "u"]
+
+
+def tables():
+    """Return the names of the rigs that BVH files can have, without those of the right, with the landmark of each."""
+    found = []
+    for rig in _landmarks.RIGS:
+        if rig.frame in (None, "parent"):
+            names = _landmarks.TABLES[rig.name].items()
+            found.append(
+                {
+                    "left": {rest: mark.removeprefix("left_") for (side, rest), mark in names if side == "left"},
+                    "middle": {rest: mark for (side, rest), mark in names if not side},
+                }
+            )
+    return found
+
+
 def page():
     """Return the page, with a walk and a run in it; the player that it fills is a frame in it."""
     gait = make_gait(n_subjects=1, n_sequences=1, frame_rate=30, random_state=0)
@@ -51,6 +88,9 @@ def page():
             "axes": AXES,
             "ground": {"window": WINDOW, "slow": SLOW, "short": SHORT, "level": LEVEL, "low": LOW},
             "link": {"thickest": THICKEST, "ofLength": OF_LENGTH, "thinnest": THINNEST, "ofPoint": OF_POINT},
+            "sides": constants_of(_sides, "PATTERNS"),
+            "landmarks": constants_of(_landmarks, "RIGS", "TABLES", "NONE") | {"rigs": tables()},
+            "person": constants_of(_person_shape),
             "degrees": LARGEST_DIFFERENCE,
             "units": {name: metric.unit for name, metric in METRICS.items()},
         },

@@ -182,7 +182,7 @@ function motionOf(file, scale) {
     axes: below.map(() => null),
     rests: below.map(() => null),
     signs: below.map(() => null),
-    sides: sidesOf(below.map((j) => joints[j].name)),
+    sides: splitSides(below.map((j) => joints[j].name)).map(({ side }) => side),
     offsetFrame: "parent",
   };
   skeleton.weights = weightsOf(skeleton);
@@ -249,25 +249,5 @@ function weightsOf({ parents, offsets, dofs }) {
     const weight = taken.has(key) ? 0 : 1;
     taken.add(key);
     return weight;
-  });
-}
-
-const SIDE_WORDS = [/(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])/,
-  /(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])/];
-// These state a side if there is a joint with the other one.
-const SIDE_LETTERS = [/left|right/i, /(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])/, /(?<=[a-z0-9])[LR]$/];
-
-/** The side of each joint by its name, as `sides` of skpose/skeleton/_sides.py states it. */
-function sidesOf(names) {
-  const other = (word) => {
-    const found = { left: "right", right: "left", l: "r", r: "l" }[word.toLowerCase()];
-    if (word === word.toUpperCase()) return found.toUpperCase();
-    return word[0] === word[0].toUpperCase() ? found[0].toUpperCase() + found.slice(1) : found;
-  };
-  const known = new Set(names);
-  return names.map((name) => {
-    const pattern = [...SIDE_WORDS, ...SIDE_LETTERS].find((one) =>
-      one.test(name) && (SIDE_WORDS.includes(one) || known.has(name.replace(one, other))));
-    return pattern ? { l: "left", r: "right" }[pattern.exec(name)[0][0].toLowerCase()] : "";
   });
 }

@@ -170,4 +170,4 @@ addEventListener("drop", (event) => {
 followTheme(element("theme"), () => (state.shown = -1));
 read(data.examples.map(({ name, text }) => new File([text], name)));
 follow();
-window.drop = { state, read, readBvh, motionOf, sceneOf, linkShape, show }; // for tests
+window.drop = { state, read, readBvh, motionOf, sceneOf, shapeOf, splitSides, show }; // for tests

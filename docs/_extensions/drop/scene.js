@@ -66,13 +66,15 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
   return { joints, root, headings, axes: order.map((axis) => "xyz"[axis]).join(""), size, standing: ground.frames };
 }
 
+/** The shape of a figure: that of a person, or links. */
+const shapeOf = (skeleton) => personShape(skeleton) ?? linkShape(skeleton);
+
 /** Links for all bones: `link_shape` of skpose/kinematics/_shape.py. */
 function linkShape(skeleton) {
   const { names, parents, offsets } = skeleton;
-  const kinematics = new Skeleton(skeleton);
-  const still = kinematics.positions(new Float64Array(kinematics.width));
+  const still = positionsAtZero(skeleton);
   const extent = (axis) => {
-    const values = [0, ...names.map((_, j) => still[3 * j + axis])];
+    const values = [0, ...still.map((point) => point[axis])];
     return Math.max(...values) - Math.min(...values);
   };
   const size = Math.max(...[0, 1, 2].map(extent)) || 1;
@@ -88,9 +90,13 @@ function linkShape(skeleton) {
   for (const j of [...[...without].reverse(), ...without]) { // points at one place are as thick as the thickest of them
     radii[j + 1] = radii[parents[j] + 1] = Math.max(radii[j + 1], radii[parents[j] + 1]);
   }
+  const hulls = parents.map((parent, j) => (own[j] ? [parent + 1, j + 1] : [j + 1]));
+  const points = [...new Set(hulls.flat())];
   const carries = new Set(parents.map((parent) => parent + 1));
-  const spheres = radii.map((radius, point) => ({ at: [point], radius, inside: point > 0 && carries.has(point) }));
-  return { spheres, parts: parents.map((parent, j) => [j, [own[j] ? [parent + 1, j + 1] : [j + 1]]]) };
+  const spheres = points.map((point) => ({
+    at: [point], radius: radii[point], ...(point > 0 && carries.has(point) ? { inside: true } : {}),
+  }));
+  return { spheres, parts: hulls.map((hull, j) => [j, [hull.map((point) => points.indexOf(point))]]) };
 }
 
 /** What a page has of a motion, as `motion_data` returns it. */
@@ -98,7 +104,7 @@ async function motionData(motion, label, up) {
   const { skeleton, rate, poses } = motion;
   const scene = sceneOf(motion, up);
   return {
-    label, names: skeleton.names, parents: skeleton.parents, sides: skeleton.sides, shape: linkShape(skeleton),
+    label, names: skeleton.names, parents: skeleton.parents, sides: skeleton.sides, shape: shapeOf(skeleton),
     axes: scene.axes, size: scene.size, standing: scene.standing, rate, start: 0, numbers: null,
     error: 1e3 * Math.sqrt(3) * STEP, // half a step along each axis, of the joint and of the root
     headings: await pack(scene.headings.map((angle) => [angle]), 1e-4),
