@@ -242,7 +242,7 @@ class _Maker:
         where = positions_at_zero(self.skeleton)
         width = float(np.linalg.norm(where[hip - 1] - where[other - 1])) / self.height
         share = max(0.0, 0.5 * width + radius - WIDEST) / width if width else 0.0
-        return ([hip, other], radius, (1.0 - share, share)) if 0.0 < share < 0.5 else ([hip], radius, ())
+        return ([hip, other], radius, (1.0 - share, share)) if share > 0.0 else ([hip], radius, ())
 
     def _distance(self, above: int, below: int) -> float:
         """Return the length of the bones between two joints, as a share of the height."""

@@ -1,5 +1,6 @@
 // Which joint of a skeleton is its left knee, by the names of rigs: `find_landmarks` of
-// skpose/kinematics/_landmarks.py, and `split_sides` of skpose/skeleton/_sides.py. Names, patterns and numbers are theirs.
+// skpose/kinematics/_landmarks.py, and `split_sides` of skpose/skeleton/_sides.py. Names, patterns and numbers are
+// theirs.
 
 const { landmarks: FINDER, sides: SIDE_NAMES } = data.constants;
 const { SIDES, ANKLE, BALL, ELBOW, HAND, HEAD, HIP, KNEE, SHOULDER, TOE, WRIST } = FINDER;

@@ -127,7 +127,7 @@ class Person {
     const other = this.hips[1 - SIDES.indexOf(side)];
     const width = Math.hypot(...minus(this.where[here - 1], this.where[other - 1])) / this.height;
     const share = width ? Math.max(0, 0.5 * width + radius - SHAPE.WIDEST) / width : 0;
-    return share > 0 && share < 0.5
+    return share > 0
       ? [[here, other], radius, { weights: [1 - share, share], inside }]
       : [[here], radius, { inside }];
   }
