@@ -142,12 +142,12 @@ def draw_embedding(ax, ink, named=False):
         still = forward_kinematics(poses[medoid], motions.skeleton)
         pose = still[np.linalg.norm(still - still[0], axis=2).sum(axis=1).argmax()]  # the farthest from the start
         out = points[chosen].mean(axis=0) - middle
-        at = points[chosen].mean(axis=0) + 0.62 * out / np.hypot(*out)
+        at = points[chosen].mean(axis=0) + 0.78 * out / np.hypot(*out)
         colours = [ink[colour]] * (len(pose) + 1)
         draw_person(ax, ink, pose, motions.skeleton, colours, at=at, scale=0.36, turn=np.radians(-50), shaded=named)
         if named:
             ax.text(at[0], at[1] - 0.4, action, color=ink[colour], ha="center", va="top", fontsize=12, zorder=4)
-    ax.set(xlim=(-1.55, 1.65), ylim=(-1.6, 1.4))
+    ax.set(xlim=(-1.7, 1.8), ylim=(-1.75, 1.55))
     ax.set_aspect("equal")
     ax.set_axis_off()
 

@@ -26,7 +26,7 @@ COLOURS = "facecolor", "edgecolor", "color", "markerfacecolor", "markeredgecolor
 
 
 def choose_axes(figure, number=None):
-    """Return an axes of a figure that holds data, by its number from 1; None is the largest one."""
+    """Return an axes with data by its number, from 1, or the largest one; axes inside others are before these."""
     drawn = [ax for ax in figure.findobj(Axes) if ax.has_data()]
     return drawn[number - 1] if number else max(drawn, key=lambda ax: ax.bbox.width * ax.bbox.height)
 
