@@ -153,8 +153,8 @@ class MDSDisplay:
         missing = sum(label is None or label != label for label in ([] if labels is None else labels.tolist()))
         if missing:
             raise ValueError(
-                f"labels must be one for each pose, got {missing} of {len(embedding)} that are None or NaN: leave these "
-                'poses out, or give them a label such as "unknown"'
+                f"labels must be one for each pose, got {missing} of {len(embedding)} that are None or NaN: leave "
+                'these poses out, or give them a label such as "unknown"'
             )
         shares = None if shares is None else np.asarray(shares)
         return cls(embedding, labels, shares, unit).plot(ax, **style)
