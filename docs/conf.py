@@ -8,6 +8,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
+import tiles
+
 project = "skpose"
 author = copyright = "The skpose developers"
 version = release = installed("skpose")
@@ -24,6 +26,7 @@ extensions = [
     "mathml",
     "live_pages",
     "search_order",
+    "tiles",
 ]
 html_math_renderer = "mathml"
 extlinks = {"doi": ("https://doi.org/%s", "doi:%s")}
@@ -78,6 +81,8 @@ sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "examples",
     "filename_pattern": r"\.py$",
+    "image_scrapers": ("tiles.scraper",),
+    "thumbnail_size": tiles.SIZE,
     "download_all_examples": False,
     "show_memory": False,
     "write_computation_times": False,

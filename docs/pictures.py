@@ -12,10 +12,12 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from sklearn.manifold import ClassicalMDS
 
-from skpose import MotionDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose import Motion, MotionDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import humanoid, make_actions, make_gait
+from skpose.geodesics import frechet_mean
 from skpose.kinematics._shared import find_shape, outline
 from skpose.metrics import Geodesic
+from skpose.motions import align_motions
 from skpose.skeleton._shared import sides
 
 TARGET = Path(__file__).parent / "_static"
@@ -26,7 +28,7 @@ INKS = {
     | {"paper": "#0d1117", "ink": "#e8eaed"},
 }
 LIGHT = np.array([-0.64, 0.77])  # where it comes from
-TURN = np.radians(22)  # of the person whose arm turns, about the vertical
+TURN = np.radians(38)  # of the person whose arm turns, about the vertical
 ACTIONS = {"kick": "blue", "squat": "orange", "throw": "green", "wave": "rose"}
 TURNS = {"shoulder": "left_upper_arm_rz", "wrist": "left_hand_rz"}
 ANGLE = np.radians(60)
@@ -140,12 +142,120 @@ def draw_embedding(ax, ink, named=False):
         still = forward_kinematics(poses[medoid], motions.skeleton)
         pose = still[np.linalg.norm(still - still[0], axis=2).sum(axis=1).argmax()]  # the farthest from the start
         out = points[chosen].mean(axis=0) - middle
-        at = points[chosen].mean(axis=0) + 0.62 * out / np.hypot(*out)
+        at = points[chosen].mean(axis=0) + 0.78 * out / np.hypot(*out)
         colours = [ink[colour]] * (len(pose) + 1)
         draw_person(ax, ink, pose, motions.skeleton, colours, at=at, scale=0.36, turn=np.radians(-50), shaded=named)
         if named:
             ax.text(at[0], at[1] - 0.4, action, color=ink[colour], ha="center", va="top", fontsize=12, zorder=4)
-    ax.set(xlim=(-1.55, 1.65), ylim=(-1.6, 1.4))
+    ax.set(xlim=(-1.7, 1.8), ylim=(-1.75, 1.55))
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_file(ax, ink):
+    """Draw a sheet with the angles of a walk over time."""
+    walk = make_gait(n_subjects=1, n_sequences=1, random_state=0)[0]
+    edge, fold = np.array([[0.0, 0.0], [0.0, 1.3], [0.75, 1.3], [1.0, 1.05], [1.0, 0.0], [0.0, 0.0]]), 0.25
+    ax.plot(*edge.T, color=ink["grey"], linewidth=2.5, solid_joinstyle="round")
+    ax.plot([0.75, 0.75, 1.0], [1.3, 1.3 - fold, 1.3 - fold], color=ink["grey"], linewidth=2.5, solid_joinstyle="round")
+    shown = {"left_thigh_rx": "blue", "right_thigh_rx": "orange", "left_shank_rx": "green"}
+    for k, (column, colour) in enumerate(shown.items()):
+        angle = walk.angles[:120, walk.skeleton.dof_names.index(column)]
+        height = 0.2 + 0.33 * k + 0.12 * (angle - angle.mean()) / np.abs(angle - angle.mean()).max()
+        ax.plot(np.linspace(0.12, 0.88, len(angle)), height, color=ink[colour], linewidth=2.5)
+    ax.set(xlim=(-0.4, 1.4), ylim=(-0.07, 1.37))
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_distance(ax, ink):
+    """Draw two poses, and the paths of the joints from the one to the other."""
+    kick = make_actions(1, 1, actions=["kick"], random_state=0)[0]
+    joints = forward_kinematics(kick.angles, kick.skeleton)
+    far = np.linalg.norm(joints - joints[0], axis=2).sum(axis=1).argmax()
+    path = forward_kinematics(np.linspace(kick.angles[0], kick.angles[far], 20), kick.skeleton)
+    colours, turn = [ink["grey"]] * (len(joints[0]) + 1), np.radians(-60)
+    draw_person(ax, ink, path[0], kick.skeleton, colours, turn=turn, alpha=0.3)
+    draw_person(ax, ink, path[-1], kick.skeleton, colours, turn=turn)
+    cos, sin = np.cos(turn), np.sin(turn)
+    for joint in range(len(joints[0])):
+        x, y, z = path[:, joint].T
+        ax.plot(cos * x - sin * z, y, color=ink["orange"], linewidth=2.5, zorder=4, solid_capstyle="round")
+    ax.set(xlim=(-1.35, 1.35), ylim=(-1.1, 1.06))
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_warping(ax, ink):
+    """Draw two people who walk, one below the other, with lines between the frames that belong together."""
+    gait = make_gait(n_subjects=2, n_sequences=1, frame_rate=30, random_state=0)
+    pair = [motion[:45] for motion in gait[gait.actions == "walk"].motions]
+    path = align_motions(*pair).path
+    for row, motion in enumerate(pair):
+        joints, skeleton = forward_kinematics(motion.angles, motion.skeleton), motion.skeleton
+        colours = [ink[{"left": "blue", "right": "orange"}.get(side, "grey")] for side in sides(skeleton.joint_names)]
+        for frame in path[::6, row]:
+            at, turn = (0.17 * frame, -2.7 * row), np.radians(-75)
+            draw_person(ax, ink, joints[frame], skeleton, [*colours, ink["grey"]], at=at, turn=turn, shaded=False)
+    for k, (i, j) in enumerate(path):
+        shown = {"color": ink["ink"], "linewidth": 1.5} if k % 6 == 0 else {"color": ink["grey"], "linewidth": 0.6}
+        ax.plot([0.17 * i, 0.17 * j], [-1.12, -1.68], **shown)
+    ax.set(xlim=(-0.6, 0.17 * 44 + 0.6), ylim=(-3.8, 1.0))
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_means(ax, ink):
+    """Draw two poses, the mean of the positions of their joints, and their mean pose."""
+    skeleton = humanoid()
+    poses = np.zeros((2, skeleton.n_dofs))
+    poses[:, skeleton.dof_names.index("left_upper_arm_rz")] = np.radians([10.0, 130.0])
+    poses[:, skeleton.dof_names.index("right_upper_arm_rz")] = np.radians([-10.0, -130.0])
+    two = Motion(skeleton, poses, 1.0).to_rotvec()
+    mean = frechet_mean(two.angles, two.skeleton, metric="rotation").pose
+    *given, mean = forward_kinematics(np.vstack([two.angles, mean]), two.skeleton)
+    for k, (joints, colour) in enumerate(
+        [(given[0], "grey"), (given[1], "grey"), (np.mean(given, axis=0), "orange"), (mean, "blue")]
+    ):
+        draw_person(ax, ink, joints, skeleton, [ink[colour]] * (len(joints) + 1), at=(1.9 * k, 0.0))
+    for x, text, colour in [
+        (0.95, "two poses", "grey"),
+        (3.8, "mean of positions", "orange"),
+        (5.7, "mean pose", "blue"),
+    ]:
+        ax.text(x, -1.2, text, ha="center", va="top", color=ink[colour], fontsize=14, weight="bold")
+    ax.set(xlim=(-0.8, 6.8), ylim=(-1.6, 1.15))
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_keypoints(ax, ink):
+    """Draw the points of a person, the same on its figure, and the figure alone."""
+    motion = make_actions(1, 1, actions=["throw"], random_state=0)[0]
+    skeleton, joints = (
+        motion.skeleton,
+        forward_kinematics(motion.angles[len(motion) // 2 : len(motion) // 2 + 1], motion.skeleton)[0],
+    )
+    turn = np.radians(-40)
+    noisy = joints + np.random.default_rng(0).normal(scale=0.02, size=joints.shape)
+    x, y = np.cos(turn) * noisy[:, 0] - np.sin(turn) * noisy[:, 2], noisy[:, 1]
+    colours = [ink[{"left": "blue", "right": "orange"}.get(side, "grey")] for side in sides(skeleton.joint_names)]
+    for k in (1, 2):
+        draw_person(
+            ax,
+            ink,
+            joints,
+            skeleton,
+            [*colours, ink["grey"]],
+            at=(2.0 * k, 0.0),
+            turn=turn,
+            alpha=0.4 if k == 1 else 1.0,
+        )
+    for k in (0, 1):
+        ax.scatter(2.0 * k + x, y, s=30, color=ink["ink"], linewidths=0, zorder=5)
+    for k, text in enumerate(["keypoints", "a skeleton that fits", "a pose"]):
+        ax.text(2.0 * k, -1.2, text, ha="center", va="top", color=ink["ink"], fontsize=15, weight="bold")
+    ax.set(xlim=(-1.0, 5.0), ylim=(-1.6, 1.25))
     ax.set_aspect("equal")
     ax.set_axis_off()
 
@@ -220,6 +330,11 @@ if __name__ == "__main__":
     plt.rcParams |= {"svg.hashsalt": "skpose", "savefig.transparent": True}  # the same files each time
     save("angles", (4.6, 3.4), draw_angles)
     save("walk", (4.0, 1.6), draw_walk)
+    save("file", (2.0, 1.6), draw_file)
+    save("distance", (2.0, 1.6), draw_distance)
+    save("warping", (6.4, 3.7), draw_warping)
+    save("means", (7.0, 2.5), draw_means)
+    save("keypoints", (6.0, 2.85), draw_keypoints)
     save("path", (4.0, 1.6), draw_path)
     save("embedding", (4.0, 1.6), draw_embedding)
     save_for_readme()

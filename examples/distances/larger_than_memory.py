@@ -6,6 +6,8 @@ Distances between more poses than fit into a matrix in memory: chunk by chunk, o
 SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
+# sphinx_gallery_tile = (2, 1)
+
 import os
 import tempfile
 from pathlib import Path
@@ -58,5 +60,3 @@ with joblib.parallel_config(backend="loky", n_jobs=2):
     in_processes = search.kneighbors()
 same = np.array_equal(in_processes[0], distances) and np.array_equal(in_processes[1], indices)
 print(f"two processes find {'the same' if same else 'other'} neighbours")
-
-# sphinx_gallery_thumbnail_number = 2

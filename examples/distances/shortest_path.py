@@ -8,6 +8,8 @@ their points, over the trace of the metric tensor: dark where the joints move fa
 100 random pairs, eq. 8. If SKPOSE_CMU names a folder of CMU files, the example runs on the walks of its subject 35.
 """
 
+# sphinx_gallery_tile = (1, 1)
+
 import os
 
 import matplotlib.pyplot as plt

@@ -7,6 +7,8 @@ centre of each cluster is a pose of the data, which can be drawn. K-means has me
 SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
+# sphinx_gallery_tile = (1, 4)
+
 import os
 
 import matplotlib.pyplot as plt

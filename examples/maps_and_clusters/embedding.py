@@ -7,6 +7,8 @@ Figure 4 of the paper: multidimensional scaling of two people's walks. Under the
 for each sequence. If SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
+# sphinx_gallery_tile = (1, 2)
+
 import os
 
 import matplotlib.pyplot as plt

@@ -7,6 +7,8 @@ differences of all joints there: the distances of their positions, and the angle
 SKPOSE_HDM05 names a folder of files of the database HDM05, the example also compares squats.
 """
 
+# sphinx_gallery_tile = (1, 1)
+
 import os
 
 import matplotlib.pyplot as plt

@@ -8,6 +8,8 @@ can be repeated, and goes on walking. If SKPOSE_HDM05 names a folder of the data
 person is the second part.
 """
 
+# sphinx_gallery_tile = (3, 1)
+
 import os
 from dataclasses import replace
 

@@ -7,6 +7,8 @@ people who walk and run, finds the skeleton of each person and the poses on it, 
 nearest neighbour. If SKPOSE_CMU names a folder of CMU files, the keypoints are of these people.
 """
 
+# sphinx_gallery_tile = (1, 4)
+
 import os
 
 import matplotlib.pyplot as plt

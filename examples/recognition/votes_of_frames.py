@@ -6,6 +6,8 @@ A support vector machine with a kernel of distances recognises people by their l
 sequence then vote. If SKPOSE_CMU names a folder of CMU files, the example runs on these.
 """
 
+# sphinx_gallery_tile = (1, 3)
+
 import os
 
 import matplotlib.pyplot as plt

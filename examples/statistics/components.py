@@ -7,6 +7,8 @@ own length. The first components of walking are the stride itself, and how peopl
 folder of CMU files, the example runs on the walks in it.
 """
 
+# sphinx_gallery_tile = (2, 1)
+
 import os
 
 import matplotlib.pyplot as plt

@@ -8,6 +8,8 @@ the positions, and the *intrinsic* mean, nearest by geodesics. If SKPOSE_CMU nam
 runs on the motion in it whose joints move farthest.
 """
 
+# sphinx_gallery_tile = (2, 2)
+
 import os
 
 import matplotlib.pyplot as plt

@@ -8,6 +8,8 @@ weighted means of poses, which are poses. The width of its kernel is a parameter
 folder of CMU files, the example runs on these.
 """
 
+# sphinx_gallery_tile = (1, 2)
+
 import os
 
 import matplotlib.pyplot as plt

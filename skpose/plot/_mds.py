@@ -150,11 +150,11 @@ class MDSDisplay:
         labels = None if labels is None else np.asarray(labels)
         if labels is not None and labels.shape != embedding.shape[:1]:
             raise ValueError(f"labels must be one for each of the {len(embedding)} poses, got shape {labels.shape}")
-        missing = 0 if labels is None else sum(label is None or label != label for label in labels.tolist())
+        missing = sum(label is None or label != label for label in ([] if labels is None else labels.tolist()))
         if missing:
             raise ValueError(
-                f"labels must be one for each pose, got {missing} of {len(labels)} that are None or NaN: leave these "
-                'poses out, or give them a label such as "unknown"'
+                f"labels must be one for each pose, got {missing} of {len(embedding)} that are None or NaN: leave "
+                'these poses out, or give them a label such as "unknown"'
             )
         shares = None if shares is None else np.asarray(shares)
         return cls(embedding, labels, shares, unit).plot(ax, **style)

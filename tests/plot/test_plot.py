@@ -212,7 +212,7 @@ def test_floats_of_many_values_have_a_colour_bar():
     np.testing.assert_array_equal(drawn.get_array(), speeds)
     assert display.ax_.get_legend() is None
     assert drawn.colorbar.vmin == speeds[0]
-    for few in (speeds[:-1], np.arange(len(speeds))):  # classes, whatever their numbers
+    for few in (speeds[:-1], np.arange(len(speeds))):  # classes
         display = MDSDisplay.from_embedding(points[: len(few)], few)
         assert len(display.ax_.get_legend().get_texts()) == len(few)
         assert len(display.figure_.axes) == 1

@@ -1,0 +1,81 @@
+"""Tiles of the gallery hold one axes of a figure, which fills them, in the colours of light and of dark pages."""
+
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from skpose.datasets import make_gait
+from skpose.plot import PoseStripDisplay
+
+pytest.importorskip("sphinx_gallery", reason="sphinx-gallery is of the extra docs")
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
+
+import tiles
+
+pytestmark = pytest.mark.usefixtures("agg")
+
+
+def tile_of(ax, folder):
+    """Return the two versions of a tile, as images from 0 to 1."""
+    tiles.save_tile(ax, folder / "tile.png")
+    image = plt.imread(folder / "tile.png")
+    assert image.shape == (*tiles.SIZE[::-1], 4)
+    return np.split(image, 2)
+
+
+def test_the_axes_of_a_tile():
+    figure, (small, large) = plt.subplots(1, 2, width_ratios=(1, 2))
+    inside = large.inset_axes((0.6, 0.6, 0.3, 0.3))
+    for ax in (small, inside):
+        ax.plot([0, 1])
+    assert tiles.choose_axes(figure) is small  # the larger one is empty
+    large.plot([0, 1])
+    assert tiles.choose_axes(figure) is large
+    assert [tiles.choose_axes(figure, k) for k in (1, 2, 3)] == [small, inside, large]
+
+
+def test_a_tile_in_both_colours_without_what_is_around(tmp_path):
+    figure, (left, right) = plt.subplots(1, 2)
+    left.fill([0, 1, 1, 0], [0, 0, 1, 1], color="red")
+    right.fill([0, 1, 1, 0], [0, 0, 1, 1], color="black", linewidth=0, label="all")
+    right.set(xlim=(-1, 1), ylim=(0, 1), title="a title", xlabel="x")
+    right.legend()
+    figure.suptitle("a text")
+    light, dark = tile_of(right, tmp_path)
+    half = light.shape[1] // 2
+    for image in (light, dark):
+        assert not image[:, : half - 2, 3].any()
+        assert (image[:, half + 2 :, 3] == 1.0).all()
+    assert not light[:, half + 2 :, :3].any()
+    np.testing.assert_allclose(dark[:, half + 2 :, :3] - tiles.INK, 0.0, atol=1 / 255)
+
+
+def test_axes_in_others_and_in_three_dimensions_fill_their_tile(tmp_path):
+    ax = plt.figure().subplots()
+    inside = ax.inset_axes((0.6, 0.6, 0.1, 0.1))
+    inside.plot([0, 1], [0, 1])
+    ax.plot([0, 1], [1, 0])
+    solid = plt.figure().add_subplot(projection="3d")
+    solid.plot([0, 1, 1], [0, 0, 1], [0, 0, 1])
+    for one in (inside, solid):
+        light, _ = tile_of(one, tmp_path)
+        rows, columns = np.nonzero(light[..., 3])
+        extents = np.ptp(rows) / light.shape[0], np.ptp(columns) / light.shape[1]
+        assert 1.0 - 2.5 * tiles.MARGIN < max(extents) <= 1.0
+
+
+def test_the_people_of_a_strip_are_as_tall_as_the_tile(tmp_path):
+    walk = make_gait(1, 1, random_state=0)[0]
+    light, _ = tile_of(PoseStripDisplay.from_motion(walk, n_poses=9, projection="zy").ax_, tmp_path)
+    rows, _ = np.nonzero(light[..., 3])
+    np.testing.assert_allclose(np.ptp(rows) / light.shape[0], 1.0 / (1.0 + 2 * tiles.MARGIN), atol=0.02)
+
+
+def test_colours_of_dark_pages():
+    black, white, blue = tiles.darken(np.array([[0.0, 0, 0, 1], [1, 1, 1, 0.5], [0, 0.4, 0.7, 1]]))
+    np.testing.assert_allclose(black, [*tiles.INK, 1.0])
+    np.testing.assert_allclose(white, [*tiles.PAPER, 0.5])
+    np.testing.assert_allclose(blue, [0.2, 0.52, 0.76, 1.0])
