@@ -32,6 +32,7 @@ ASSETS = (
     "pose_view.js",
     "scatter.js",
     "gestures.js",
+    "labels.js",
     "small_figures.js",
     "marks.js",
     "comparison.js",

@@ -62,6 +62,7 @@ function step(now) {
   state.moved = false;
   drawMarks(marks, scatter, poses, state, drawSmall);
   view.draw(state);
+  if (small.late) refresh();
   write();
   link.write();
   if (!state.drawn++) performance.mark("skpose: first frame drawn");
@@ -157,8 +158,9 @@ function choosePlane() {
 }
 
 /** Draw small figures among the points, unless they are switched off. */
-function drawSmall(context) {
+function drawSmall(context, all) {
   state.figures = !element("figures").checked ? [] : small.draw(context, scatter, {
+    all,
     colourOf: (row) => state.colourOf(row),
     hidden: (row) => scatter.absent?.[row] || scatter.faded?.[row],
   });
@@ -328,4 +330,4 @@ const usual = Object.fromEntries(["colour", "metric", "method"].map((id) => [id,
 const link = new Link(linked, restore);
 listen();
 restore(link.words);
-window.skpose = { state, stage: scatter, view, poses, position, link }; // for tests, and for the console of the browser
+window.skpose = { state, stage: scatter, view, poses, position, link, small }; // for tests, and for the console of the browser

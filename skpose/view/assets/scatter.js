@@ -3,7 +3,6 @@
 const MARGIN = 28; // px around all points
 const [LEAST_ZOOM, MOST_ZOOM] = [0.5, 200];
 const CELL = 10; // px, in which points are counted
-const MOST_CELLS = 1000; // along an axis
 const OWN = 0.25; // what a point adds to its own cell
 // How much smaller and paler points are where they cover the plane more than once: what all of them cover, as they lie
 // over each other, grows by the logarithm of their number, so that there are differences wherever there are many.
@@ -179,28 +178,31 @@ class Scatter {
   }
 
   /**
-   * How crowded each point is at this zoom, as a place in SHARES. Points are counted in cells of the plane, which stay as
-   * one moves, and each cell takes its neighbours' into account, so that no cell is seen.
+   * How crowded each point that is seen is at this zoom, as a place in SHARES. Points are counted in cells of the plane,
+   * which stay as one moves, and each cell takes its neighbours' into account, so that no cell is seen.
    */
   crowding() {
-    const { scale, grid: { low, high } } = this;
-    const cell = Math.max(CELL / scale, Math.max(high[0] - low[0], high[1] - low[1]) / MOST_CELLS) || 1;
-    const [columns, rows] = [0, 1].map((axis) => Math.floor((high[axis] - low[axis]) / cell) + 3); // with an edge
-    const counts = new Float32Array(columns * rows);
-    this.cells ??= new Uint32Array(this.count);
-    this.levels ??= new Uint8Array(this.count);
+    const { x, y, count, width, height, absent } = this;
+    this.cells ??= new Uint32Array(count); // 0 for those that are not seen
+    this.levels ??= new Uint8Array(count);
     const { cells, levels } = this;
-    for (let i = 0; i < this.count; i++) {
-      const at = (Math.floor((this.y[i] - low[1]) / cell) + 1) * columns + Math.floor((this.x[i] - low[0]) / cell) + 1;
-      cells[i] = at;
-      if (!this.absent?.[i]) counts[at]++;
+    const perCell = this.scale / CELL; // cells in a unit of the points
+    const [left, low] = this.placeOf(0, height).map((value) => Math.floor(value * perCell) - 2);
+    const [columns, rows] = [width, height].map((length) => Math.ceil(length / CELL) + 5); // with an edge
+    const counts = new Float32Array(columns * rows);
+    for (let i = 0; i < count; i++) {
+      const [column, row] = [Math.floor(x[i] * perCell) - left, Math.floor(y[i] * perCell) - low];
+      const isSeen = column > 0 && row > 0 && column < columns && row < rows && !absent?.[i];
+      cells[i] = isSeen ? row * columns + column : 0;
+      counts[cells[i]]++;
     }
     const around = smooth(smooth(counts, 1), columns); // 1, 2, 1 of 4 along both axes
-    const covers = (Math.PI * this.radius ** 2) / (cell * scale) ** 2; // of a cell, by a point
-    for (let i = 0; i < this.count; i++) {
-      const depth = covers * (around[cells[i]] - OWN);
-      levels[i] = depth > 0 ? Math.min(SHARES.length - 1, Math.round(LEVELS_OF_TWO * Math.log2(1 + depth / THIN))) : 0;
-    }
+    const covers = (Math.PI * this.radius ** 2) / CELL ** 2; // of a cell, by a point
+    const levelOf = around.map((some) => {
+      const crowd = (covers * (some - OWN)) / THIN;
+      return crowd > 0 ? Math.min(SHARES.length - 1, Math.round(LEVELS_OF_TWO * Math.log2(1 + crowd))) : 0;
+    });
+    for (let i = 0; i < count; i++) levels[i] = levelOf[cells[i]];
     return levels;
   }
 }
