@@ -23,6 +23,7 @@ ASSETS = (
     "page.css",
     "panels.css",
     "explorer.css",
+    "sharing.html",
     "page.js",
     "figure.js",
     "shape.js",
@@ -37,6 +38,9 @@ ASSETS = (
     "marks.js",
     "comparison.js",
     "link.js",
+    "gif.js",
+    "record.js",
+    "sheet.js",
     "texts.js",
     "explorer.js",
 )

@@ -35,6 +35,7 @@ class SmallFigures {
    * needs; otherwise poses may be missing, then it is `late`.
    */
   draw(context, scatter, { colourOf, hidden, all }) {
+    this.density = context.getTransform().a;
     this.forget();
     this.until = all ? Infinity : performance.now() + MS_OF_A_FRAME;
     this.late = false;
@@ -81,7 +82,7 @@ class SmallFigures {
     const { azimuth, elevation } = this.view.camera;
     const seen = `${azimuth} ${elevation}`;
     if (seen !== this.seen) this.figures.clear();
-    const look = `${seen} ${colours.paper} ${window.devicePixelRatio}`;
+    const look = `${seen} ${colours.paper} ${this.density}`;
     if (look !== this.look || this.pictures.size > KEPT) this.pictures.clear();
     Object.assign(this, { seen, look });
   }
@@ -136,7 +137,7 @@ class SmallFigures {
 
   /** The picture of a pose, with its name if it has one: limbs of the left in a lighter tone, of the right darker. */
   picture({ row, side, width, height, words = [] }, colour) {
-    const density = window.devicePixelRatio || 1;
+    const { density } = this;
     const [drawn, picture] = [0, 1].map(() => Object.assign(document.createElement("canvas"), {
       width: Math.ceil((width + 2 * HALO) * density), height: Math.ceil((height + 2 * HALO) * density),
     }));
