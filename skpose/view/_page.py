@@ -137,7 +137,7 @@ def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Se
     body : str or Path
         Name of the asset that is the body's markup, or a file elsewhere.
     assets : sequence of str or Path
-        Names of the scripts and styles, each after those that it uses, and of further markup of the body.
+        Names of the scripts and styles, each after those that it uses, and of further markup.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
     starter = asset("start.js")

@@ -1,4 +1,4 @@
-"""Files of the explorer in Chromium: pictures and videos of the points with the pose beside them."""
+"""Files of the explorer in Chromium: pictures and videos of the points with the pose next to them."""
 
 import re
 from io import BytesIO
@@ -43,9 +43,9 @@ def test_picture_has_the_points_as_the_page_and_the_pose_beside_them(browser, pa
     assert (off > 40).mean() < 2e-3
     tall = size[0] < 600
     top, left = (height, 0) if tall else (0, width)
-    beside = drawn[top:, left:]
+    next to = drawn[top:, left:]
     for colour in ((0, 114, 178), (192, 79, 0)):  # of the sides
-        assert pixels_near(beside, colour) >= pixels_near(figure, colour) > 300
+        assert pixels_near(next to, colour) >= pixels_near(figure, colour) > 300
 
 
 def test_picture_is_of_the_state_of_the_page(browser, page):

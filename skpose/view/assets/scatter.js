@@ -5,7 +5,7 @@ const [LEAST_ZOOM, MOST_ZOOM] = [0.5, 200];
 const CELL = 10; // px, in which points are counted
 const OWN = 0.25; // what a point adds to its own cell
 // How much smaller and paler points are where they cover the plane more than once: what all of them cover, as they lie
-// over each other, grows by the logarithm of their number, so that there are differences wherever there are many.
+// over each other, grows by the logarithm of their number, so that there are differences where there are many.
 const [THIN, LEVELS_OF_TWO] = [0.5, 3];
 const SHARES = Array.from({ length: 25 }, (_, level) => {
   const crowd = 2 ** (level / LEVELS_OF_TWO) - 1;

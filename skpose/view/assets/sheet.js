@@ -1,4 +1,4 @@
-// The plane of an explorer with the pose, its name and the colours beside it, as one picture for files.
+// The plane of an explorer with the pose, its name and the colours next to it, as one picture for files.
 
 const [EDGE, ROW] = [16, 24]; // px
 
