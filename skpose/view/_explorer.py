@@ -116,7 +116,8 @@ def explorer(
     poses of 56 numbers make a page of some 1 MB.
 
     Small figures stand for the groups of the colours, by the pose in the middle of each, and as one zooms in for single
-    poses. Where many points lie over each other they are smaller and paler. "Share" saves pictures and videos. Colours repeat after ten groups, with another form of the points.
+    poses. Where many points lie over each other they are smaller and paler. "Share" saves pictures and videos. Colours
+    repeat after ten groups, with another form of the points.
 
     Examples
     --------

@@ -25,7 +25,7 @@ def page():
 
 @pytest.mark.parametrize("paper", [True, False])
 @pytest.mark.parametrize("size", [(1300, 860), (420, 850)], ids=str)
-def test_picture_has_the_points_as_the_page_and_the_pose_beside_them(browser, page, size, paper):
+def test_picture_has_the_points_as_the_page_and_the_pose_next_to_it(browser, page, size, paper):
     browser.open(page, size=size, density=2)
     if not paper:
         browser.driver.execute_script("document.getElementById('paper').checked = false")
@@ -43,9 +43,9 @@ def test_picture_has_the_points_as_the_page_and_the_pose_beside_them(browser, pa
     assert (off > 40).mean() < 2e-3
     tall = size[0] < 600
     top, left = (height, 0) if tall else (0, width)
-    next to = drawn[top:, left:]
+    other = drawn[top:, left:]
     for colour in ((0, 114, 178), (192, 79, 0)):  # of the sides
-        assert pixels_near(next to, colour) >= pixels_near(figure, colour) > 300
+        assert pixels_near(other, colour) >= pixels_near(figure, colour) > 300
 
 
 def test_picture_is_of_the_state_of_the_page(browser, page):

@@ -10,9 +10,9 @@ const OCCUPIED = 12; // px of a cell that counts as occupied where it has a poin
 const [HIDES, CROSSES, COVERS, DEAREST] = [260, 200, 250, 700];
 
 /**
- * Place labels, `{ row, width, height }`, the first ones first, and again among all others; return those that have room, with the `offset` of their
- * middle from their point, px. None is over another at any zoom from a power of two to the next one; where all of the
- * plane is seen, all labels are.
+ * Place labels, `{ row, width, height }`, the first ones first, and again among all others; return those that have
+ * room, with the `offset` of their middle from their point, px. None is over another at any zoom from a power of two to
+ * the next one; where all of the plane is seen, all labels are inside.
  */
 function placeLabels(scatter, labels, zoom) {
   const unit = (scatter.scale / scatter.zoom) * zoom;
@@ -20,10 +20,10 @@ function placeLabels(scatter, labels, zoom) {
   const occupied = occupiedCells(scatter, unit);
   const at = (row) => [unit * (scatter.x[row] - middle[0]), -unit * (scatter.y[row] - middle[1])];
   const most = LEASH * Math.min(scatter.width, scatter.height);
-  const candidates = RADII.filter((radius) => radius <= most).flatMap((radius) => Array.from({ length: radius ? DIRECTIONS : 1 }, (_, i) => {
-    const angle = (2 * Math.PI * i) / DIRECTIONS;
-    return { radius, offset: [radius * Math.cos(angle), radius * Math.sin(angle)] };
-  }));
+  const candidates = RADII.filter((radius) => radius <= most).flatMap((radius) => {
+    const directions = radius ? circle(DIRECTIONS) : [[0, 0]];
+    return directions.map((direction) => ({ radius, offset: direction.map((share) => radius * share) }));
+  });
   const home = (place) => [scatter.width / 2 + place[0], scatter.height / 2 + place[1]]; // where all is seen
   /** The best place of a label among others, or null. */
   const placeOf = (label, others) => {

@@ -178,8 +178,8 @@ class Scatter {
   }
 
   /**
-   * How crowded each point that is seen is at this zoom, as a place in SHARES. Points are counted in cells of the plane,
-   * which stay as one moves, and each cell takes its neighbours' into account, so that no cell is seen.
+   * How crowded each point that is seen is at this zoom, as a place in SHARES. Points are counted in cells of the
+   * plane, which stay as one moves, and each cell takes its neighbours' into account, so that no cell is seen.
    */
   crowding() {
     const { x, y, count, width, height, absent } = this;
