@@ -21,7 +21,7 @@ from skpose._cli.targets import REPORT, continues, is_unfinished
 from skpose._files import check_new, created_meanwhile_error, new_file
 from skpose._parallel.checkpoint import FileCheckpoint
 from skpose.datasets import MotionDataset, make_actions, make_gait, walks_and_runs
-from skpose.keypoints import Keypoints
+from skpose.keypoints import Keypoints, layouts
 from skpose.metrics import pose_distances
 from skpose.metrics._shared import resolve
 from skpose.motions import align_motions, motion_distances
@@ -207,11 +207,15 @@ def view(
         check_comparable([motion.skeleton for motion in motions], names, WITHOUT_ALIGN, WITHOUT_ALIGN)
         check_one_frame_rate(MotionDataset(motions, names, names, names))
         alignment = align_motions(*motions)
-    if layout is not None and all(isinstance(one, Motion) for one in shown):
-        raise ValueError("--layout is for files of keypoints or markers, and these have skeletons: leave it out")
+    _check_layout_is_for(shown, layout)
     page = player(shown, labels=_shorten(names), alignment=alignment, layout=layout, overlay=overlay)
     page.save(out)
     print_written(out, f"{page.note}, {page.n_bytes / 1e6:.2g} MB")
+
+
+def _check_layout_is_for(shown: list[Motion | Keypoints], layout: str | None) -> None:
+    if layout is not None and all(isinstance(one, Motion) for one in shown):
+        raise ValueError("--layout is for files of keypoints or markers, and these have skeletons: leave it out")
 
 
 def draw(
@@ -222,11 +226,13 @@ def draw(
     gif: Path | None,
     part: tuple[float | None, float | None],
     fps: float | None,
+    layout: str | None,
 ) -> None:
-    """Write a picture of motions, a moving one, or both."""
+    """Write a picture of motions and keypoints, a moving one, or both."""
     from skpose._cli.moving_picture import FPS, Recording  # slow to import
 
-    recording = Recording(shown, _shorten(names))
+    _check_layout_is_for(shown, layout)
+    recording = Recording(shown, _shorten(names), None if layout is None else layouts[layout])
     if png is not None:
         recording.save_png(png, at)
         print_written(png, f"{png.stat().st_size / 1e6:.2g} MB")

@@ -215,9 +215,9 @@ def _write(options: argparse.Namespace, skipped: Skipped) -> None:
             commands.check_matplotlib("pictures need")
         reader = _reader(options, skipped)
         names, shown = inputs.read_moving(options.files, options.frame_rate, reader, contents.load_any)
-        if drawn:  # first, as not all can be drawn
+        if drawn:
             part = options.begins, options.ends
-            commands.draw(shown, names, options.png, options.at, options.gif, part, options.fps)
+            commands.draw(shown, names, options.png, options.at, options.gif, part, options.fps, options.layout)
         if options.out is not None:
             commands.view(
                 shown, names, options.out, align=options.align, overlay=options.overlay, layout=options.layout

@@ -1,17 +1,23 @@
-"""The pictures of `skpose view`: a moment of motions as PNG, or a part of their time as GIF, drawn by `PoseDisplay`."""
+"""The pictures of `skpose view`: a moment of motions as PNG, or a part of their time as GIF, drawn by `PoseDisplay`.
 
-from collections.abc import Iterator, Sequence
+Keypoints are drawn as their page has them: with the bones of a layout, and without points that are not seen. Pictures
+have recorded frames; nothing is drawn between two.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from skpose._files import new_file
-from skpose.keypoints import Keypoints
+from skpose.keypoints import Keypoints, Layout
 from skpose.plot import PoseDisplay
+from skpose.plot._shared import COLOURS, SIDES, draw_volume
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import sides
-from skpose.view._shared import scene_of
+from skpose.view._shared import points_scene, scene_of
 
 ASIDE = 0.9  # rad, from the front, where the page looks from too
 EDGE = 0.08  # of the extent, around the figure
@@ -26,8 +32,9 @@ class Panel(NamedTuple):
     """A motion as it is seen: to the right, up, and towards the viewer, the root at zero, m."""
 
     label: str
-    motion: Motion
-    seen: np.ndarray  # (n_frames, n_joints, 3)
+    times: np.ndarray  # (n_frames,) s
+    draw: Callable[..., Any]  # takes the positions (n_joints, 3) of a frame, and ax=
+    seen: np.ndarray  # (n_frames, n_joints, 3), NaN where a point is not seen
     heights: np.ndarray  # (n_frames,) of the root above the ground
     limits: np.ndarray  # (2, 2) lowest and highest, to the right of the root and above the ground
 
@@ -35,11 +42,11 @@ class Panel(NamedTuple):
 class Recording:
     """Motions side by side in one figure; the camera follows the roots."""
 
-    def __init__(self, shown: Sequence[Motion | Keypoints], labels: Sequence[str]):
+    def __init__(self, shown: Sequence[Motion | Keypoints], labels: Sequence[str], layout: Layout | None = None):
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        self.panels = [_panel(one, label) for one, label in zip(shown, labels, strict=True)]
+        self.panels = [_panel(one, label, layout) for one, label in zip(shown, labels, strict=True)]
         columns = min(len(self.panels), COLUMNS)
         rows = -(-len(self.panels) // columns)
         self.figure = Figure(figsize=(INCHES * columns, INCHES * 1.15 * rows), layout="constrained", dpi=COARSE)
@@ -48,19 +55,19 @@ class Recording:
 
     @property
     def begins(self) -> float:
-        return min(float(panel.motion.times[0]) for panel in self.panels)
+        return min(float(panel.times[0]) for panel in self.panels)
 
     @property
     def ends(self) -> float:
-        return max(float(panel.motion.times[-1]) for panel in self.panels)
+        return max(float(panel.times[-1]) for panel in self.panels)
 
     def draw(self, time: float) -> None:
         """Draw the last frame of each motion that is not after a time, s; before the first one the first."""
         for ax, panel in zip(self.axes, self.panels, strict=False):
             ax.clear()
-            times = panel.motion.times
+            times = panel.times
             frame = max(int(np.searchsorted(times, time + 1e-6, side="right")) - 1, 0)
-            PoseDisplay.from_positions(panel.seen[frame], panel.motion.skeleton, ax=ax, projection="xy")
+            panel.draw(panel.seen[frame], ax=ax)
             (left, low), (right, high) = panel.limits
             below = panel.heights[frame]
             ax.axhline(-below, color="0.75", linewidth=1, zorder=0)
@@ -117,22 +124,37 @@ class Recording:
             yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
 
 
-def _panel(motion: Motion | Keypoints, label: str) -> Panel:
-    if isinstance(motion, Keypoints):
-        raise ValueError(
-            f"{label} has points without a skeleton, of which --png and --gif draw nothing: write a page by --out, "
-            "which saves pictures too"
-        )
-    scene = scene_of(motion)
-    aside = _front(scene.joints, scene.root, motion.skeleton.joint_names, scene.size) - ASIDE
+def _panel(shown: Motion | Keypoints, label: str, layout: Layout | None) -> Panel:
+    if isinstance(shown, Keypoints):
+        figure, scene, is_seen, shape = points_scene(shown, layout)
+        names, times = figure.names, np.arange(len(is_seen)) / shown.frame_rate
+        draw: Callable[..., Any] = partial(_draw_points, figure.parents, sides(names), shape)
+        joints = np.where(is_seen[..., None], scene.joints, np.nan)
+    else:
+        scene, names, times = scene_of(shown), list(shown.skeleton.joint_names), shown.times
+        draw = partial(PoseDisplay.from_positions, skeleton=shown.skeleton, projection="xy")
+        joints = scene.joints
+    aside = _front(scene.joints, scene.root, names, scene.size) - ASIDE
     sin, cos = np.sin(aside), np.cos(aside)
-    seen = scene.joints @ np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]).T
+    seen = joints @ np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]).T
     heights = scene.root[:, 1]
-    up = seen[..., 1] + heights[:, None]
-    low = np.array([seen[..., 0].min(initial=0.0), min(up.min(), heights.min(), 0.0)])
-    high = np.array([seen[..., 0].max(initial=0.0), max(up.max(), heights.max())])
+    right, up = (values[np.isfinite(values)] for values in (seen[..., 0], seen[..., 1] + heights[:, None]))
+    low = np.array([right.min(initial=0.0), min(up.min(initial=0.0), heights.min())])
+    high = np.array([right.max(initial=0.0), max(up.max(initial=0.0), heights.max())])
     edge = EDGE * max(float((high - low).max()), 0.1 * scene.size)
-    return Panel(label, motion, seen, heights, np.stack([low - edge, high + edge]))
+    return Panel(label, times, draw, seen, heights, np.stack([low - edge, high + edge]))
+
+
+def _draw_points(parents: Sequence[int], side: Sequence[str], shape: Any, positions: np.ndarray, *, ax: Any) -> None:
+    """Draw points, and the bones between those that are seen, in the colours of their sides."""
+    draw_volume(ax, positions, [0, 1], side, shape, 0.0, {})
+    colours = SIDES if any(side) else {"": COLOURS[0]}
+    for name, colour in colours.items():
+        some = [i for i, of in enumerate(side) if of == name]
+        bones = [positions[[parents[i], i]] for i in some if parents[i] >= 0]
+        lines = np.concatenate([[*bone[:, :2], [np.nan, np.nan]] for bone in bones]) if bones else np.empty((0, 2))
+        ax.plot(*lines.T, color=colour, linewidth=0.8)
+        ax.plot(*positions[some, :2].T, color=colour, linestyle="none", marker="o", markersize=1.8)
 
 
 def _front(joints: np.ndarray, root: np.ndarray, names: Sequence[str], size: float) -> float:

@@ -29,9 +29,16 @@ def add_view(view: CommandParser) -> None:
     add_out(view, "VIEW.html", (".html",), "the page")
     add_open(view, "it")
     group = view.group("output")
-    group.add_argument("--png", type=file_named(".png"), metavar="OUT.png", help="a picture of one moment")
+    group.add_argument(
+        "--png", type=file_named(".png"), metavar="OUT.png", help="a picture of one moment: the last frame before it"
+    )
     group.add_argument("--at", type=seconds, metavar="S", help="time of --png in the files, s; default: the begin")
-    group.add_argument("--gif", type=file_named(".gif"), metavar="OUT.gif", help="a moving picture")
+    group.add_argument(
+        "--gif",
+        type=file_named(".gif"),
+        metavar="OUT.gif",
+        help="a moving picture of recorded frames, with none made up between two",
+    )
     for name, does in (("from", "begins"), ("to", "ends")):
         group.add_argument(
             f"--{name}", dest=does, type=seconds, metavar="S", help=f"where --gif {does}, s; default: where files do"

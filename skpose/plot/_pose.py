@@ -70,7 +70,7 @@ def draw_pose(
 
     style, seen = normalize_kwargs(style, Line2D), positions[:, plane]
     if shape is not None and len(plane) == 2:
-        draw_volume(ax, positions, plane, skeleton, shape, shift, style)
+        draw_volume(ax, positions, plane, sides(skeleton.joint_names), shape, shift, style)
     side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
     colours = {"": COLOURS[0]} if (side == "").all() else SIDES
     parent = np.concatenate([seen, np.zeros((1, seen.shape[1]))])[skeleton.parents]  # -1, the root, is the last

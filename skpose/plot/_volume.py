@@ -1,6 +1,6 @@
 """People with volume: the parts of a person as areas behind the lines of the bones."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,6 @@ import numpy as np
 from skpose.kinematics._shared import Shape, find_shape, outline
 from skpose.plot._axes import SIDES
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import sides
 
 TINT = 0.5  # share of the colour of a side in that of its parts; the rest is the colour of the axes
 EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
@@ -22,17 +21,17 @@ def shape_of_person(skeleton: Skeleton) -> Shape | None:
 
 
 def draw_volume(
-    ax, positions: np.ndarray, plane: list[int], skeleton: Skeleton, shape: Shape, shift: float, style: Mapping
+    ax, positions: np.ndarray, plane: list[int], side: Sequence[str], shape: Shape, shift: float, style: Mapping
 ) -> None:
     """Draw the parts of one pose, (n_joints, 3) with the root at the origin, far ones first.
 
-    Colours are those of the sides, or the one that the style has.
+    Colours are those of the sides, one for each joint, or the one that the style has. Parts at a joint that is NaN are
+    left out.
     """
     from matplotlib.collections import PathCollection
     from matplotlib.colors import to_rgb, to_rgba
     from matplotlib.path import Path
 
-    side = sides(skeleton.joint_names)
     paper = np.array(to_rgb(ax.get_facecolor()))
     depth = np.cross(np.eye(3)[plane[0]], np.eye(3)[plane[1]])  # towards the viewer
     centres, radii = shape.centres(with_root(positions)), shape.radii

@@ -24,6 +24,7 @@ ASSETS = (
     "page.css",
     "panels.css",
     "explorer.css",
+    "sharing.html",
     "page.js",
     "figure.js",
     "shape.js",
@@ -33,10 +34,14 @@ ASSETS = (
     "pose_view.js",
     "scatter.js",
     "gestures.js",
+    "labels.js",
     "small_figures.js",
     "marks.js",
     "comparison.js",
     "link.js",
+    "gif.js",
+    "record.js",
+    "sheet.js",
     "texts.js",
     "explorer.js",
 )
@@ -112,7 +117,8 @@ def explorer(
     poses of 56 numbers make a page of some 1 MB.
 
     Small figures stand for the groups of the colours, by the pose in the middle of each, and as one zooms in for single
-    poses. Colours repeat after ten groups, with another form of the points.
+    poses. Where many points lie over each other they are smaller and paler. "Share" saves pictures and videos. Colours
+    repeat after ten groups, with another form of the points.
 
     Examples
     --------

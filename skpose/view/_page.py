@@ -137,7 +137,7 @@ def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Se
     body : str or Path
         Name of the asset that is the body's markup, or a file elsewhere.
     assets : sequence of str or Path
-        Names of the scripts and styles, each after those that it uses.
+        Names of the scripts and styles, each after those that it uses, and of further markup.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
     starter = asset("start.js")
@@ -149,7 +149,7 @@ def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Se
             # A lone surrogate, of a name that was no UTF-8, has no bytes; as a reference the browser replaces it.
             title=html.escape(title).encode("ascii", "xmlcharrefreplace").decode(),
             style=style,
-            body=asset(body),
+            body="\n".join(map(asset, [body, *assets_of(assets, ".html")])),
             data=json.dumps(data, separators=(",", ":"), allow_nan=False).translate(ESCAPED),
             program=base64.b64encode(zlib.compress(script.encode("utf-8"), 9)).decode("ascii"),
             starter=starter,

@@ -21,6 +21,7 @@ ASSETS = (
     "page.css",
     "panels.css",
     "player.css",
+    "sharing.html",
     "page.js",
     "figure.js",
     "shape.js",

@@ -49,10 +49,35 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
 
 
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
-    """Return what a page holds of keypoints, as an object of JSON; see `motion_data` of `_scene`.
+    """Return what a page holds of keypoints, as an object of JSON; see `motion_data` of `_scene`."""
+    figure, scene, seen, shape = points_scene(keypoints, layout)
+    packed = {"joints": pack(scene.joints.reshape(len(scene.joints), -1))}
+    packed["root"] = pack(scene.root, packed["joints"]["step"] or scene.size / 2**16)
+    return {
+        "label": label,
+        "names": figure.names,
+        "parents": figure.parents,
+        "sides": sides(figure.names),
+        "shape": shape.data(),
+        "axes": scene.axes,
+        "size": scene.size,
+        "standing": scene.standing,
+        "rate": keypoints.frame_rate,
+        "start": 0.0,
+        "numbers": None,
+        "headings": None,  # nothing is known of where points face
+        "seen": pack(seen.astype(float), 1.0),
+        "layout": figure.layout,
+        "error": 1e3 * largest_error(scene, packed),
+        **packed,
+    }
 
-    Where a point is not seen `seen` is 0, and its position is on the line between where it is seen before and after, so
-    that the middle of all points, which the view follows in the place of a root, does not jump.
+
+def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, Scene, np.ndarray, Shape]:
+    """Return keypoints in space: points with their bones, positions, which are seen (n_frames, n_points), and a shape.
+
+    Where a point is not seen its position is on the line between where it is seen before and after, so that the middle
+    of all points, which the view follows in the place of a root, does not jump.
     """
     figure = figure_of(keypoints, layout)
     order = AXES[keypoints.up]
@@ -65,26 +90,7 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
     joints = np.where(seen.any(axis=0)[:, None], filled - middle[:, None], 0.0)
     axes, root = "".join("xyz"[axis] for axis in order), middle - [0.0, ground.height, 0.0]
     scene = Scene(joints, root, np.zeros(len(middle)), axes, size, ground.n_frames)
-    packed = {"joints": pack(joints.reshape(len(joints), -1))}
-    packed["root"] = pack(scene.root, packed["joints"]["step"] or size / 2**16)
-    return {
-        "label": label,
-        "names": figure.names,
-        "parents": figure.parents,
-        "sides": sides(figure.names),
-        "shape": _shape_of(figure, size).data(),
-        "axes": scene.axes,
-        "size": size,
-        "standing": ground.n_frames,
-        "rate": keypoints.frame_rate,
-        "start": 0.0,
-        "numbers": None,
-        "headings": None,  # nothing is known of where points face
-        "seen": pack(seen.astype(float), 1.0),
-        "layout": figure.layout,
-        "error": 1e3 * largest_error(scene, packed),
-        **packed,
-    }
+    return figure, scene, seen, _shape_of(figure, size)
 
 
 def _shape_of(figure: Figure, size: float) -> Shape:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from skpose import Motion, Skeleton
+from skpose import Motion, Skeleton, forward_kinematics
 from skpose._cli.main import main
+from skpose.datasets import make_gait
 from skpose.io import save_bvh
 
 pytestmark = pytest.mark.usefixtures("walks_in_folder")
@@ -44,7 +45,7 @@ def test_all_pictures_are_seen_from_one_side():
 
     recording = Recording([load_bvh("anna.bvh")], ["anna"])
     (panel,) = recording.panels
-    for frame, time in enumerate(panel.motion.times):
+    for frame, time in enumerate(panel.times):
         recording.draw(time)
         drawn = np.concatenate([line.get_xydata() for line in recording.axes[0].lines])
         for joint in panel.seen[frame][:, :2]:
@@ -145,7 +146,84 @@ def test_times_that_the_files_do_not_have(capsys):
     assert "--from 2 is after the end" in refusal(["anna.bvh", "--gif", "a.gif", "--from", "2"], capsys)
 
 
-def test_points_without_a_skeleton_are_refused(capsys):
-    np.savez("points.npz", positions=np.random.default_rng(0).normal(size=(3, 17, 3)), frame_rate=30.0)
-    err = refusal(["points.npz", "--layout", "coco17", "--png", "a.png"], capsys)
-    assert "points.npz has points without a skeleton, of which --png and --gif draw nothing" in err
+@pytest.fixture
+def points():
+    """Two seconds of a person as keypoints, whose right wrist is not seen in the second one."""
+    from skpose.keypoints import layouts
+
+    walk = make_gait(n_subjects=1, n_sequences=1, duration=2.0, frame_rate=10, random_state=0).motions[0]
+    joints = forward_kinematics(walk.angles, walk.skeleton) + walk.root_positions[:, None]
+    names = list(layouts["coco17"].names)
+    place = {name: i for i, name in enumerate(walk.skeleton.joint_names)}
+    near = {"wrist": "hand", "shoulder": "elbow", "hip": "knee", "ankle": "foot"}
+    found = [place.get(name) or next((j for k, j in place.items() if k == swap(name, near)), 0) for name in names]
+    positions = joints[:, found] + 1e-3 * np.arange(len(names))[:, None]
+    positions[10:, names.index("right_wrist")] = np.nan
+    np.savez("points.npz", positions=positions, frame_rate=10.0)
+    return layouts["coco17"].keypoints(positions, frame_rate=10.0)
+
+
+def swap(name, near):
+    side, _, part = name.partition("_")
+    return f"{side}_{near.get(part, part)}"
+
+
+def test_keypoints_are_drawn_as_the_page_has_them(points):
+    """Points where they are, in the view of the page; bones of the layout; none of what is not seen."""
+    from skpose._cli.moving_picture import Recording
+    from skpose.keypoints import layouts
+    from skpose.view._shared import points_scene
+
+    recording = Recording([points], ["points"], layouts["coco17"])
+    (panel,) = recording.panels
+    figure, scene, is_seen, _ = points_scene(points, layouts["coco17"])
+    wrist = figure.names.index("right_wrist")
+    for frame in (3, 15):
+        recording.draw(frame / 10)
+        marks = np.concatenate([line.get_xydata() for line in recording.axes[0].lines if line.get_marker() == "o"])
+        bones = np.concatenate(
+            [
+                line.get_xydata()
+                for line in recording.axes[0].lines
+                if line.get_marker() == "None" and len(line.get_xydata()) > 2
+            ]
+        )
+        for i in range(len(figure.names)):
+            assert is_seen[frame, i] == (i != wrist or frame < 10)
+            if is_seen[frame, i]:
+                for drawn in (marks, bones) if figure.parents[i] >= 0 else (marks,):
+                    assert np.nanmin(np.abs(drawn - panel.seen[frame, i, :2]).max(axis=1)) < 1e-9
+        assert np.isfinite(marks).all(axis=1).sum() == is_seen[frame].sum()
+        # The view keeps distances: those in the picture and towards the viewer are those in space.
+        both = is_seen[frame]
+        far = [np.linalg.norm(at[both][:, None] - at[both], axis=2) for at in (panel.seen[frame], scene.joints[frame])]
+        np.testing.assert_allclose(far[0], far[1], atol=1e-12)
+
+
+def test_pictures_of_keypoints(points):
+    assert main(["view", "points.npz", "--layout", "coco17", "--png", "a.png", "--at", "0.5", "--gif", "a.gif"]) == 0
+    assert has_colours(np.asarray(opened("a.png").convert("RGB")).astype(int))
+    frames = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(opened("a.gif"))]
+    assert len(frames) > 10
+    assert (frames[0] != frames[-1]).any()
+
+
+def test_points_without_names_are_drawn_as_points():
+    from skpose._cli.moving_picture import Recording
+    from skpose.keypoints import Keypoints
+
+    positions = np.random.default_rng(0).normal(size=(3, 4, 3))
+    positions[1] = np.nan
+    recording = Recording([Keypoints(positions, ["a", "b", "c", "d"], 10.0)], ["some"])
+    counts = []
+    for time in (0.0, 0.1, 0.2):
+        recording.draw(time)
+        marks = [line.get_xydata() for line in recording.axes[0].lines if line.get_marker() == "o"]
+        counts.append(int(np.isfinite(np.concatenate(marks)).all(axis=1).sum()))
+    assert counts == [4, 0, 4]
+
+
+def test_a_layout_of_a_motion_is_refused(capsys):
+    assert "--layout is for files of keypoints or markers" in refusal(
+        ["anna.bvh", "--layout", "coco17", "--png", "a.png"], capsys
+    )

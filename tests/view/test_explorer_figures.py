@@ -13,11 +13,8 @@ from skpose.view import explorer
 from skpose.view._pack import unpack
 
 pytestmark = pytest.mark.slow
-BOXES = """skpose.state.figures.map((row) => {
-  const [x, y] = skpose.stage.at(row);
-  return [row, x, y];
-})"""
-HALF_WIDTH, HALF_HEIGHT = 22, 32  # px, of a small figure
+BOXES = "skpose.state.figures.map(({ row, x, y, width, height }) => [row, x, y, width, height])"
+GAP = 4  # px between two figures
 
 
 @pytest.fixture(scope="module")
@@ -43,17 +40,89 @@ def test_a_page_opens_coloured_by_action_and_plays(browser, page):
 
 
 def test_figures_stand_for_the_actions(browser, page):
-    """Each is a pose of its action, in the middle of it; none lies over another."""
+    """Each is a pose of its action, in the middle of it; all have a label, and none lies over another."""
     browser.open(page)
     where, (of, names) = places(browser), rows_of(data_of(page), "action")
     shown = browser.js(BOXES)
-    assert 0 < len(shown) <= len(names)
-    for row, *at in shown:
-        np.testing.assert_allclose(at, where[row])
+    assert len(shown) == len(names)
+    check_apart(browser, shown)
+    for row, *_ in shown:
         members = where[of == of[row]]
         far = np.linalg.norm(members - np.median(members, axis=0), axis=1)
         assert np.linalg.norm(where[row] - np.median(members, axis=0)) <= np.median(far)
     assert len({of[row] for row, *_ in shown}) == len(shown)
+
+
+def check_apart(browser, shown):
+    """No figure lies over another one, or outside of the canvas, and each is drawn."""
+    boxes = np.array(shown).reshape(-1, 5)[:, 1:]
+    for a, b in itertools.combinations(boxes, 2):
+        apart = np.abs(a[:2] + a[2:] / 2 - b[:2] - b[2:] / 2)
+        assert (apart >= (a[2:] + b[2:]) / 2 + GAP - 1e-6).any()
+    size = browser.js("[skpose.stage.width, skpose.stage.height]")
+    assert (boxes[:, :2] >= 0).all()
+    assert (boxes[:, :2] + boxes[:, 2:] <= size).all()
+    assert (boxes[:, 3] >= 30).all()  # as high as a person's
+
+
+@pytest.mark.parametrize(("size", "zoom"), [((1300, 900), 1), ((420, 900), 1), ((1300, 900), 3)], ids=str)
+def test_a_label_has_a_figure_with_sides_and_an_edge(browser, page, size, zoom):
+    """Its box has the group's colour and two tones of it; around the figure there is paper over the points."""
+    browser.open(page, size=size)
+    browser.driver.execute_script("skpose.stage.zoomBy(arguments[0])", zoom)
+    browser.press("+", "-", css="#canvas")
+    shown = browser.js(BOXES)
+    assert shown
+    check_apart(browser, shown)
+    picture = browser.picture("#points")
+    for _, x, y, width, height in shown:
+        inside = picture[int(y) : int(y + height), int(x) : int(x + width)].reshape(-1, 3)
+        lightness = inside.sum(axis=1)[np.ptp(inside, axis=1) > 30]  # of what is coloured
+        assert np.percentile(lightness, 90) - np.percentile(lightness, 10) > 100
+
+
+def test_labels_stay_while_one_moves(browser, page):
+    """From their points they are as far as before, until the zoom has doubled."""
+    browser.open(page, size=(1300, 900))
+    start = {row: np.subtract(place, browser.js(f"skpose.stage.at({row})")) for row, *place in short(browser)}
+    browser.press("+", css="#canvas")
+    for row, *place in short(browser):
+        np.testing.assert_allclose(np.subtract(place, browser.js(f"skpose.stage.at({row})")), start[row], atol=1e-6)
+
+
+def short(browser):
+    return [box[:3] for box in browser.js(BOXES)]
+
+
+def test_dense_places_are_not_flat(browser):
+    """Points that lie over each other are smaller and paler, single ones as they are, at the zoom at which they do."""
+    rng = np.random.default_rng(0)
+    motion = make_actions(1, 1, actions=["kick"], random_state=0).motions[0].resample(30)
+    browser.open(explorer(MotionDataset([motion] * 12), metrics=["angle"], frame_rate=None))
+    n = browser.js("skpose.poses.count")
+    x = np.concatenate([rng.normal(size=n - 2), [40.0, -40.0]])  # a dense place, and two far from it
+    browser.driver.execute_script(
+        "const s = skpose.stage; arguments[0].forEach((x, i) => ((s.x[i] = x), (s.y[i] = arguments[1][i])));"
+        "s.grid = new s.grid.constructor(s.x, s.y); s.home();",
+        x.tolist(),
+        rng.normal(size=n).tolist(),
+    )
+    whole = np.array(browser.js("Array.from(skpose.stage.crowding())"))
+    assert (whole[-2:] == 0).all()
+    assert np.median(whole[:-2]) > 3
+    inner, outer = np.abs(x[:-2]) < 0.5, np.abs(x[:-2]) > 2
+    assert np.median(whole[:-2][inner]) > np.median(whole[:-2][outer])
+    browser.driver.execute_script("skpose.stage.zoomTo(100, [0, 0])")
+    assert np.median(browser.js("Array.from(skpose.stage.crowding())")) == 0
+    assert changed_by_moving(browser) == 0
+
+
+def changed_by_moving(browser):
+    """Return how many points change as the view moves by a part of a cell."""
+    return browser.js(
+        "(() => { const s = skpose.stage; s.zoomTo(2, [0, 0]); const before = s.crowding().slice(); s.pan(3.3, 1.7);"
+        " return s.crowding().filter((level, i) => level !== before[i]).length; })()"
+    )
 
 
 def test_more_figures_appear_where_there_is_space(browser, page):
@@ -62,10 +131,8 @@ def test_more_figures_appear_where_there_is_space(browser, page):
     for _ in range(6):
         browser.press("+", "+", css="#canvas")
         browser.settle()
-        shown = np.array(browser.js(BOXES)).reshape(-1, 3)[:, 1:]
-        for a, b in itertools.combinations(shown, 2):
-            apart = np.abs(a - b)
-            assert apart[0] >= 2 * HALF_WIDTH or apart[1] >= 2 * HALF_HEIGHT
+        shown = browser.js(BOXES)
+        check_apart(browser, shown)
         counts.append(len(shown))
     assert max(counts) > counts[0]
     browser.find("#figures").click()

@@ -1,6 +1,5 @@
 """What one sends to somebody: slow motion, a loop, links, pictures and videos of the player, in Chromium."""
 
-import base64
 import re
 import struct
 from io import BytesIO
@@ -8,6 +7,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 from browser import pixels_near
+from files_of_page import KEEP, file_of
 from PIL import Image, ImageSequence
 from player_page import LEFT, RIGHT, projected, state_of
 
@@ -30,18 +30,6 @@ const note = () => {
 };
 note();
 """
-KEEP = """
-window.files = [];
-const address = URL.createObjectURL;
-URL.createObjectURL = (blob) => (files.push(blob), address.call(URL, blob));
-HTMLAnchorElement.prototype.click = function () { files.at(-1).name = this.download; };
-"""
-READ = """
-const [file, done] = [files.at(-1), arguments[0]];
-const reader = new FileReader();
-reader.onload = () => done([file.name, file.type, reader.result.split(",")[1]]);
-reader.readAsDataURL(file);
-"""
 AT = "skpose.stage.clips[{clip}].points({moment}, 'world')"
 
 
@@ -50,17 +38,6 @@ def walks():
     gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=20, random_state=0)
     walks = gait[gait.actions == "walk"].motions
     return walks[0], walks[1][:14]
-
-
-def file_of(browser, button):
-    """Press a button of the dialog; return name, type and content of the file that it makes."""
-    browser.driver.execute_script(KEEP)
-    browser.click("#share")
-    browser.click(button)
-    browser.wait("files.length && files.at(-1).name && document.getElementById('work').hidden")
-    name, kind, text = browser.driver.execute_async_script(READ)
-    browser.click("#done")
-    return name, kind, base64.b64decode(text)
 
 
 # --- between recorded frames ------------------------------------------------------------------------------------------

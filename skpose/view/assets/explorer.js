@@ -11,6 +11,8 @@ const scatter = new Scatter(element("layer"), element("canvas"), poses.count);
 const view = new PoseView(element("figure"), poses);
 const marks = element("canvas").getContext("2d");
 const small = new SmallFigures(poses, view, data.size);
+const sheet = new Sheet(scatter, view, (context, moment) =>
+  drawMarks(context, scatter, poses, moment, () => drawSmall(context, true)), keyOf);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const state = {
   hover: -1, // the point under the pointer, or that the arrow keys have reached
@@ -60,8 +62,10 @@ function step(now) {
   state.stale = false;
   if (state.moved) scatter.draw();
   state.moved = false;
+  sharpen(scatter.canvas, marks);
   drawMarks(marks, scatter, poses, state, drawSmall);
   view.draw(state);
+  if (small.late) refresh();
   write();
   link.write();
   if (!state.drawn++) performance.mark("skpose: first frame drawn");
@@ -76,8 +80,7 @@ function pass(seconds) {
   }
   const range = poses.range(state.current);
   state.time += seconds;
-  const [last, n] = [poses.time(range.end - 1), range.end - range.first];
-  if (state.time > last + last / Math.max(n - 1, 1)) state.time = 0; // the last pose is as long as the others
+  if (state.time > poses.duration(range)) state.time = 0;
   const row = poses.rowAt(range, state.time);
   state.stale ||= row !== state.current;
   state.current = row;
@@ -157,8 +160,9 @@ function choosePlane() {
 }
 
 /** Draw small figures among the points, unless they are switched off. */
-function drawSmall(context) {
+function drawSmall(context, all) {
   state.figures = !element("figures").checked ? [] : small.draw(context, scatter, {
+    all,
     colourOf: (row) => state.colourOf(row),
     hidden: (row) => scatter.absent?.[row] || scatter.faded?.[row],
   });
@@ -264,8 +268,20 @@ function listen() {
   element("end").addEventListener("click", () => (endComparison(), back()));
   element("release").addEventListener("click", () => (enclose([]), back()));
   listenForDialog("help", "about", "close");
+  listenForDialog("share", "sharing", "done");
+  listenForFiles(sheet, { now: () => ({ ...state }), loop: loopOfFile, begin: () => play(false) });
   const resized = new ResizeObserver(() => (view.fit(false), refresh(true)));
   for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
+}
+
+/** What a video shows: the motion, or the two paths; its duration, s, and the state at so many seconds. */
+function loopOfFile() {
+  if (state.comparison) {
+    return { duration: SECONDS, moment: (at) => ({ ...state, hover: -1, share: Math.min(1, at / SECONDS) }) };
+  }
+  const range = poses.range(state.current);
+  const duration = poses.duration(range) || 1;
+  return { duration, moment: (at) => ({ ...state, hover: -1, current: poses.rowAt(range, at) }) };
 }
 
 // --- the link --------------------------------------------------------------------------------------------------------
@@ -328,4 +344,5 @@ const usual = Object.fromEntries(["colour", "metric", "method"].map((id) => [id,
 const link = new Link(linked, restore);
 listen();
 restore(link.words);
-window.skpose = { state, stage: scatter, view, poses, position, link }; // for tests, and for the console of the browser
+// For tests, and for the console of the browser.
+window.skpose = { state, stage: scatter, view, poses, position, link, small, sheet };

@@ -4,7 +4,6 @@ const TRACE = 800; // points of a motion's line at most
 
 /** Draw all marks of a state; `drawFigures` draws those that lie below them. */
 function drawMarks(context, scatter, poses, { hover, first, current, comparison, lasso, unit }, drawFigures) {
-  sharpen(scatter.canvas, context);
   drawFigures(context);
   drawTrace(context, scatter, poses.range(current));
   context.lineWidth = 2;

@@ -47,16 +47,21 @@ class PoseView {
   }
 
   draw(state) {
-    const { canvas, context, poses, size } = this;
+    sharpen(this.canvas, this.context);
+    this.figures = this.paint(this.context, state);
+  }
+
+  /** Draw into any canvas, whose unit is a px of that of the page; return the figures. */
+  paint(context, state) {
+    const { poses, size } = this;
     const shown = this.shown(state);
     const comparison = shown.length > 1 ? state.comparison : null;
     if (comparison !== this.comparison) {
       this.comparison = comparison;
       this.fit(false);
     }
-    sharpen(canvas, context);
     const { shape, sides } = poses.data.skeleton;
-    this.figures = this.areas(shown.length).map((area, i) => {
+    return this.areas(shown.length).map((area, i) => {
       const view = this.camera.view(area, this.centre);
       const points = poses.points(shown[i]);
       const colourOf = (joint) => colours[sides[joint] || "middle"];

@@ -41,6 +41,12 @@ class Poses {
     return this.times[row] - this.times[this.range(row).first];
   }
 
+  /** How long a motion plays, s: the last pose is as long as the others. */
+  duration({ first, end }) {
+    const last = this.time(end - 1);
+    return last + last / Math.max(end - first - 1, 1);
+  }
+
   /** The last row of a motion that is not after a time. */
   rowAt({ first, end }, time) {
     let [low, high] = [first, end - 1];

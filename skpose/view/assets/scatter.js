@@ -2,6 +2,17 @@
 
 const MARGIN = 28; // px around all points
 const [LEAST_ZOOM, MOST_ZOOM] = [0.5, 200];
+const CELL = 10; // px, in which points are counted
+const OWN = 0.25; // what a point adds to its own cell
+// How much smaller and paler points are where they cover the plane more than once: what all of them cover, as they lie
+// over each other, grows by the logarithm of their number, so that there are differences where there are many.
+const [THIN, LEVELS_OF_TWO] = [0.5, 3];
+const SHARES = Array.from({ length: 25 }, (_, level) => {
+  const crowd = 2 ** (level / LEVELS_OF_TWO) - 1;
+  const share = crowd ? Math.log1p(crowd) / crowd : 1;
+  const size = Math.max(0.65, share ** 0.25);
+  return [size, share / size ** 2];
+});
 
 /**
  * Points that can be moved and zoomed. `canvas` takes the pointer and the marks; `layer`, under it, has the points,
@@ -134,54 +145,89 @@ class Scatter {
     return (this.count > 3000 ? 2.4 : 3.2) * Math.min(2, Math.max(1, this.zoom ** 0.25));
   }
 
-  /** Draw all points; those that step back first. */
+  /** Draw all points. */
   draw() {
     const density = window.devicePixelRatio || 1;
     const [width, height] = [this.width, this.height].map((length) => Math.max(1, Math.round(length * density)));
     if (this.layer.width !== width || this.layer.height !== height || !this.image) {
       Object.assign(this.layer, { width, height });
       this.image = this.context.createImageData(width, height);
-      this.pixels = new Uint32Array(this.image.data.buffer);
     }
+    this.fill(this.image, density, 255);
+    this.context.putImageData(this.image, 0, 0);
+  }
+
+  /** Draw all points, those that step back first, into a picture on paper of an opacity, 0 to 255. */
+  fill(image, density, opacity) {
+    const { width, height } = image;
     const paper = packedColour(colours.paper);
-    this.pixels.fill(0xff000000 | paper);
+    const pixels = new Uint32Array(image.data.buffer).fill((opacity << 24) | paper);
     const scale = this.scale * density;
     const [x0, y0] = [width / 2 - scale * this.centre[0], height / 2 + scale * this.centre[1]];
+    const radius = this.radius * density;
+    const levels = this.crowding();
     for (const back of this.faded || this.absent ? [1, 0] : [0]) {
-      const stamps = FORMS.map((form) => stampOf(form, this.radius * density, back ? 1 : this.opacity, width));
+      const stamps = FORMS.map((form) => SHARES.map(([size, cover]) => stampOf(form, size * radius, cover, width)));
       for (const i of this.order) {
         if ((this.faded?.[i] || this.absent?.[i] || 0) !== back) continue;
         const colour = back ? blend(paper, this.colours[i], 56) : this.colours[i];
         const [x, y] = [Math.round(x0 + scale * this.x[i]), Math.round(y0 - scale * this.y[i])];
-        this.stamp(stamps[this.forms[i]], x, y, colour);
+        stamp(pixels, image, stamps[this.forms[i]][levels[i]], x, y, colour);
       }
     }
-    this.context.putImageData(this.image, 0, 0);
   }
 
-  /** How opaque points are: where many lie on each other, dense places are darker than others. */
-  get opacity() {
-    const { low, high } = this.grid;
-    const [width, height] = [0, 1].map((axis) => Math.max(1, this.scale * (high[axis] - low[axis])));
-    const covered = (this.count * Math.PI * this.radius ** 2) / (width * height);
-    return Math.max(0.35, Math.min(1, 0.6 / covered));
-  }
-
-  /** Draw one point into the pixels. */
-  stamp({ reach, columns, rows, places, cover }, x, y, colour) {
-    const { width, height } = this.image;
-    const whole = x >= reach && y >= reach && x < width - reach && y < height - reach;
-    if (x < -reach || y < -reach || x >= width + reach || y >= height + reach) return;
-    const { pixels } = this;
-    const middle = y * width + x;
-    for (let k = 0; k < cover.length; k++) {
-      if (!whole) {
-        const [column, row] = [x + columns[k], y + rows[k]];
-        if (column < 0 || row < 0 || column >= width || row >= height) continue;
-      }
-      const at = middle + places[k];
-      pixels[at] = 0xff000000 | (cover[k] === 256 ? colour : blend(pixels[at], colour, cover[k]));
+  /**
+   * How crowded each point that is seen is at this zoom, as a place in SHARES. Points are counted in cells of the
+   * plane, which stay as one moves, and each cell takes its neighbours' into account, so that no cell is seen.
+   */
+  crowding() {
+    const { x, y, count, width, height, absent } = this;
+    this.cells ??= new Uint32Array(count); // 0 for those that are not seen
+    this.levels ??= new Uint8Array(count);
+    const { cells, levels } = this;
+    const perCell = this.scale / CELL; // cells in a unit of the points
+    const [left, low] = this.placeOf(0, height).map((value) => Math.floor(value * perCell) - 2);
+    const [columns, rows] = [width, height].map((length) => Math.ceil(length / CELL) + 5); // with an edge
+    const counts = new Float32Array(columns * rows);
+    for (let i = 0; i < count; i++) {
+      const [column, row] = [Math.floor(x[i] * perCell) - left, Math.floor(y[i] * perCell) - low];
+      const isSeen = column > 0 && row > 0 && column < columns && row < rows && !absent?.[i];
+      cells[i] = isSeen ? row * columns + column : 0;
+      counts[cells[i]]++;
     }
+    const around = smooth(smooth(counts, 1), columns); // 1, 2, 1 of 4 along both axes
+    const covers = (Math.PI * this.radius ** 2) / CELL ** 2; // of a cell, by a point
+    const levelOf = around.map((some) => {
+      const crowd = (covers * (some - OWN)) / THIN;
+      return crowd > 0 ? Math.min(SHARES.length - 1, Math.round(LEVELS_OF_TWO * Math.log2(1 + crowd))) : 0;
+    });
+    for (let i = 0; i < count; i++) levels[i] = levelOf[cells[i]];
+    return levels;
+  }
+}
+
+/** Half of each number and a quarter of those before and after. */
+function smooth(values, stride) {
+  const made = new Float32Array(values.length);
+  for (let i = stride; i < values.length - stride; i++) {
+    made[i] = 0.25 * (values[i - stride] + 2 * values[i] + values[i + stride]);
+  }
+  return made;
+}
+
+/** Draw one point into the pixels of a picture. */
+function stamp(pixels, { width, height }, { reach, columns, rows, places, cover }, x, y, colour) {
+  if (x < -reach || y < -reach || x >= width + reach || y >= height + reach) return;
+  const whole = x >= reach && y >= reach && x < width - reach && y < height - reach;
+  const middle = y * width + x;
+  for (let k = 0; k < cover.length; k++) {
+    if (!whole) {
+      const [column, row] = [x + columns[k], y + rows[k]];
+      if (column < 0 || row < 0 || column >= width || row >= height) continue;
+    }
+    const at = middle + places[k];
+    pixels[at] = 0xff000000 | (cover[k] === 256 ? colour : blend(pixels[at], colour, cover[k]));
   }
 }
 

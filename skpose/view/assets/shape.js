@@ -6,6 +6,8 @@ const LIGHT = [-0.64, -0.77]; // where it comes from, in the picture
 // A soft shadow: how much wider than a sphere, up to which height, in sizes, where it is narrow, and how dark.
 const SHADOWS = [[3, 1.3, 0.4], [1.8, 1, 0.5], [2.6, 0.16, 1], [1.7, 0.08, 1.5]];
 
+const APART = 2.5; // px of the edge around a figure
+
 const meanOf = (points, some) =>
   [0, 1, 2].map((axis) => some.reduce((sum, i) => sum + points[i][axis], 0) / some.length);
 const lineOf = (points, [start, end]) => {
@@ -151,9 +153,10 @@ function flatten(view, shape, centres) {
  * Draw a figure, far parts first; return its points as projected, null where they are not drawn.
  *
  * `points` are root and joints; `shape` what they carry; `colourOf` takes the index of a joint, −1 for the root;
- * `shadow` is whether there is one on the ground; `shows` whether a point is drawn, by its index among the points.
+ * `shadow` is whether there is one on the ground; `apart` whether an edge sets all of it apart from what is behind;
+ * `shows` whether a point is drawn, by its index among the points.
  */
-function drawFigure(context, view, points, shape, { size, colourOf, shadow, shows = () => true }) {
+function drawFigure(context, view, points, shape, { size, colourOf, shadow, apart, shows = () => true }) {
   const flat = points.map(view.project);
   const centres = centresOf(shape, points, shows);
   const discs = flatten(view, shape, centres);
@@ -166,9 +169,26 @@ function drawFigure(context, view, points, shape, { size, colourOf, shadow, show
   context.lineJoin = "bevel";
   context.lineCap = "butt";
   context.strokeStyle = colours.paper; // an edge that sets a part apart from those behind it
-  for (const { joint, found, all } of parts.filter((part) => part.all.length).sort((a, b) => b.away - a.away)) {
-    const widest = Math.max(...all.map((disc) => disc.radius));
-    const outlines = found.map((some) => outlineOf(some, 1, widest < 5 ? ROUGH : widest < 25 ? ROUND : ROUNDEST));
+  const seen = parts.filter((part) => part.all.length).sort((a, b) => b.away - a.away);
+  for (const part of seen) {
+    const widest = Math.max(...part.all.map((disc) => disc.radius));
+    part.directions = widest < 5 ? ROUGH : widest < 25 ? ROUND : ROUNDEST;
+    part.outlines = part.found.map((some) => outlineOf(some, 1, part.directions));
+  }
+  if (apart) {
+    context.beginPath();
+    for (const { outlines, directions } of seen) {
+      for (const outline of outlines) {
+        trace(context, outline.map(({ x, y }, i) => {
+          const [cos, sin] = directions[i];
+          return { x: x + APART * cos, y: y + APART * sin };
+        }));
+      }
+    }
+    context.fillStyle = colours.paper;
+    context.fill();
+  }
+  for (const { joint, outlines, all } of seen) {
     context.beginPath();
     for (const outline of outlines) traceEdge(context, outline);
     context.lineWidth = Math.min(3, 0.8 + 0.15 * all[0].radius);

@@ -1,83 +1,95 @@
-// Small figures among the points of an explorer: one for each group, with its name, and as one zooms in poses, so many
-// as have space. None lies over another.
+// Small figures among the points of an explorer: one for each group, with its name, where there is room for it, and as
+// one zooms in poses, so many as have space. None lies over another.
 
-const SMALL_SIDE = 64; // px, of the square that a small figure fills
 const SMALL_GAP = 4; // px between two
-const ZOOM_OF_POSES = 2; // from which poses are shown
+const HALO = 9; // px, of the paper's colour around each
+const SIDES = [68, 80, 92]; // px, of the square that a pose fills, where the zoom is 2, 4, and 8
+const SCALE = { width: 190, height: 40 }; // px, of the lower left corner
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
-const KEPT = 400; // pictures that are kept
-const NAME_FONT = "bold 13px system-ui, sans-serif";
+const KEPT = 500; // pictures that are kept
+const MS_OF_A_FRAME = 3; // ms of a frame in which pictures are made
+const [NAME_FONT, NAME_LINE, NAME_LENGTH] = ["bold 13px system-ui, sans-serif", 15, 16]; // px, letters
+const TONES = { left: 0.42, right: -0.32 }; // of the colour of a group: lighter and darker
 
 class SmallFigures {
   /** `poses` are those of the page; `view` is the view of the large figure, whose direction the small ones have. */
   constructor(poses, view, size) {
-    Object.assign(this, { poses, view, size, pictures: new Map(), groups: [] });
-    this.cameras = "";
+    Object.assign(this, { poses, view, size, pictures: new Map(), figures: new Map(), groups: [], late: false });
+    this.seen = "";
   }
 
   /** Take the groups of the colours, the largest first: the pose in the middle of each stands for it. */
   group(scatter, { names, of }) {
     const members = (names ?? []).map(() => []);
     if (names) of.forEach((group, row) => members[group].push(row));
-    const found = members.map((rows, group) => ({ rows, words: shortened(names[group] || "unnamed") }))
+    const found = members.map((rows, group) => ({ rows, words: linesOf(names[group] || "unnamed") }))
       .filter(({ rows }) => rows.length)
       .sort((a, b) => b.rows.length - a.rows.length);
     const shown = found.length > MOST_NAMED ? [] : found;
     this.groups = shown.map(({ rows, words }) => ({ row: medoidOf(scatter, rows), words }));
+    this.labels = null;
   }
 
-  /** Draw those that have space; `colourOf` takes a row. Return their rows. */
-  draw(context, scatter, { colourOf, hidden }) {
-    this.forget(scatter);
-    const placed = [];
-    const fits = (box) => box.x >= 0 && box.y >= 0 && box.x + box.width <= scatter.width
-      && box.y + box.height <= scatter.height && placed.every((other) => !overlap(box, other));
-    const rows = [];
-    context.font = NAME_FONT;
-    for (const { row, words } of this.groups) {
-      const box = boxAt(scatter.at(row), Math.max(0.7 * SMALL_SIDE, context.measureText(words).width), SMALL_SIDE + 16);
-      if (hidden(row) || !fits(box)) continue;
-      placed.push(box);
-      rows.push(row);
-      clear(context, box); // of the points
-      this.put(context, box, row, colourOf(row));
-      this.name(context, box, words, colourOf(row));
-    }
-    if (scatter.zoom < ZOOM_OF_POSES) return rows;
-    for (const row of nearCells(scatter, SMALL_SIDE + SMALL_GAP)) {
+  /**
+   * Draw those that have space; `colourOf` takes a row. Return their boxes and rows. With `all` it takes as long as it
+   * needs; otherwise poses may be missing, then it is `late`.
+   */
+  draw(context, scatter, { colourOf, hidden, all }) {
+    this.density = context.getTransform().a;
+    this.forget();
+    this.until = all ? Infinity : performance.now() + MS_OF_A_FRAME;
+    this.late = false;
+    const placed = this.placeNames(context, scatter, hidden).map((label) => boxOf(label, scatter.at(label.row)))
+      .filter((box) => isInside(box, scatter));
+    for (const box of placed) if (box.aside) drawLeader(context, scatter.at(box.row), box, colourOf(box.row));
+    for (const box of placed) this.put(context, box, colourOf(box.row));
+    const step = Math.floor(Math.log2(scatter.zoom));
+    if (step < 1) return placed;
+    const side = SIDES[Math.min(step, SIDES.length) - 1];
+    for (const row of nearCells(scatter, side + SMALL_GAP)) {
       if (hidden(row)) continue;
-      const box = boxAt(scatter.at(row), 0.7 * SMALL_SIDE, SMALL_SIDE);
-      if (!fits(box)) continue;
+      const fits = (size) => {
+        const box = boxOf({ row, side, offset: [0, 0], ...size }, scatter.at(row));
+        return isInside(box, scatter) && !placed.some((other) => overlap(box, other)) && box;
+      };
+      const box = fits({ width: 0.3 * side, height: 0.5 * side }) && fits(this.measured(row, side));
+      if (!box) continue;
       placed.push(box);
-      rows.push(row);
-      this.put(context, box, row, colourOf(row));
+      this.put(context, box, colourOf(row));
     }
-    return rows;
+    return placed;
+  }
+
+  /** The labels of groups, each with its size and where it is from its point; the same until the zoom has doubled. */
+  placeNames(context, scatter, hidden) {
+    const { width, height, faded, absent } = scatter;
+    const zoom = 2 ** Math.floor(Math.log2(scatter.zoom));
+    const now = [zoom, width, height, faded, absent, this.seen];
+    if (this.labels && now.every((value, i) => value === this.now[i])) return this.labels;
+    this.now = now;
+    context.font = NAME_FONT;
+    const side = Math.max(60, Math.min(100, Math.round(0.125 * Math.min(width, height))));
+    const asked = this.groups.filter(({ row }) => !hidden(row)).map(({ row, words }) => {
+      const extent = this.extent(row, side);
+      const widest = Math.max(extent.width, ...words.map((line) => context.measureText(line).width));
+      return { row, words, side, extent, width: widest, height: extent.height + NAME_LINE * words.length + 1 };
+    });
+    return (this.labels = placeLabels(scatter, asked, zoom));
   }
 
   /** Forget the pictures where the colours or the direction are others. */
   forget() {
     const { azimuth, elevation } = this.view.camera;
-    const now = `${colours.paper} ${azimuth} ${elevation} ${window.devicePixelRatio}`;
-    if (now !== this.cameras || this.pictures.size > KEPT) this.pictures.clear();
-    this.cameras = now;
+    const seen = `${azimuth} ${elevation}`;
+    if (seen !== this.seen) this.figures.clear();
+    const look = `${seen} ${colours.paper} ${this.density}`;
+    if (look !== this.look || this.pictures.size > KEPT) this.pictures.clear();
+    Object.assign(this, { seen, look });
   }
 
-  put(context, { x, y, width }, row, colour) {
-    const key = `${row} ${colour}`;
-    if (!this.pictures.has(key)) this.pictures.set(key, this.picture(row, colour));
-    context.globalAlpha = 0.9;
-    context.drawImage(this.pictures.get(key), x + (width - SMALL_SIDE) / 2, y, SMALL_SIDE, SMALL_SIDE);
-    context.globalAlpha = 1;
-  }
-
-  /** The picture of a pose in one colour, on nothing. */
-  picture(row, colour) {
-    const density = window.devicePixelRatio || 1;
-    const side = SMALL_SIDE * density;
-    const canvas = Object.assign(document.createElement("canvas"), { width: side, height: side });
-    const context = canvas.getContext("2d");
-    context.scale(density, density);
+  /** The points of a pose and how the camera sees them in a square of side 1. */
+  figure(row) {
+    if (this.figures.has(row)) return this.figures.get(row);
     const points = this.poses.points(this.poses.pose(row));
     const { shape } = this.poses.data.skeleton;
     const around = reachOf(shape, points, () => true);
@@ -86,39 +98,109 @@ class SmallFigures {
       return (Math.min(...values) + Math.max(...values)) / 2;
     });
     const camera = Object.assign(new Camera(), this.view.camera, { zoom: 1, shift: [0, 0] });
-    const area = { x: 0, y: 0, width: SMALL_SIDE, height: SMALL_SIDE };
+    const area = { x: 0, y: 0, width: 1, height: 1 };
     const moved = around.map((point) => point.map((value, axis) => value - centre[axis]));
-    camera.distance = Math.max(camera.distanceTo(moved, area), 0.5 * this.size);
-    drawFigure(context, camera.view(area, centre), points, shape, { size: this.size, colourOf: () => colour });
-    return canvas;
+    camera.distance = Math.max(camera.distanceTo(moved, area), 1.7 * this.size);
+    const view = camera.view(area, centre);
+    const discs = centresOf(shape, points, () => true).map((at, i) => {
+      const { x, y, scale } = view.project(at);
+      return { x, y, radius: shape.spheres[i].radius * scale };
+    });
+    const [left, right, top, bottom] = [["x", -1], ["x", 1], ["y", -1], ["y", 1]].map(([axis, sign]) =>
+      sign * Math.max(...discs.map((disc) => sign * disc[axis] + disc.radius)));
+    const made = { points, camera, centre, left, top, width: right - left, height: bottom - top };
+    this.figures.set(row, made);
+    return made;
   }
 
-  /** Write the name of a group below its figure. */
-  name(context, { x, y, width }, words, colour) {
-    Object.assign(context, {
-      font: NAME_FONT, textAlign: "center", textBaseline: "top", lineJoin: "round",
-      lineWidth: 4, strokeStyle: colours.paper, fillStyle: colour,
-    });
-    context.strokeText(words, x + width / 2, y + SMALL_SIDE);
-    context.fillText(words, x + width / 2, y + SMALL_SIDE);
+  /** Width and height of a figure in a square of a side, px. */
+  extent(row, side) {
+    const { width, height } = this.figure(row);
+    return { width: side * width, height: side * height };
+  }
+
+  /** The same where there is time to measure, or else the room that it may need. */
+  measured(row, side) {
+    return this.figures.has(row) || performance.now() < this.until ? this.extent(row, side)
+      : { width: side, height: side };
+  }
+
+  put(context, box, colour) {
+    const key = `${box.row} ${colour} ${box.side} ${box.words}`;
+    if (!this.pictures.has(key)) {
+      if (!box.words && performance.now() > this.until) return (this.late = true);
+      this.pictures.set(key, this.picture(box, colour));
+    }
+    const [x, y, width, height] = [box.x - HALO, box.y - HALO, box.width + 2 * HALO, box.height + 2 * HALO];
+    context.drawImage(this.pictures.get(key), x, y, width, height);
+  }
+
+  /** The picture of a pose, with its name if it has one: limbs of the left in a lighter tone, of the right darker. */
+  picture({ row, side, width, height, words = [] }, colour) {
+    const { density } = this;
+    const [drawn, picture] = [0, 1].map(() => Object.assign(document.createElement("canvas"), {
+      width: Math.ceil((width + 2 * HALO) * density), height: Math.ceil((height + 2 * HALO) * density),
+    }));
+    const context = drawn.getContext("2d");
+    context.scale(density, density);
+    context.translate(HALO + width / 2, HALO);
+    const { points, camera, centre, left, top, width: share } = this.figure(row);
+    const { shape, sides } = this.poses.data.skeleton;
+    const area = { x: -side * (left + share / 2), y: -side * top, width: side, height: side };
+    const colourOf = (joint) => (TONES[sides[joint]] ? toneOf(colour, TONES[sides[joint]]) : colour);
+    drawFigure(context, camera.view(area, centre), points, shape, { size: this.size, colourOf });
+    Object.assign(context, { font: NAME_FONT, textAlign: "center", textBaseline: "bottom", fillStyle: colour });
+    words.forEach((line, i) => context.fillText(line, 0, height - NAME_LINE * (words.length - 1 - i)));
+    const onto = picture.getContext("2d");
+    Object.assign(onto, { shadowColor: colours.paper, shadowOffsetX: picture.width });
+    for (const blur of [2, 2, 4, 4, 8, 8]) { // shadows alone: what is over each other is opaque near the figure
+      onto.shadowBlur = blur * density;
+      onto.drawImage(drawn, -picture.width, 0);
+    }
+    Object.assign(onto, { shadowColor: "transparent" });
+    onto.drawImage(drawn, 0, 0);
+    return picture;
   }
 }
 
-const boxAt = ([x, y], width, height) => ({ x: x - width / 2, y: y - height / 2, width, height });
+/** The box of a figure whose point is at a place of the canvas. */
+const boxOf = (figure, [x, y]) => ({
+  ...figure, x: x + figure.offset[0] - figure.width / 2, y: y + figure.offset[1] - figure.height / 2,
+});
+
+/** Whether a box is inside of the canvas, and not over the scale. */
+const isInside = (box, { width, height }) => box.x >= 0 && box.y >= 0 && box.x + box.width <= width
+  && box.y + box.height <= height - (box.x < SCALE.width ? SCALE.height : 0);
 
 const overlap = (a, b) => Math.abs(a.x + a.width / 2 - b.x - b.width / 2) < (a.width + b.width) / 2 + SMALL_GAP
   && Math.abs(a.y + a.height / 2 - b.y - b.height / 2) < (a.height + b.height) / 2 + SMALL_GAP;
 
-const shortened = (words) => (words.length > 14 ? `${words.slice(0, 13)}…` : words);
+/** A name in two lines at most. */
+function linesOf(name) {
+  const words = name.split(" ");
+  let n = words.length;
+  while (n > 1 && words.slice(0, n).join(" ").length > NAME_LENGTH) n--;
+  const lines = [words.slice(0, n), words.slice(n)].map((some) => some.join(" ")).filter(Boolean);
+  return lines.map((line) => (line.length > NAME_LENGTH ? `${line.slice(0, NAME_LENGTH - 1)}…` : line));
+}
 
-/** Let what lies below a box step back. */
-function clear(context, { x, y, width, height }) {
-  context.globalAlpha = 0.7;
-  context.fillStyle = colours.paper;
-  context.beginPath();
-  context.roundRect(x - SMALL_GAP / 2, y - SMALL_GAP / 2, width + SMALL_GAP, height + SMALL_GAP, 8);
-  context.fill();
-  context.globalAlpha = 1;
+/** Draw a thin line from a point to the figure or the name of its label, whichever is nearer. */
+function drawLeader(context, [x, y], { extent, ...box }, colour) {
+  const [toX, toY] = [box.x + box.width / 2 - x, box.y + extent.height / 2 - y];
+  /** The share of the line to the figure's middle that is before a rectangle about a place on its axis. */
+  const before = (width, top, bottom) => {
+    const across = [-width, width].map((side) => (toX + side / 2) / toX);
+    const along = [top, bottom].map((side) => (box.y + side - y) / toY);
+    const enters = Math.max(Math.min(...across), Math.min(...along));
+    return enters < Math.min(Math.max(...across), Math.max(...along)) ? enters : 1;
+  };
+  const share = Math.max(0, Math.min(before(extent.width + 4, -2, extent.height),
+    before(box.width + 4, extent.height, box.height + 2)));
+  for (const [lineWidth, strokeStyle] of [[4, colours.paper], [1.5, colour]]) {
+    Object.assign(context, { lineWidth, strokeStyle });
+    polyline(context, [[x, y], [x + share * toX, y + share * toY]]);
+  }
+  dot(context, [x, y], 5, colour);
 }
 
 /** Of some points the one that is nearest to the medians of their places. */

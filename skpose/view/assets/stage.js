@@ -141,13 +141,17 @@ class Stage {
     context.clip();
     if (options.ground) drawGround(context, view, cell);
     if (options.ghosts) members.forEach((i) => this.drawGhosts(view, i, tick)); // behind all figures
-    const figures = this.drawDimmed(members, (i) => {
+    const shown = new Map(members.map((i) => [i, this.figure(i, frames[i])]));
+    const away = (i) => view.project(shown.get(i)[0][0]).away;
+    const order = [...members].sort((a, b) => away(b) - away(a)); // far ones first
+    const figures = this.drawDimmed(order, (i) => {
       const { context } = this; // which may be that of figures that step back
-      const [points, shows] = this.figure(i, frames[i]);
+      const [points, shows] = shown.get(i);
       if (options.trails) this.drawTrails(view, i, tick);
       const flat = drawFigure(context, view, points, clips[i].shape, {
         size: clips[i].size,
         shadow: options.ground,
+        apart: this.overlaid,
         shows,
         colourOf: (joint) => this.colour(i, joint, tick),
       });
@@ -155,7 +159,7 @@ class Stage {
       if (marked >= 0 && flat[marked + 1]) this.drawLabel(flat[marked + 1], clips[i].names[marked], area);
       if (this.hover?.clip === i && flat[this.hover.index]) drawRing(context, flat[this.hover.index]);
       return { clip: i, points, flat };
-    });
+    }).sort((a, b) => a.clip - b.clip);
     if (options.axes) {
       const [x, y, z] = clips[members[0]].axes;
       drawAxes(context, view, options.place === "forward" ? ["", y, ""] : [x, y, z]); // the others turn with the root

@@ -48,6 +48,15 @@ function write() {
   writeTip(hover);
 }
 
+/** What is written in a picture: which pose or paths it shows, and what the colours mean. */
+function keyOf({ hover, current, comparison }) {
+  const name = (row) => `${poses.label(row)}, ${seconds(row)}`;
+  const { names } = poses.groups(element("colour").value);
+  const groupOf = (words, i) => ({ words: words || "unnamed", colour: groupColour(i), form: formOf(i) });
+  const paths = hover < 0 && comparison && ["shortest", "line"].map((one) => comparison.label(one)).join(" | ");
+  return { name: paths || name(hover >= 0 ? hover : current), groups: (names ?? []).map(groupOf) };
+}
+
 /** Name the pose under the pointer next to it. */
 function writeTip(row) {
   const tip = element("tip");

@@ -1,0 +1,106 @@
+// Where the labels of groups are: near their points, where few other points are, and none over another.
+
+const RADII = [0, 50, 75, 100, 130, 165, 205, 250, 300, 360]; // px from the point to the middle of its label
+const LEASH = 0.4; // of the canvas' shorter side
+const ROUNDS = 3; // in which each is placed among all others
+const DIRECTIONS = 16;
+const OCCUPIED = 12; // px of a cell that counts as occupied where it has a point
+// What a place costs, px that the label might be farther away instead: where all of it is occupied, a line that crosses
+// another one, a line over a label. Above the last one there is none.
+const [HIDES, CROSSES, COVERS, DEAREST] = [260, 200, 250, 700];
+
+/**
+ * Place labels, `{ row, width, height }`, the first ones first, and again among all others; return those that have
+ * room, with the `offset` of their middle from their point, px. None is over another at any zoom from a power of two to
+ * the next one; where all of the plane is seen, all labels are inside.
+ */
+function placeLabels(scatter, labels, zoom) {
+  const unit = (scatter.scale / scatter.zoom) * zoom;
+  const { middle } = scatter;
+  const occupied = occupiedCells(scatter, unit);
+  const at = (row) => [unit * (scatter.x[row] - middle[0]), -unit * (scatter.y[row] - middle[1])];
+  const most = LEASH * Math.min(scatter.width, scatter.height);
+  const candidates = RADII.filter((radius) => radius <= most).flatMap((radius) => {
+    const directions = radius ? circle(DIRECTIONS) : [[0, 0]];
+    return directions.map((direction) => ({ radius, offset: direction.map((share) => radius * share) }));
+  });
+  const home = (place) => [scatter.width / 2 + place[0], scatter.height / 2 + place[1]]; // where all is seen
+  /** The best place of a label among others, or null. */
+  const placeOf = (label, others) => {
+    let [best, least] = [null, DEAREST];
+    for (const { radius, offset } of candidates) {
+      if (radius >= least) break;
+      const one = { ...label, offset, aside: radius > 0 };
+      if (radius && isOver(one, one.at)) continue; // a label over its own point
+      if (zoom <= 1 && !isInside(boxOf(one, home(one.at)), scatter)) continue;
+      let cost = radius + HIDES * occupied(one);
+      if (cost >= least || others.some((other) => meet(one, other))) continue;
+      for (const other of others) {
+        if (cross(one, other)) cost += CROSSES;
+        if (lineIsOver(one, other) || lineIsOver(other, one)) cost += COVERS;
+      }
+      if (cost < least) [best, least] = [one, cost];
+    }
+    return best;
+  };
+  const own = labels.map((label) => ({ ...label, at: at(label.row) }));
+  const places = own.map(() => null);
+  for (let round = 0; round < (zoom <= 1 ? ROUNDS : 1); round++) {
+    for (const [i, label] of own.entries()) {
+      places[i] = placeOf(label, places.filter((other, k) => other && k !== i));
+    }
+  }
+  return places.filter(Boolean);
+}
+
+/** The share of a label's cells that have a point. */
+function occupiedCells({ x, y, count, middle }, unit) {
+  const cells = new Set();
+  const cellOf = (value) => Math.floor(value / OCCUPIED);
+  for (let i = 0; i < count; i++) {
+    cells.add(4096 * cellOf(unit * (x[i] - middle[0])) + cellOf(-unit * (y[i] - middle[1])));
+  }
+  return ({ at, offset, width, height }) => {
+    let [found, all] = [0, 0];
+    const [left, top] = [at[0] + offset[0] - width / 2, at[1] + offset[1] - height / 2];
+    for (let u = cellOf(left); u <= cellOf(left + width); u++) {
+      for (let v = cellOf(top); v <= cellOf(top + height); v++, all++) found += cells.has(4096 * u + v);
+    }
+    return found / all;
+  };
+}
+
+/** Whether two labels overlap at any zoom, from that at which they are to twice that. */
+function meet(a, b) {
+  let [from, to] = [1, 2];
+  for (const [axis, side] of [[0, "width"], [1, "height"]]) {
+    const [moves, starts] = [a.at[axis] - b.at[axis], a.offset[axis] - b.offset[axis]];
+    const reach = (a[side] + b[side]) / 2 + SMALL_GAP;
+    if (Math.abs(moves) < 1e-9) {
+      if (Math.abs(starts) >= reach) return false;
+      continue;
+    }
+    const ends = [(-reach - starts) / moves, (reach - starts) / moves];
+    from = Math.max(from, Math.min(...ends));
+    to = Math.min(to, Math.max(...ends));
+  }
+  return from <= to;
+}
+
+/** Whether a label is over a place. */
+function isOver({ at, offset, width, height }, [x, y]) {
+  return Math.abs(at[0] + offset[0] - x) < width / 2 && Math.abs(at[1] + offset[1] - y) < height / 2;
+}
+
+/** Whether the line of a label is over another label. */
+function lineIsOver({ at, offset }, other) {
+  return [0, 0.2, 0.4, 0.6, 0.8].some((share) => isOver(other, [0, 1].map((axis) => at[axis] + share * offset[axis])));
+}
+
+/** Whether the lines of two labels cross. */
+function cross(a, b) {
+  const turn = (p, q, r) => Math.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]));
+  const end = ({ at, offset }) => [at[0] + offset[0], at[1] + offset[1]];
+  const [p, q, r, s] = [a.at, end(a), b.at, end(b)];
+  return turn(p, q, r) * turn(p, q, s) < 0 && turn(r, s, p) * turn(r, s, q) < 0;
+}
