@@ -3,6 +3,7 @@
 Each is written twice, for pages in light and in dark colours, but for the card that is shown where a link is shared.
 """
 
+import re
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -288,8 +289,15 @@ def save(name, size, draw, *arguments):
         figure, ax = plt.subplots(figsize=size)
         figure.subplots_adjust(0, 0, 1, 1)
         draw(ax, ink, *arguments)
-        figure.savefig(TARGET / f"{name}_{theme}.svg", metadata={"Date": None})
+        path = TARGET / f"{name}_{theme}.svg"
+        figure.savefig(path, metadata={"Date": None})
+        path.write_text(shorten(path.read_text(encoding="utf-8")), encoding="utf-8")
         plt.close(figure)
+
+
+def shorten(svg):
+    """Return a drawing with two digits after the points of its outlines, which are in points."""
+    return re.sub(r' d="[^"]*"', lambda outline: re.sub(r"(\.\d\d)\d+", r"\1", outline[0]), svg)
 
 
 def compose(figure, axes, ink):
