@@ -148,6 +148,15 @@ def test_figures_of_other_groups_are_not_shown(browser, page):
     assert {of[row] for row, *_ in browser.js(BOXES)} <= {1}
 
 
+def test_the_label_of_a_group_that_is_seen_alone_stays(browser, page):
+    browser.open(page)
+    of, _ = rows_of(data_of(page), "action")
+    before = {of[row]: place for row, *place in browser.js(BOXES)}
+    browser.driver.find_elements("css selector", "#groups button")[1].click()
+    browser.settle()
+    assert {of[row]: place for row, *place in browser.js(BOXES)} == {1: before[1]}
+
+
 def test_planes_are_those_of_the_methods(browser, page, actions):
     X, _ = actions.poses(frame_rate=6)
     of, _ = rows_of(data_of(page), "action")

@@ -39,7 +39,9 @@ class SmallFigures {
     this.forget();
     this.until = all ? Infinity : performance.now() + MS_OF_A_FRAME;
     this.late = false;
-    const placed = this.placeNames(context, scatter, hidden).map((label) => boxOf(label, scatter.at(label.row)))
+    const placed = this.placeNames(context, scatter)
+      .filter(({ row }) => !hidden(row))
+      .map((label) => boxOf(label, scatter.at(label.row)))
       .filter((box) => isInside(box, scatter));
     for (const box of placed) if (box.aside) drawLeader(context, scatter.at(box.row), box, colourOf(box.row));
     for (const box of placed) this.put(context, box, colourOf(box.row));
@@ -61,15 +63,15 @@ class SmallFigures {
   }
 
   /** The labels of groups, each with its size and where it is from its point; the same until the zoom has doubled. */
-  placeNames(context, scatter, hidden) {
-    const { width, height, faded, absent } = scatter;
+  placeNames(context, scatter) {
+    const { width, height } = scatter;
     const zoom = 2 ** Math.floor(Math.log2(scatter.zoom));
-    const now = [zoom, width, height, faded, absent, this.seen];
+    const now = [zoom, width, height, this.seen];
     if (this.labels && now.every((value, i) => value === this.now[i])) return this.labels;
     this.now = now;
     context.font = NAME_FONT;
     const side = Math.max(60, Math.min(100, Math.round(0.125 * Math.min(width, height))));
-    const asked = this.groups.filter(({ row }) => !hidden(row)).map(({ row, words }) => {
+    const asked = this.groups.map(({ row, words }) => {
       const extent = this.extent(row, side);
       const widest = Math.max(extent.width, ...words.map((line) => context.measureText(line).width));
       return { row, words, side, extent, width: widest, height: extent.height + NAME_LINE * words.length + 1 };
