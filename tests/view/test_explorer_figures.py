@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from browser import changed
 from explorer_page import places
 from pages import data_of
 
@@ -216,3 +217,14 @@ def test_isomap_of_many_poses_is_refused(actions, monkeypatch):
     monkeypatch.setattr(_embeddings, "MOST_OF_ISOMAP", 10)
     with pytest.raises(ValueError, match="10 poses at most"):
         explorer(actions, frame_rate=6, metrics=["angle"], embeddings=["isomap"])
+
+
+def test_small_figures_turn_with_the_large_one(browser, page):
+    browser.open(page)
+    before = browser.picture("#points")
+    browser.press(*["ARROW_LEFT"] * 6, css="#figure")
+    browser.wait("!skpose.small.late && skpose.small.seen === skpose.small.asked")
+    assert changed(before, browser.picture("#points")) > 300
+    browser.press("0", css="#figure")
+    browser.wait("!skpose.small.late && skpose.small.seen === skpose.small.asked")
+    assert changed(before, browser.picture("#points")) == 0

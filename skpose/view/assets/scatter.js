@@ -166,12 +166,14 @@ class Scatter {
     const [x0, y0] = [width / 2 - scale * this.centre[0], height / 2 + scale * this.centre[1]];
     const radius = this.radius * density;
     const levels = this.crowding();
+    const { cells } = this;
     for (const back of this.faded || this.absent ? [1, 0] : [0]) {
       const stamps = FORMS.map((form) => SHARES.map(([size, cover]) => stampOf(form, size * radius, cover, width)));
       for (const i of this.order) {
-        if ((this.faded?.[i] || this.absent?.[i] || 0) !== back) continue;
+        if (!cells[i] || (this.faded?.[i] || this.absent?.[i] || 0) !== back) continue;
         const colour = back ? blend(paper, this.colours[i], 56) : this.colours[i];
-        const [x, y] = [Math.round(x0 + scale * this.x[i]), Math.round(y0 - scale * this.y[i])];
+        const x = Math.round(x0 + scale * this.x[i]);
+        const y = Math.round(y0 - scale * this.y[i]);
         stamp(pixels, image, stamps[this.forms[i]][levels[i]], x, y, colour);
       }
     }
@@ -191,10 +193,11 @@ class Scatter {
     const [columns, rows] = [width, height].map((length) => Math.ceil(length / CELL) + 5); // with an edge
     const counts = new Float32Array(columns * rows);
     for (let i = 0; i < count; i++) {
-      const [column, row] = [Math.floor(x[i] * perCell) - left, Math.floor(y[i] * perCell) - low];
-      const isSeen = column > 0 && row > 0 && column < columns && row < rows && !absent?.[i];
-      cells[i] = isSeen ? row * columns + column : 0;
-      counts[cells[i]]++;
+      const column = Math.floor(x[i] * perCell) - left;
+      const row = Math.floor(y[i] * perCell) - low;
+      const cell = column > 0 && row > 0 && column < columns && row < rows ? row * columns + column : 0;
+      cells[i] = cell;
+      if (!absent?.[i]) counts[cell]++;
     }
     const around = smooth(smooth(counts, 1), columns); // 1, 2, 1 of 4 along both axes
     const covers = (Math.PI * this.radius ** 2) / CELL ** 2; // of a cell, by a point

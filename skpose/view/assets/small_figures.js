@@ -7,7 +7,7 @@ const SIDES = [68, 80, 92]; // px, of the square that a pose fills, where the zo
 const SCALE = { width: 190, height: 40 }; // px, of the lower left corner
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
 const KEPT = 500; // pictures that are kept
-const MS_OF_A_FRAME = 3; // ms of a frame in which pictures are made
+const MS_OF_A_FRAME = 2; // ms of a frame in which pictures are made
 const [NAME_FONT, NAME_LINE, NAME_LENGTH] = ["bold 13px system-ui, sans-serif", 15, 16]; // px, letters
 const TONES = { left: 0.42, right: -0.32 }; // of the colour of a group: lighter and darker
 
@@ -27,7 +27,7 @@ class SmallFigures {
       .sort((a, b) => b.rows.length - a.rows.length);
     const shown = found.length > MOST_NAMED ? [] : found;
     this.groups = shown.map(({ rows, words }) => ({ row: medoidOf(scatter, rows), words }));
-    this.labels = null;
+    this.labels = new Map();
   }
 
   /**
@@ -36,9 +36,8 @@ class SmallFigures {
    */
   draw(context, scatter, { colourOf, hidden, all }) {
     this.density = context.getTransform().a;
-    this.forget();
+    this.forget(all);
     this.until = all ? Infinity : performance.now() + MS_OF_A_FRAME;
-    this.late = false;
     const placed = this.placeNames(context, scatter)
       .filter(({ row }) => !hidden(row))
       .map((label) => boxOf(label, scatter.at(label.row)))
@@ -66,9 +65,8 @@ class SmallFigures {
   placeNames(context, scatter) {
     const { width, height } = scatter;
     const zoom = 2 ** Math.floor(Math.log2(scatter.zoom));
-    const now = [zoom, width, height, this.seen];
-    if (this.labels && now.every((value, i) => value === this.now[i])) return this.labels;
-    this.now = now;
+    const key = `${zoom} ${width} ${height} ${this.seen}`;
+    if (this.labels.has(key)) return this.labels.get(key);
     context.font = NAME_FONT;
     const side = Math.max(60, Math.min(100, Math.round(0.125 * Math.min(width, height))));
     const asked = this.groups.map(({ row, words }) => {
@@ -76,17 +74,25 @@ class SmallFigures {
       const widest = Math.max(extent.width, ...words.map((line) => context.measureText(line).width));
       return { row, words, side, extent, width: widest, height: extent.height + NAME_LINE * words.length + 1 };
     });
-    return (this.labels = placeLabels(scatter, asked, zoom));
+    this.labels.set(key, placeLabels(scatter, asked, zoom));
+    return this.labels.get(key);
   }
 
-  /** Forget the pictures where the colours or the direction are others. */
-  forget() {
+  /** Forget the pictures where the colours or the direction are others; the direction follows once it rests. */
+  forget(all) {
     const { azimuth, elevation } = this.view.camera;
-    const seen = `${azimuth} ${elevation}`;
-    if (seen !== this.seen) this.figures.clear();
-    const look = `${seen} ${colours.paper} ${this.density}`;
+    const asked = `${azimuth} ${elevation}`;
+    const rests = all || !this.seen || asked === this.asked;
+    this.asked = asked;
+    this.late = asked !== this.seen && !rests;
+    if (asked !== this.seen && rests) {
+      Object.assign(this, { seen: asked, direction: { azimuth, elevation } });
+      this.figures.clear();
+      this.labels.clear();
+    }
+    const look = `${this.seen} ${colours.paper} ${this.density}`;
     if (look !== this.look || this.pictures.size > KEPT) this.pictures.clear();
-    Object.assign(this, { seen, look });
+    this.look = look;
   }
 
   /** The points of a pose and how the camera sees them in a square of side 1. */
@@ -99,7 +105,7 @@ class SmallFigures {
       const values = around.map((point) => point[axis]);
       return (Math.min(...values) + Math.max(...values)) / 2;
     });
-    const camera = Object.assign(new Camera(), this.view.camera, { zoom: 1, shift: [0, 0] });
+    const camera = Object.assign(new Camera(), this.direction);
     const area = { x: 0, y: 0, width: 1, height: 1 };
     const moved = around.map((point) => point.map((value, axis) => value - centre[axis]));
     camera.distance = Math.max(camera.distanceTo(moved, area), 1.7 * this.size);
