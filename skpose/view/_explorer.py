@@ -1,7 +1,9 @@
 """The explorer: all poses of a collection of motions as points in the plane, and what is behind each point."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -43,6 +45,7 @@ ASSETS = (
     "record.js",
     "sheet.js",
     "texts.js",
+    "explorer_link.js",
     "explorer.js",
 )
 
@@ -185,7 +188,9 @@ def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[
         known = [getattr(dataset, name, None) for name in ("subjects", "actions", "trials")]
         parts = zip(*(values for values in known if values is not None), strict=True)
         named = [" · ".join(part for part in of_one if part) for of_one in parts] or [""] * len(dataset)
-        return [name or f"motion {i}" for i, name in enumerate(named, start=1)]
+        named = [name or f"motion {i}" for i, name in enumerate(named, start=1)]
+        counts = {name: count(1) for name, n in Counter(named).items() if n > 1}
+        return [f"{name} ({next(counts[name])})" if name in counts else name for name in named]
     given = None if isinstance(labels, str) else list(labels)
     if given is None or len(given) != len(dataset):
         got = repr(labels) if given is None else f"{len(given)} labels"

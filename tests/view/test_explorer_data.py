@@ -177,6 +177,8 @@ def test_labels_may_be_missing_or_given(gait):
     some = MotionDataset(gait.motions[:2], actions=["", "walk"])
     assert data_of(explorer(some, metrics=["angle"]))["labels"] == ["motion 1", "walk"]
     assert data_of(explorer(some, metrics=["angle"], labels=["a", "b"]))["labels"] == ["a", "b"]
+    same = MotionDataset(gait.motions[:3], actions=["walk", "run", "walk"])
+    assert data_of(explorer(same, metrics=["angle"]))["labels"] == ["walk (1)", "run", "walk (2)"]
 
 
 def test_no_name_is_markup():

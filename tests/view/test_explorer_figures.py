@@ -228,3 +228,23 @@ def test_small_figures_turn_with_the_large_one(browser, page):
     browser.press("0", css="#figure")
     browser.wait("!skpose.small.late && skpose.small.seen === skpose.small.asked")
     assert changed(before, browser.picture("#points")) == 0
+
+
+def test_no_figure_is_drawn_before_it_is_measured(browser, page):
+    """A picture that was made for the room that a pose may need would be squeezed into the box of the pose later."""
+    browser.open(page)
+    late, unknown, kept, known = browser.js("""(({ small }) => {
+      const [row, context] = [7, document.createElement("canvas").getContext("2d")];
+      small.figures.delete(row);
+      small.pictures.clear();
+      small.until = -1;
+      const box = { row, side: 80, x: 0, y: 0, ...small.measured(row, 80) };
+      small.until = Infinity; // as where a clock has other steps
+      small.late = false;
+      small.put(context, box, "#123456");
+      const found = [small.late, box.width, small.pictures.size];
+      return [...found, small.measured(row, 80).width];
+    })(skpose)""")
+    assert late
+    assert (unknown, kept) == (80, 0)
+    assert known < 80

@@ -66,6 +66,18 @@ def test_picture_is_of_the_state_of_the_page(browser, page):
     assert browser.picture("#points").shape == before.shape
 
 
+def test_picture_says_what_the_colours_mean(browser, page):
+    browser.open(page)
+    key = "skpose.sheet.keyOf(skpose.state).groups.map(({ words, colour }) => [words, colour])"
+    assert len({colour for _, colour in browser.js(key)}) > 1
+    browser.choose("#colour", "time")
+    longest = browser.find("#most").text
+    words, shades = zip(*browser.js(key), strict=True)
+    assert words[0] == "0.00 s"
+    assert words[-1] == longest
+    assert len(set(shades)) == 3
+
+
 def test_gif_is_the_motion_that_plays(browser, page):
     browser.open(page, size=(420, 860))
     duration = browser.js("skpose.poses.duration(skpose.poses.range(skpose.state.current))")

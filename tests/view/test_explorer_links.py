@@ -44,6 +44,39 @@ def test_a_link_opens_the_same(browser, page):
     assert browser.js("skpose.state.inside") is None
 
 
+@pytest.mark.parametrize("first", [3, None])
+def test_a_link_keeps_the_pose_that_was_chosen_and_the_one_that_is_shown(browser, page, first):
+    browser.open(page)
+    if first is not None:
+        click(browser, places(browser)[first])
+    browser.driver.execute_script("const time = document.getElementById('time'); time.value = 9")
+    browser.driver.execute_script("document.getElementById('time').dispatchEvent(new Event('input'))")
+    asked = "[skpose.state.first, skpose.state.current]"
+    before, address = browser.js(asked), browser.js("skpose.link.address")
+    assert before == [-1 if first is None else first, 9]
+    browser.driver.get("about:blank")
+    browser.driver.get(address)
+    browser.wait("window.skpose && skpose.state.drawn > 0")
+    assert browser.js(asked) == before
+
+
+def test_a_link_has_the_lasso_of_another_plane(browser, page):
+    browser.open(page)
+    x, y = places(browser)[20]
+    drag(browser, *[(x + dx, y + dy) for dx, dy in [(-60, -60), (60, -60), (60, 60), (-60, 60)]], modifiers=8)
+    inside = browser.js("skpose.state.inside")
+    assert inside
+    browser.choose("#metric", "position")
+    address = browser.js("skpose.link.address")
+    browser.driver.get("about:blank")
+    browser.driver.get(address)
+    browser.wait("window.skpose && skpose.state.drawn > 0")
+    assert browser.js("skpose.state.inside") == inside
+    assert browser.js("skpose.state.lasso") == []
+    assert browser.find("#metric").get_attribute("value") == "position"
+    assert browser.js("skpose.link.address") == address
+
+
 @pytest.mark.parametrize(
     "fragment",
     [

@@ -24,6 +24,7 @@ const state = {
   lasso: [], // corners, in the plane
   keyed: false, // whether they were chosen by keys
   inside: null, // the poses in the lasso
+  enclosed: null, // its corners as a word, with the metric and the method of the plane that it was drawn in
   group: -1, // that is seen alone
   time: 0, // s since the first pose of the motion
   playing: false, before: null, stale: false, moved: true, waiting: false, drawn: 0,
@@ -129,6 +130,7 @@ function endComparison() {
 function enclose(corners) {
   state.lasso = corners;
   state.inside = corners.length > 2 ? scatter.inside(corners) : null;
+  state.enclosed = state.inside && [preciseWord(...fewer(corners, (some) => scatter.inside(some)).flat()), planeWord()];
   writeInside();
   fade();
 }
@@ -142,6 +144,8 @@ function fade() {
   scatter.absent = group < 0 ? null : Uint8Array.from(groups.of, (of) => Number(of !== group));
   refresh(true);
 }
+
+const planeWord = () => `${element("metric").value},${element("method").value}`;
 
 /** The embedding of the metric and the method that are chosen. */
 const embedding = () => data.embeddings.findIndex(({ metric, method }) =>
@@ -282,61 +286,6 @@ function loopOfFile() {
   const range = poses.range(state.current);
   const duration = poses.duration(range) || 1;
   return { duration, moment: (at) => ({ ...state, hover: -1, current: poses.rowAt(range, at) }) };
-}
-
-// --- the link --------------------------------------------------------------------------------------------------------
-
-/** What is in a link. While a motion plays its pose is in it nevertheless. */
-function linked() {
-  const { comparison, current, first, share, lasso, group } = state;
-  const camera = cameraWord(view.camera);
-  return {
-    metric: element("metric").value === usual.metric ? null : element("metric").value,
-    method: element("method").value === usual.method ? null : element("method").value,
-    figures: element("figures").checked ? null : "0",
-    colour: element("colour").value === usual.colour ? null : element("colour").value,
-    group: group < 0 ? null : group,
-    pose: current || first >= 0 ? current : null,
-    compared: comparison ? wordOf(comparison.first, comparison.second, share) : null,
-    lasso: lasso.length > 2 ? wordOf(...fewer(lasso, (corners) => scatter.inside(corners)).flat()) : null,
-    plane: scatter.isHome ? null : wordOf(scatter.zoom, ...scatter.centre),
-    camera: camera === usual.camera ? null : camera,
-  };
-}
-
-/** Show what a link says; what it does not say, or says wrongly, is as usual. */
-function restore(words) {
-  const row = (value) => (Number.isInteger(value) && value >= 0 && value < poses.count ? value : -1);
-  state.comparison?.stop();
-  Object.assign(state, { comparison: null, first: -1, group: -1, hover: -1 });
-  setControl(element("metric"), words.get("metric"), usual.metric);
-  setControl(element("method"), words.get("method"), usual.method);
-  element("figures").checked = words.get("figures") !== "0";
-  setControl(element("colour"), words.get("colour"), usual.colour);
-  writeGroups();
-  choosePlane();
-  const [pose, compared] = [numbersIn(words.get("pose"), 1)?.[0], numbersIn(words.get("compared"), 3)];
-  show(Math.max(0, row(pose)));
-  if (row(pose) >= 0) state.first = row(pose);
-  if (compared && row(compared[0]) >= 0 && row(compared[1]) >= 0) {
-    state.first = compared[0];
-    choose(compared[1], true);
-    state.share = clamp(compared[2], 0, 1);
-  }
-  const group = numbersIn(words.get("group"), 1)?.[0];
-  if (Number.isInteger(group)) element("groups").querySelectorAll("button")[group]?.click(); // before what is inside
-  const places = numbersIn(words.get("lasso"), (words.get("lasso") ?? "").split(",").length) ?? [];
-  const corners = Array.from({ length: Math.floor(places.length / 2) }, (_, i) => places.slice(2 * i, 2 * i + 2));
-  enclose(corners.length > 2 ? corners : []);
-  view.fit(true);
-  usual.camera = cameraWord(view.camera);
-  restoreCamera(view.camera, words.get("camera"));
-  const plane = numbersIn(words.get("plane"), 3);
-  if (plane) scatter.zoomTo(plane[0], plane.slice(1));
-  play(![...words.keys()].length && !calm.matches); // a link shows what it says
-  colour();
-  writeComparison();
-  announce();
 }
 
 describe();

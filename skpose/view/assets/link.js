@@ -18,7 +18,7 @@ class Link {
   }
 
   get address() {
-    const given = Object.entries(this.values()).filter(([, value]) => value !== null);
+    const given = Object.entries(this.values()).filter(([, value]) => value !== null && value !== undefined);
     const text = given.map(([name, value]) => `${name}=${encodeURIComponent(value).replaceAll("%2C", ",")}`).join("&");
     return location.href.split("#")[0] + (text && `#${text}`);
   }
@@ -43,6 +43,9 @@ const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 
 /** Numbers as a word, without digits that nobody sees. */
 const wordOf = (...numbers) => numbers.map((number) => Number(number.toFixed(4))).join(",");
+
+/** The same with six digits, for places in a plane of any size. */
+const preciseWord = (...numbers) => numbers.map((number) => Number(number.toPrecision(6))).join(",");
 
 /** A camera as a word, and back: another word leaves it as it is. */
 const cameraWord = ({ azimuth, elevation, zoom, shift }) => wordOf(azimuth, elevation, zoom, ...shift);

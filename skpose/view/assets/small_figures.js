@@ -127,16 +127,16 @@ class SmallFigures {
     return { width: side * width, height: side * height };
   }
 
-  /** The same where there is time to measure, or else the room that it may need. */
+  /** The same where there is time to measure, or else the room that it may need, and that it is `unknown`. */
   measured(row, side) {
     return this.figures.has(row) || performance.now() < this.until ? this.extent(row, side)
-      : { width: side, height: side };
+      : { width: side, height: side, unknown: true };
   }
 
   put(context, box, colour) {
     const key = `${box.row} ${colour} ${box.side} ${box.words}`;
     if (!this.pictures.has(key)) {
-      if (!box.words && performance.now() > this.until) return (this.late = true);
+      if (box.unknown || (!box.words && performance.now() > this.until)) return (this.late = true);
       this.pictures.set(key, this.picture(box, colour));
     }
     const [x, y, width, height] = [box.x - HALO, box.y - HALO, box.width + 2 * HALO, box.height + 2 * HALO];

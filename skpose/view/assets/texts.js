@@ -51,10 +51,12 @@ function write() {
 /** What is written in a picture: which pose or paths it shows, and what the colours mean. */
 function keyOf({ hover, current, comparison }) {
   const name = (row) => `${poses.label(row)}, ${seconds(row)}`;
-  const { names } = poses.groups(element("colour").value);
+  const { names, longest } = poses.groups(element("colour").value);
   const groupOf = (words, i) => ({ words: words || "unnamed", colour: groupColour(i), form: formOf(i) });
+  const timeOf = (share) => ({ words: `${(share * longest).toFixed(2)} s`, colour: heat(share), form: 0 });
   const paths = hover < 0 && comparison && ["shortest", "line"].map((one) => comparison.label(one)).join(" | ");
-  return { name: paths || name(hover >= 0 ? hover : current), groups: (names ?? []).map(groupOf) };
+  const groups = names ? names.map(groupOf) : [0, 0.5, 1].map(timeOf);
+  return { name: paths || name(hover >= 0 ? hover : current), groups };
 }
 
 /** Name the pose under the pointer next to it. */

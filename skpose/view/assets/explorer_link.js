@@ -1,0 +1,63 @@
+// What is in a link to an explorer, and how a link is shown.
+
+/** What is in a link. While a motion plays its pose is in it nevertheless. */
+function linked() {
+  const { comparison, current, first, share, enclosed, group } = state;
+  const camera = cameraWord(view.camera);
+  return {
+    metric: element("metric").value === usual.metric ? null : element("metric").value,
+    method: element("method").value === usual.method ? null : element("method").value,
+    figures: element("figures").checked ? null : "0",
+    colour: element("colour").value === usual.colour ? null : element("colour").value,
+    group: group < 0 ? null : group,
+    pose: current || null,
+    first: first >= 0 ? first : null,
+    compared: comparison ? wordOf(comparison.first, comparison.second, share) : null,
+    lasso: enclosed?.[0],
+    lassoed: enclosed?.[1] === planeWord() ? null : enclosed?.[1],
+    plane: scatter.isHome ? null : preciseWord(scatter.zoom, ...scatter.centre),
+    camera: camera === usual.camera ? null : camera,
+  };
+}
+
+/** Show what a link says; what it does not say, or says wrongly, is as usual. */
+function restore(words) {
+  const row = (value) => (Number.isInteger(value) && value >= 0 && value < poses.count ? value : -1);
+  state.comparison?.stop();
+  Object.assign(state, { comparison: null, first: -1, group: -1, hover: -1 });
+  const usePlane = (metric, method) => {
+    setControl(element("metric"), metric, usual.metric);
+    setControl(element("method"), method, usual.method);
+    choosePlane();
+  };
+  usePlane(words.get("metric"), words.get("method"));
+  element("figures").checked = words.get("figures") !== "0";
+  setControl(element("colour"), words.get("colour"), usual.colour);
+  writeGroups();
+  const [pose, first] = ["pose", "first"].map((name) => row(numbersIn(words.get(name), 1)?.[0]));
+  show(Math.max(0, pose));
+  state.first = first;
+  const compared = numbersIn(words.get("compared"), 3);
+  if (compared && row(compared[0]) >= 0 && row(compared[1]) >= 0) {
+    state.first = compared[0];
+    choose(compared[1], true);
+    state.share = clamp(compared[2], 0, 1);
+  }
+  const group = numbersIn(words.get("group"), 1)?.[0];
+  if (Number.isInteger(group)) element("groups").querySelectorAll("button")[group]?.click(); // before what is inside
+  const places = numbersIn(words.get("lasso"), (words.get("lasso") ?? "").split(",").length) ?? [];
+  const corners = Array.from({ length: Math.floor(places.length / 2) }, (_, i) => places.slice(2 * i, 2 * i + 2));
+  const lassoed = corners.length > 2 && words.get("lassoed")?.split(",");
+  if (lassoed) usePlane(...lassoed);
+  enclose(corners.length > 2 ? corners : []);
+  if (lassoed) usePlane(words.get("metric"), words.get("method"));
+  view.fit(true);
+  usual.camera = cameraWord(view.camera);
+  restoreCamera(view.camera, words.get("camera"));
+  const plane = numbersIn(words.get("plane"), 3);
+  if (plane) scatter.zoomTo(plane[0], plane.slice(1));
+  play(![...words.keys()].length && !calm.matches); // a link shows what it says
+  colour();
+  writeComparison();
+  announce();
+}
