@@ -32,13 +32,6 @@ class Lexer {
     return word ?? "";
   }
 
-  /** The next word of HIERARCHY; the end is an error. */
-  expect() {
-    const word = this.next();
-    if (!word) throw new FileError("it ends before MOTION: is it cut short?");
-    return word;
-  }
-
   /** The rest of the line, up to a brace: names may have blanks in them. */
   name() {
     return this.next(NAME).replace(STRIPPED, "");
@@ -51,6 +44,7 @@ function readBvh(text) {
   if (lexer.next().toUpperCase() !== "HIERARCHY") {
     throw new FileError("it does not begin with HIERARCHY, as BVH files do");
   }
+  if (!/MOTION/i.test(text)) throw new FileError("it has no MOTION: is it cut short?");
   const joints = readJoints(lexer);
   const { count, seconds } = readHead(lexer);
   const numbers = Float64Array.from(text.slice(lexer.at).match(WORD_OF_ROW) ?? [], numberOf);
@@ -93,7 +87,7 @@ function readJoints(lexer) {
   let [open, first, word] = [-1, 0, ""];
   const nameOf = (j) => joints[j].name || "an End Site";
   const number = () => {
-    const digits = lexer.expect();
+    const digits = lexer.next();
     const value = numberOf(digits);
     if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${nameOf(open)} has “${digits}” for a number`);
     return value;
@@ -109,8 +103,8 @@ function readJoints(lexer) {
       }
       const isEnd = keyword === "END"; // whose name, after Site, is not used
       const name = lexer.name();
-      let brace = lexer.expect();
-      if (isEnd && brace.toUpperCase() === "SITE") brace = lexer.expect();
+      let brace = lexer.next();
+      if (isEnd && brace.toUpperCase() === "SITE") brace = lexer.next();
       if ((!isEnd && !name) || brace !== "{") throw new FileError(`after ${keyword} a name and a brace are expected`);
       joints.push({ name: isEnd ? "" : name, parent: open, offset: null, channels: [], given: false, first });
       open = joints.length - 1;
@@ -119,9 +113,9 @@ function readJoints(lexer) {
       joints[open].offset = [number(), number(), number()];
     } else if (open >= 0 && keyword === "CHANNELS") {
       once(joints[open].given);
-      const [count, channels] = [lexer.expect(), []];
+      const [count, channels] = [lexer.next(), []];
       while (WHOLE.test(count) && channels.length < Number(count)) {
-        const channel = lexer.expect().toLowerCase();
+        const channel = lexer.next().toLowerCase();
         if (!CHANNELS.test(channel) || channels.includes(channel)) break;
         channels.push(channel);
       }
@@ -138,8 +132,7 @@ function readJoints(lexer) {
       return joints;
     } else throw new FileError(`“${word}” is not expected in HIERARCHY`);
   }
-  throw new FileError(open < 0 ? "it has no MOTION: is it cut short?"
-    : `${nameOf(open)} is still open where it ends, without MOTION: is it cut short?`);
+  throw new FileError(`${open < 0 ? "HIERARCHY" : nameOf(open)} is still open where the file ends: is it cut short?`);
 }
 
 /** Give each joint but the root another name: the first of a name keeps it; an End Site is named by its parent. */
