@@ -167,6 +167,7 @@ def read_bvh(
     with source.format_errors():
         names: dict[Joint | None, str] = dict(zip(joints[1:], _unique_names(joints[1:], source), strict=True))
         chain, below = choose_root(joints, numbers, root, names, source)
+        _check_moves(joints, chain[-1], below, source)
         offsets = bone_offsets(below, numbers, source, stretch)
         positions, axes, angles = root_movement(chain, numbers, longest_bone(below, numbers), root_offset)
         parents = {**names, chain[-1]: None}
@@ -187,6 +188,17 @@ def read_bvh(
             root_name=chain[-1].name,
         )
     return stand(motion, up, source)
+
+
+def _check_moves(joints: list[Joint], root: Joint, below: list[Joint], source: Source) -> None:
+    """Raise an error unless a joint below the root can be rotated."""
+    if not any(joint.columns("rotation") for joint in below):
+        others = any(joint.columns("rotation") for joint in joints[1:])
+        raise source.error(
+            f"expected joints with rotation channels below the root {root.name!r}, found none: without a degree of "
+            f"freedom there is no pose; {'choose another root=' if others else 'export all joints of the skeleton'}",
+            root.opened,
+        )
 
 
 def _rate_of(source: Source, word: Token, given: float | None) -> float:

@@ -164,14 +164,45 @@ def test_written_files_are_read_again(dropped, order, tmp_path):
         (lambda text: re.sub(r"(CHANNELS .*)", r"\1\n\1", text, count=1), "CHANNELS twice"),
         (lambda text: text.replace("Yrotation", "Zrotation"), "CHANNELS"),
         (lambda text: re.sub(r"OFFSET \S+", "OFFSET 0x32", text, count=1), "0x32"),
+        (lambda text: text.replace("JOINT ", "JOINT\xa0", 1), "not expected"),
+        (lambda text: re.sub(r"CHANNELS (\d)", r"CHANNELS 0x\1", text, count=1), "CHANNELS"),
+        (lambda text: "\u2028" + text, "HIERARCHY"),
+        (lambda text: text + "\u2028", "cut short"),
+        (lambda text: re.sub(r"Frame Time:.*", "Frame Time: 1e-309", text), "Frame Time"),
+        (lambda text: re.sub(r"Frames:.*", "constructor: 1", text), "Frames"),
     ],
 )
 def test_what_is_no_whole_file_is_refused_in_words(dropped, change, words, tmp_path):
     text = change((DATA / "biped.bvh").read_text(encoding="utf-8"))
-    (tmp_path / "bad.bvh").write_text(text)
+    (tmp_path / "bad.bvh").write_text(text, encoding="utf-8")
     with pytest.raises(MocapFormatError):
         load_bvh(tmp_path / "bad.bvh", scale=0.01)
     assert words in read(dropped, text)
+
+
+@pytest.mark.parametrize("end", ["", "End Site\n{\nOFFSET 0 9 0\n}\n"])
+def test_a_root_alone_has_no_poses(dropped, end, tmp_path):
+    text = f"HIERARCHY\nROOT a\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n{end}}}\n"
+    text += "MOTION\nFrames: 2\nFrame Time: 0.04\n0 0 0\n1 2 3\n"
+    (tmp_path / "root.bvh").write_text(text)
+    with pytest.raises(MocapFormatError, match="rotation channels below the root 'a'"):
+        load_bvh(tmp_path / "root.bvh", scale=0.01)
+    assert "below the root a has rotation channels" in read(dropped, text)
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1e180, "m far or large"), (5e307, "too large"), (1e-200, "m large")])
+def test_sizes_that_cannot_be_shown_are_refused(dropped, factor, words):
+    text = re.sub(r"OFFSET (\d+) (\d+)", lambda m: f"OFFSET {int(m[1]) / 10 * factor} {m[2]}", ARM)
+    found = read(dropped, text)
+    assert words in found
+    assert "the unit" in found
+
+
+@pytest.mark.parametrize("factor", [1e-5, 1e4])
+def test_sizes_within_the_limits_are_read_as_by_the_library(dropped, factor, tmp_path):
+    text = re.sub(r"OFFSET (\d+)", lambda m: f"OFFSET {int(m[1]) * factor}", ARM)
+    (tmp_path / "arm.bvh").write_text(text)
+    assert_reads_as_the_library(dropped, tmp_path / "arm.bvh")
 
 
 def files_of(texts):
@@ -283,10 +314,20 @@ def test_positions_are_as_near_as_the_page_says(dropped):
         lambda text: text.replace("JOINT b", "JOINT c_end"),
         lambda text: text.replace("Frames: 2\nFrame Time: 0.04", "Frame Time: 0.04\nFrames: 2"),
         lambda text: text.replace("End Site", "END SITE").replace("JOINT", "joint").replace("Zrotation", "ZROTATION"),
+        lambda text: text.replace("End Site", "End Site tip"),
+        lambda text: text.replace("End Site", "End Site x-joint"),
+        lambda text: text.replace("End Site", "End\nSite"),
+        lambda text: text.replace("End Site", "End"),
+        lambda text: text.replace("JOINT c", "JOINT c\u2028of\u2029b"),
+        lambda text: text.replace("JOINT c", "JOINT c\x85"),
+        lambda text: text.replace("JOINT c", "JOINT \ufeffc\ufeff"),
+        lambda text: text.replace("JOINT c", "JOINT \x1f\u3000c\x1c"),
+        lambda text: text.replace("JOINT c", "JOINT MOTION"),
+        lambda text: text.replace("Frames: 2\nFrame Time: 0.04\n", "Frames 2 Frame\nTime:0.04 "),
     ],
 )
 def test_names_and_heads_are_read_as_by_the_library(dropped, change, tmp_path):
-    (tmp_path / "arm.bvh").write_text(change(ARM))
+    (tmp_path / "arm.bvh").write_text(change(ARM), encoding="utf-8")
     assert_reads_as_the_library(dropped, tmp_path / "arm.bvh")
 
 
@@ -302,6 +343,17 @@ def test_a_problem_leaves_what_was_shown(dropped):
     assert dropped.run(failure).startswith("moved: c moves by position channels")
     assert dropped.run("document.getElementById('state').textContent") == before
     assert dropped.run("drop.state.files.length === drop.state.motions.length")
+
+
+def test_what_is_not_expected_is_stated(dropped):
+    before = dropped.run("document.getElementById('state').textContent")
+    failure = "document.getElementById('failure').textContent"
+    dropped.run("drop.read([{name: 'odd.bvh', text: async () => null.length}])")
+    assert dropped.run(failure).startswith("odd.bvh: cannot be read: ")
+    dropped.run("drop.state.files = [{label: 'odd', content: null}]")
+    dropped.run("document.getElementById('unit').dispatchEvent(new Event('change'))")
+    dropped.wait_for(f"{failure}.startsWith('odd: cannot be read: ')")
+    assert dropped.run("document.getElementById('state').textContent") == before
 
 
 def test_nothing_leaves_the_page(dropped):

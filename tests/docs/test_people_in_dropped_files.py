@@ -200,6 +200,14 @@ def test_files_of_rigs(dropped, name):
     assert people[-1]
 
 
+@pytest.mark.parametrize(("letters", "is_person"), [("𐀀", True), ("𐀀𐀁", False)])
+def test_a_letter_is_one_letter(dropped, letters, is_person):
+    """Two numbers of JavaScript's each, of which the first are equal."""
+    rig = next(iter(RIGS.values()))
+    text = file_of(rig, random_segments(2), rename=lambda name: letters[len(name) % len(letters)] + name)[0]
+    assert assert_drawn_as_by_the_library(dropped, [text]) == [is_person]
+
+
 def test_files_of_the_page_and_of_no_people(dropped):
     texts = [one["text"] for one in page_data(drop.page())["examples"]]
     texts += [path.read_text(encoding="utf-8") for path in sorted(DATA.glob("*.bvh"))]

@@ -1,5 +1,7 @@
 """The root of a BVH file: the joint that carries the skeleton, or the one that the user names."""
 
+import io
+
 import numpy as np
 import pytest
 from conftest import in_space
@@ -239,3 +241,10 @@ def sign(angles, smooth):
     """Return the sign of the changes of the triple, or of its twin, whose second angle changes backwards."""
     same = np.allclose(angles[0] - smooth[0], 2 * np.pi * np.rint((angles[0] - smooth[0]) / (2 * np.pi)))
     return [1.0, 1.0 if same else -1.0, 1.0]
+
+
+@pytest.mark.parametrize("end", ["", "End Site\n{\nOFFSET 0 9 0\n}\n"])
+def test_a_root_alone(end):
+    text = f"HIERARCHY\nROOT a\n{{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n{end}}}\nMOTION\nFrames: 1\nFrame Time: 1\n0\n"
+    with pytest.raises(MocapFormatError, match=r"line 2, .* root 'a', found none: .*; export all joints"):
+        load_bvh(io.StringIO(text), scale=0.01)

@@ -61,7 +61,7 @@ def constant_of(value):
     source = value.pattern
     for python, ours in ((r"[^\W_]", r"[\p{L}\p{N}]"), (r"[\W_]", r"[^\p{L}\p{N}]"), (r"\d", r"\p{Nd}")):
         source = source.replace(python, ours)
-    return [source, "iu" if value.flags & re.IGNORECASE else "u"]
+    return [source, "isu" if value.flags & re.IGNORECASE else "su"]  # a point is any letter: names have no line ends
 
 
 def tables():

@@ -1,8 +1,15 @@
 // BVH files: joints and frames, by the rules of `skpose.io.load_bvh`. Angles become rad, lengths stay as they are.
 
-const CHANNELS = /^([xyz])(position|rotation)$/i;
+const CHANNELS = /^[xyz](position|rotation)$/;
 
-const SPACE = /[ \t\r\n\v\f]+/;
+// Blanks of the format are those of ASCII; around a name they are those of Python's str.strip.
+const WORD = /[{}]|[^ \t\r\n\v\f{}]+/g;
+const WORD_OR_COLON = /[^ \t\r\n\v\f:]+/g; // after MOTION
+const NAME = /[^{}\r\n]*/y;
+const AROUND = "[\\t-\\r\\x1c-\\x20\\x85\\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000]+";
+const STRIPPED = new RegExp(`^${AROUND}|${AROUND}$`, "g");
+const WORD_OF_ROW = /[^ \t\r\n\v\f]+/g;
+const WHOLE = /^\d{1,18}$/;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /** A number in decimal digits, or NaN. */
@@ -11,22 +18,36 @@ const numberOf = (word) => (NUMBER.test(word) ? Number(word) : NaN);
 /** An error in a file, in words. */
 class FileError extends Error {}
 
+/** The words of a text, one after another. */
+class Lexer {
+  constructor(text) {
+    Object.assign(this, { text, at: 0 });
+  }
+
+  /** What matches next; nothing at the end. */
+  next(pattern = WORD) {
+    pattern.lastIndex = this.at;
+    const word = pattern.exec(this.text)?.[0];
+    this.at = word === undefined ? this.text.length : pattern.lastIndex;
+    return word ?? "";
+  }
+
+  /** The rest of the line, up to a brace: names may have blanks in them. */
+  name() {
+    return this.next(NAME).replace(STRIPPED, "");
+  }
+}
+
 /** Read a file's text: joints in its order, the root first, frames as rows of numbers, and the frame rate, Hz. */
 function readBvh(text) {
-  const split = /^[ \t]*MOTION\b/im.exec(text);
-  if (!/^\s*HIERARCHY\b/i.test(text)) throw new FileError("it does not begin with HIERARCHY, as BVH files do");
-  if (!split) throw new FileError("it has no MOTION: is it cut short?");
-  const joints = readJoints(text.slice(0, split.index));
-  const [frames, time] = [/Frames\s*:\s*(\d+)\s/i, /Frame\s+Time\s*:\s*(\S+)\s/i];
-  const rest = text.slice(split.index);
-  const head = [`${frames.source}+${time.source}*`, `${time.source}+${frames.source}*`] // in either order
-    .map((both) => new RegExp(`^\\s*MOTION\\s+${both}`, "i").exec(rest)).find(Boolean);
-  if (!head) throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
-  const [count, word] = [Number(frames.exec(head[0])[1]), time.exec(head[0])[1]];
-  const seconds = numberOf(word);
-  if (!(seconds > 0)) throw new FileError(`its Frame Time is ${word}, not a positive number of seconds`);
-  const words = rest.slice(head[0].length).trim();
-  const numbers = Float64Array.from(words ? words.split(SPACE) : [], numberOf);
+  const lexer = new Lexer(text);
+  if (lexer.next().toUpperCase() !== "HIERARCHY") {
+    throw new FileError("it does not begin with HIERARCHY, as BVH files do");
+  }
+  if (!/MOTION/i.test(text)) throw new FileError("it has no MOTION: is it cut short?");
+  const joints = readJoints(lexer);
+  const { count, seconds } = readHead(lexer);
+  const numbers = Float64Array.from(text.slice(lexer.at).match(WORD_OF_ROW) ?? [], numberOf);
   const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
   if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
   if (!count) throw new FileError("it has no frames");
@@ -39,51 +60,79 @@ function readBvh(text) {
   return { joints, width, numbers, count, rate: 1 / seconds };
 }
 
-function readJoints(text) {
-  // Words, but of ROOT and JOINT with the rest of their line, the name, which may have blanks in it.
-  const words = text.match(/\b(?:ROOT|JOINT)\b[^{}\r\n]*|[{}]|[^ \t\r\n\v\f{}]+/gi).slice(1);
+/** The number of frames and the seconds of each, which come after MOTION in either order. */
+function readHead(lexer) {
+  const head = {};
+  while (!("count" in head && "seconds" in head)) {
+    let key = lexer.next(WORD_OR_COLON).toLowerCase();
+    if (key === "frame") key += ` ${lexer.next(WORD_OR_COLON).toLowerCase()}`;
+    const name = key === "frames" ? "count" : "seconds";
+    if ((key !== "frames" && key !== "frame time") || name in head) {
+      throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
+    }
+    const word = lexer.next(WORD_OR_COLON);
+    const number = numberOf(word);
+    if (name === "count" && !WHOLE.test(word)) throw new FileError(`its Frames: is ${word}, not a whole number`);
+    if (name === "seconds" && !(number > 0 && number < Infinity && 1 / number < Infinity)) {
+      throw new FileError(`its Frame Time is ${word}, not a positive number of seconds`);
+    }
+    head[name] = number;
+  }
+  return head;
+}
+
+/** The joints, up to the word MOTION. */
+function readJoints(lexer) {
   const joints = [];
-  let [at, open, first] = [0, -1, 0];
-  const number = (of) => {
-    const value = numberOf(words[at++]);
-    if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${of} has “${words[at - 1]}” for a number`);
+  let [open, first, word] = [-1, 0, ""];
+  const nameOf = (j) => joints[j].name || "an End Site";
+  const number = () => {
+    const digits = lexer.next();
+    const value = numberOf(digits);
+    if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${nameOf(open)} has “${digits}” for a number`);
     return value;
   };
-  const once = (known, word) => {
-    if (known) throw new FileError(`${joints[open].name || "an End Site"} has ${word} twice`);
+  const once = (known) => {
+    if (known) throw new FileError(`${nameOf(open)} has ${word.toUpperCase()} twice`);
   };
-  while (at < words.length) {
-    const [, keyword, name] = /^(\S+)\s*(.*?)\s*$/.exec(words[at++]);
-    const word = keyword.toUpperCase();
-    if (word === "ROOT" || word === "JOINT" || word === "END") {
-      if ((word === "ROOT") !== !joints.length) throw new FileError(`it has ${word} where another joint is expected`);
-      if (word === "END" && words[at]?.toUpperCase() === "SITE") at++;
-      if ((word !== "END" && !name) || words[at++] !== "{") {
-        throw new FileError(`after ${word} a name and a brace are expected`);
+  while ((word = lexer.next())) {
+    const keyword = word.toUpperCase();
+    if (["ROOT", "JOINT", "END"].includes(keyword)) {
+      if (keyword === "ROOT" ? joints.length : open < 0) {
+        throw new FileError(`it has ${keyword} where another joint is expected`);
       }
-      joints.push({ name: word === "END" ? "" : name, parent: open, offset: null, channels: [], given: false, first });
+      const isEnd = keyword === "END"; // whose name, after Site, is not used
+      const name = lexer.name();
+      let brace = lexer.next();
+      if (isEnd && brace.toUpperCase() === "SITE") brace = lexer.next();
+      if ((!isEnd && !name) || brace !== "{") throw new FileError(`after ${keyword} a name and a brace are expected`);
+      joints.push({ name: isEnd ? "" : name, parent: open, offset: null, channels: [], given: false, first });
       open = joints.length - 1;
-    } else if (open >= 0 && word === "OFFSET") {
-      once(joints[open].offset, "OFFSET");
-      joints[open].offset = [0, 0, 0].map(() => number(joints[open].name || "an End Site"));
-    } else if (open >= 0 && word === "CHANNELS") {
-      once(joints[open].given, "CHANNELS");
-      const channels = words.slice(at + 1, at + 1 + Number(words[at])).map((channel) => channel.toLowerCase());
-      const known = channels.every((channel) => CHANNELS.test(channel)) && new Set(channels).size === channels.length;
-      if (channels.length !== Number(words[at]) || !known) {
-        throw new FileError(`the CHANNELS of ${joints[open].name} are not different positions and rotations`);
+    } else if (open >= 0 && keyword === "OFFSET") {
+      once(joints[open].offset);
+      joints[open].offset = [number(), number(), number()];
+    } else if (open >= 0 && keyword === "CHANNELS") {
+      once(joints[open].given);
+      const [count, channels] = [lexer.next(), []];
+      while (WHOLE.test(count) && channels.length < Number(count)) {
+        const channel = lexer.next().toLowerCase();
+        if (!CHANNELS.test(channel) || channels.includes(channel)) break;
+        channels.push(channel);
+      }
+      if (!WHOLE.test(count) || channels.length < Number(count)) {
+        throw new FileError(`the CHANNELS of ${nameOf(open)} are not different positions and rotations`);
       }
       Object.assign(joints[open], { channels, first, given: true });
       first += channels.length;
-      at += 1 + channels.length;
     } else if (open >= 0 && word === "}") {
-      if (!joints[open].offset) throw new FileError(`${joints[open].name || "an End Site"} has no OFFSET`);
+      if (!joints[open].offset) throw new FileError(`${nameOf(open)} has no OFFSET`);
       open = joints[open].parent;
-    } else throw new FileError(`“${words[at - 1]}” is not expected in HIERARCHY`);
+    } else if (open < 0 && joints.length && keyword === "MOTION") {
+      nameJoints(joints);
+      return joints;
+    } else throw new FileError(`“${word}” is not expected in HIERARCHY`);
   }
-  if (open >= 0) throw new FileError(`${joints[open].name} is still open at the end of HIERARCHY: is it cut short?`);
-  nameJoints(joints);
-  return joints;
+  throw new FileError(`${open < 0 ? "HIERARCHY" : nameOf(open)} is still open where the file ends: is it cut short?`);
 }
 
 /** Give each joint but the root another name: the first of a name keeps it; an End Site is named by its parent. */
@@ -168,6 +217,10 @@ function motionOf(file, scale) {
     for (let k = joints[j].parent; k >= 0; k = joints[k].parent) if (k === root) return true;
     return false;
   });
+  if (!below.some((j) => columnsOf(joints[j], "rotation").length)) {
+    throw new FileError(`no joint below the root ${joints[root].name} has rotation channels, so that there is no pose: `
+      + "export it with the joints of its skeleton");
+  }
   const longest = longestOf(file, below.map((j) => joints[j]));
   const travels = new Set(chain.filter((j) => j === 0 || columnsOf(joints[j], "position").some(([, column]) => {
     const { low, high } = rangeOf(file, column);

@@ -11,17 +11,14 @@ const value = (id) => element(id).value;
 /** Read files, and show them; a problem is stated, and what was shown before stays. */
 async function read(files) {
   const some = [...files].slice(0, MOST);
-  try {
-    if (!some.length) return;
+  if (!some.length) return;
+  await stated(async () => {
     await show(await Promise.all(some.map(async (file) => {
       const label = file.name.replace(/\.bvh$/i, "");
-      return { label, content: named(file.name, readBvh)(await file.text()) };
+      return { label, content: await named(file.name, async () => readBvh(await file.text())) };
     })));
     if (files.length > MOST) complain(`${files.length} files were given, and the first two are shown.`);
-  } catch (error) {
-    if (!(error instanceof FileError)) throw error;
-    complain(error.message);
-  }
+  });
 }
 
 function complain(words) {
@@ -29,20 +26,32 @@ function complain(words) {
   element("failure").hidden = !words;
 }
 
-/** A function whose errors in a file begin with the file's name. */
-const named = (name, work) => (...given) => {
+/** Do something, and state on the page what goes wrong. */
+async function stated(work) {
   try {
-    return work(...given);
+    await work();
   } catch (error) {
-    throw error instanceof FileError ? new FileError(`${name}: ${error.message}.`) : error;
+    complain(error instanceof FileError ? error.message : `The files cannot be shown: ${error.message}.`);
   }
-};
+}
+
+/** Do something with a file; errors begin with its name. */
+async function named(name, work) {
+  try {
+    return await work();
+  } catch (error) {
+    throw new FileError(`${name}: ${error instanceof FileError ? "" : "cannot be read: "}${error.message}.`);
+  }
+}
 
 /** Show files with the unit and the direction up that are chosen. */
 async function show(files) {
   const [unit, up] = [Number(value("unit")), value("up")];
-  const read = files.map(({ label, content }) => ({ label, ...named(label, motionOf)(content, unit) }));
-  const motions = await Promise.all(read.map((motion) => motionData(motion, motion.label, up)));
+  const shown = await Promise.all(files.map(({ label, content }) => named(label, async () => {
+    const motion = { label, ...motionOf(content, unit) };
+    return { motion, packed: await motionData(motion, label, up) };
+  })));
+  const [read, motions] = [shown.map(({ motion }) => motion), shown.map(({ packed }) => packed)];
   Object.assign(state, { files, motions: read });
   complain("");
   const title = files.map(({ label }) => label).join(" and ");
@@ -158,7 +167,8 @@ function draw(frame, other) {
 }
 
 element("files").addEventListener("change", (event) => read(event.target.files));
-for (const id of ["unit", "up"]) element(id).addEventListener("change", () => state.files.length && show(state.files));
+for (const id of ["unit", "up"]) element(id).addEventListener("change", () =>
+  state.files.length && stated(() => show(state.files)));
 element("metric").addEventListener("change", () => (state.shown = -1));
 addEventListener("dragover", (event) => (event.preventDefault(), document.body.classList.add("over")));
 addEventListener("dragleave", () => document.body.classList.remove("over"));

@@ -39,18 +39,22 @@ function withoutNumber(names) {
   return found.map(([, start, , end]) => start + end);
 }
 
-/** The number of letters with which all names begin. */
+/** The letters with which all names begin; none for a single name. */
 function commonStart([first, ...names]) {
-  let count = 0;
-  if (names.length) while (count < first.length && names.every((name) => name[count] === first[count])) count++;
-  return count;
+  let start = "";
+  if (!names.length) return start;
+  for (const letter of first) { // which may be two numbers of JavaScript's
+    if (!names.every((name) => name.startsWith(start + letter))) break;
+    start += letter;
+  }
+  return start;
 }
 
 /** The side of each name, and the rest of it in lower case without signs between words. */
 function keysOf(given) {
   const names = withoutNumber(given.map((name) => name.slice(name.lastIndexOf(":") + 1) || name));
-  const count = commonStart(names);
-  return splitSides(names.map((name) => name.slice(count)))
+  const { length } = commonStart(names);
+  return splitSides(names.map((name) => name.slice(length)))
     .map(({ side, rest }) => ({ side, rest: rest.replace(SIGNS, "").toLowerCase() }));
 }
 

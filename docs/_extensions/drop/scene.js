@@ -3,6 +3,7 @@
 // For each axis that points up which axes of the world are x, y and z here, and numbers of find_ground and link_shape.
 const { axes: AXES, ground: GROUND, link: LINK } = data.constants;
 const STEP = 5e-5; // m, to which positions are rounded
+const [LEAST, FARTHEST] = [1e-6, 2e4]; // m, the size of a figure, and how far away: 32 bits hold the steps
 
 const medianOf = (values) => {
   const sorted = Float64Array.from(values).sort();
@@ -43,6 +44,9 @@ function findGround(frames, rate, size) {
   return { height: medianOf(standing.filter((height) => height <= limit)), frames: standing.length };
 }
 
+const sizeError = (found) => new FileError(`the figure is ${found}, and what is shown is from ${LEAST} m to `
+  + `${FARTHEST} m: is the unit another one, or a number wrong?`);
+
 /** Positions of the joints about the root, and of the root, y up, m; and the rest of what a page has of a motion. */
 function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
   const kinematics = new Skeleton(skeleton);
@@ -58,6 +62,10 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
     return Math.max(0, ...values) - Math.min(0, ...values);
   }));
   const size = sizeOf(joints[0]) || Math.max(...joints.map(sizeOf)) || 1;
+  if (size < LEAST) throw sizeError(`${size.toPrecision(3)} m large`);
+  const far = [root, ...joints].reduce((most, points) => // or NaN
+    points.reduce((value, at) => Math.max(value, ...at.map(Math.abs)), most), 0);
+  if (!(far <= FARTHEST)) throw sizeError(far < Infinity ? `${far.toPrecision(3)} m far or large` : "too large");
   const moved = (at, f) => at.map((value, axis) => value + root[f][axis]);
   const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => moved(at, f))]);
   const ground = findGround(placed, rate, size);
