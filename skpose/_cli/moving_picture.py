@@ -16,8 +16,8 @@ from skpose.keypoints import Keypoints, Layout
 from skpose.plot import PoseDisplay
 from skpose.plot._shared import COLOURS, SIDES, draw_volume
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import sides
-from skpose.view._shared import points_scene, scene_of
+from skpose.skeleton._shared import positions_at_zero, root_orientations, sides
+from skpose.view._shared import AXES, points_scene, scene_of
 
 ASIDE = 0.9  # rad, from the front, where the page looks from too
 EDGE = 0.08  # of the extent, around the figure
@@ -37,6 +37,21 @@ class Panel(NamedTuple):
     seen: np.ndarray  # (n_frames, n_joints, 3), NaN where a point is not seen
     heights: np.ndarray  # (n_frames,) of the root above the ground
     limits: np.ndarray  # (2, 2) lowest and highest, to the right of the root and above the ground
+
+    def frame(self, time: float) -> int:
+        """Return the last frame that is not after a time, s; before the first one the first."""
+        return max(int(np.searchsorted(self.times, time + 1e-6, side="right")) - 1, 0)
+
+    def check_is_seen(self, time: float) -> None:
+        """Refuse a time, s, at which no point is seen."""
+        frame, full = self.frame(time), np.flatnonzero(np.isfinite(self.seen).any(axis=(1, 2)))
+        if frame not in full:
+            nearest = full[np.abs(full - frame).argmin()]
+            at = np.ceil(1e3 * self.times[nearest]) / 1e3  # not before the frame
+            raise ValueError(
+                f"{self.label} has no point that is seen at {self.times[frame]:.2f} s, frame {frame} from zero, and a "
+                f"picture of it would be empty: the nearest frame with points is {nearest}, pass --at {at:g}"
+            )
 
 
 class Recording:
@@ -65,8 +80,7 @@ class Recording:
         """Draw the last frame of each motion that is not after a time, s; before the first one the first."""
         for ax, panel in zip(self.axes, self.panels, strict=False):
             ax.clear()
-            times = panel.times
-            frame = max(int(np.searchsorted(times, time + 1e-6, side="right")) - 1, 0)
+            times, frame = panel.times, panel.frame(time)
             panel.draw(panel.seen[frame], ax=ax)
             (left, low), (right, high) = panel.limits
             below = panel.heights[frame]
@@ -82,6 +96,8 @@ class Recording:
         time = self.begins if time is None else time
         if time > self.ends + 1e-6:
             raise ValueError(f"--at {time:g} is after the end: the files end at {self.ends:g} s")
+        for panel in self.panels:
+            panel.check_is_seen(time)
         self.draw(time)
         with new_file(path) as new:
             self.figure.savefig(new, format="png", dpi=SHARP)
@@ -126,15 +142,20 @@ class Recording:
 
 def _panel(shown: Motion | Keypoints, label: str, layout: Layout | None) -> Panel:
     if isinstance(shown, Keypoints):
+        if not shown.confidences.any():
+            raise ValueError(f"{label} has no point that is seen, and there is nothing to draw: leave it out")
         figure, scene, is_seen, shape = points_scene(shown, layout)
         names, times = figure.names, np.arange(len(is_seen)) / shown.frame_rate
         draw: Callable[..., Any] = partial(_draw_points, figure.parents, sides(names), shape)
         joints = np.where(is_seen[..., None], scene.joints, np.nan)
+        keys, places = figure.keys, np.where(is_seen.any(axis=0)[:, None], scene.joints[0], np.nan)
     else:
         scene, names, times = scene_of(shown), list(shown.skeleton.joint_names), shown.times
         draw = partial(PoseDisplay.from_positions, skeleton=shown.skeleton, projection="xy")
-        joints = scene.joints
-    aside = _front(scene.joints, scene.root, names, scene.size) - ASIDE
+        joints, keys = scene.joints, names
+        turn = root_orientations(shown.root_angles[:1], shown.root_axes).as_matrix()[0]
+        places = (positions_at_zero(shown.skeleton)[:-1] @ turn.T)[:, AXES[shown.up]]  # so that no limb turns the view
+    aside = _front(scene.root, places, keys, scene.size) - ASIDE
     sin, cos = np.sin(aside), np.cos(aside)
     seen = joints @ np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]).T
     heights = scene.root[:, 1]
@@ -157,11 +178,20 @@ def _draw_points(parents: Sequence[int], side: Sequence[str], shape: Any, positi
         ax.plot(*positions[some, :2].T, color=colour, linestyle="none", marker="o", markersize=1.8)
 
 
-def _front(joints: np.ndarray, root: np.ndarray, names: Sequence[str], size: float) -> float:
-    """Return the direction in which a motion goes, or faces where left and right are known, rad about y from z."""
+def _front(root: np.ndarray, places: np.ndarray, names: Sequence[str], size: float) -> float:
+    """Return the direction in which a motion goes, or faces where left and right are known, rad about y from z.
+
+    Places (n_joints, 3) are those of the joints in the first frame, of which hips or else shoulders say how it faces.
+    """
     x, _, z = root[-1] - root[0]
     if np.hypot(x, z) > 0.5 * size:
         return float(np.arctan2(x, z))
-    sign = np.array([{"left": 1.0, "right": -1.0}.get(side, 0.0) for side in sides(names)])
-    x, _, z = sign @ joints[0]
-    return float(np.arctan2(-z, x)) if np.hypot(x, z) > 1e-3 * size else ASIDE
+    side, is_known = np.array(sides(names)), ~np.isnan(places[:, 0])
+    for part in ("hip", "shoulder", ""):
+        chosen = is_known & [part in name.lower() for name in names]
+        left, right = (places[chosen & (side == one)] for one in ("left", "right"))
+        if len(left) and len(right):
+            x, _, z = left.mean(axis=0) - right.mean(axis=0)
+            if np.hypot(x, z) > 1e-3 * size:
+                return float(np.arctan2(-z, x))
+    return ASIDE

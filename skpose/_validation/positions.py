@@ -62,8 +62,13 @@ def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
     if array.ndim != 3 or array.shape[1:] != (n_points, 3):
         remedy = f": pass {name}[None] for one frame" if array.shape == (n_points, 3) else ""
         raise ValueError(f"{name} must have shape (n_frames, {n_points}, 3), got {array.shape}{remedy}")
-    if np.isinf(array).any():
-        frame, point, _ = np.argwhere(np.isinf(array))[0]
-        raise ValueError(f"{name} are infinite at frame {frame}, point {point}: use NaN for a point that is not seen")
+    refuse_infinite(array, name)
     array[np.isnan(array).any(axis=2)] = np.nan
     return array
+
+
+def refuse_infinite(positions: np.ndarray, name: str) -> None:
+    """Refuse positions (n_frames, n_points, 3) of which one is infinite."""
+    if np.isinf(positions).any():
+        frame, point, _ = np.argwhere(np.isinf(positions))[0]
+        raise ValueError(f"{name} are infinite at frame {frame}, point {point}: use NaN for a point that is not seen")

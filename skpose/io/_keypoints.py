@@ -11,6 +11,7 @@ import numpy as np
 
 from skpose._validation.motions import check_frame_rate
 from skpose._validation.options import check_positive
+from skpose._validation.positions import refuse_infinite
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 from skpose.io._frame_times import complaint_of_times
@@ -186,6 +187,7 @@ def load_keypoints(
         if layout is None and names is None:
             raise ValueError(f"{source.name} does not name its points: pass layout=, or names=, one for each point")
         with source.format_errors():
+            refuse_infinite(stored.positions, "positions")
             refuse_pictures(stored.positions, names or (), "positions")
             positions, confidences = stored.positions * scale, stored.confidences
             if layout is not None and names is not None:
@@ -214,6 +216,7 @@ def read_stored(path: Readable) -> Stored:
     with Source(path, KIND, binary=True) as source:
         stored = _read(source, None)
         with source.format_errors():
+            refuse_infinite(stored.positions, "positions")
             refuse_pictures(stored.positions, stored.names or (), "positions")
         return stored
 

@@ -43,6 +43,11 @@ def axes(ax, caller, figsize=None, projection=None):
             f"ax must have straight axes, as poses are drawn in metres, got a projection {ax.name!r}: make it by "
             "plt.subplots()"
         )
+    if getattr(ax, "name", None) == "3d" and projection != "3d":
+        raise ValueError(
+            f"{caller.partition('.')[0]} draws in two dimensions, got an ax of three: make it by plt.subplots(); "
+            "PoseDisplay draws a pose in three"
+        )
     if ax is None:
         _, ax = plt.subplots(figsize=figsize, layout="constrained", subplot_kw={"projection": projection})
     return ax, ax.figure

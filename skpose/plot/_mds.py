@@ -6,6 +6,9 @@ from skpose._typing import ArrayLike
 from skpose._validation.options import check_kind
 from skpose.manifold import SpatialMDS
 from skpose.plot._axes import PALETTE, add_legend, axes, label_style
+from skpose.plot._labels import find_groups
+
+COLOUR = {"c", "color", "facecolor", "facecolors"}  # what of a style colours markers
 
 
 class MDSDisplay:
@@ -13,14 +16,15 @@ class MDSDisplay:
 
     Parameters
     ----------
-    embedding : ndarray of shape (n_poses, n_components)
+    embedding : array-like of shape (n_poses, n_components)
         Embedded poses; the first two components are drawn.
-    labels : ndarray of shape (n_poses,) or None
-        Labels such as subject, action, cluster, with a marker and one of twenty colours each. The legend of more than
-        seven stands next to the axes. Floats of more than twenty values, such as a speed, have a colour bar instead.
-    shares : ndarray of shape (n_components,) or None
+    labels : array-like of shape (n_poses,), default=None
+        Labels such as subject, action, cluster, with a marker and one of twenty colours each, sorted; an ordered
+        categorical of pandas has its own order. The legend of more than seven stands next to the axes. Floats of more
+        than twenty values, such as a speed, have a colour bar instead. None draws all in one colour.
+    shares : array-like of shape (n_components,), default=None
         Shares of the variance, one for each component.
-    unit : str
+    unit : str, default="m"
         Unit of the components.
 
     Attributes
@@ -41,12 +45,17 @@ class MDSDisplay:
 
     def __init__(
         self,
-        embedding: np.ndarray,
-        labels: np.ndarray | None = None,
-        shares: np.ndarray | None = None,
+        embedding: ArrayLike,
+        labels: ArrayLike | None = None,
+        shares: ArrayLike | None = None,
         unit: str = "m",
     ):
-        self.embedding, self.labels, self.shares, self.unit = embedding, labels, shares, unit
+        self.embedding, self.unit = np.asarray(embedding), unit
+        if self.embedding.ndim != 2 or self.embedding.shape[1] < 2:
+            raise ValueError(f"embedding must have at least two components, got shape {self.embedding.shape}")
+        self._groups = None if labels is None else find_groups(labels, len(self.embedding))
+        self.labels = None if self._groups is None else self._groups.labels
+        self.shares = None if shares is None else np.asarray(shares)
 
     def plot(self, ax=None, **style) -> "MDSDisplay":
         """Draw the display.
@@ -64,16 +73,21 @@ class MDSDisplay:
             The display itself.
         """
         self.ax_, self.figure_ = axes(ax, "MDSDisplay.plot")
-        labels = np.zeros(len(self.embedding)) if self.labels is None else self.labels
-        found, defaults = np.unique(labels), {"s": 16, "alpha": 0.8, "linewidths": 0}
-        if labels.dtype.kind == "f" and len(found) > len(PALETTE):
-            drawn = self.ax_.scatter(*self.embedding[:, :2].T, **defaults | {"c": labels} | style)
-            self.figure_.colorbar(drawn, ax=self.ax_)
+        x, y = self.embedding[:, :2].T
+        groups, defaults = self._groups, {"s": 16, "alpha": 0.8, "linewidths": 0}
+        is_coloured = not COLOUR.isdisjoint(style)
+        if groups is not None and groups.labels.dtype.kind == "f" and len(groups.names) > len(PALETTE):
+            drawn = self.ax_.scatter(x, y, **defaults | ({} if is_coloured else {"c": groups.labels}) | style)
+            if drawn.get_array() is not None:  # colours are of numbers
+                self.figure_.colorbar(drawn, ax=self.ax_)
         else:
-            for i, label in enumerate(found):
-                own = defaults | {"label": str(label)} | label_style(i)
-                self.ax_.scatter(*self.embedding[labels == label, :2].T, **own | style)
-            if self.labels is not None:
+            for i, name in enumerate([""] if groups is None else groups.names):
+                own = label_style(i) | ({} if groups is None else {"label": name})
+                if is_coloured:
+                    del own["color"]
+                chosen = slice(None) if groups is None else groups.numbers == i
+                self.ax_.scatter(x[chosen], y[chosen], **defaults | own | style)
+            if groups is not None:
                 add_legend(self.ax_, is_new=ax is None)
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
@@ -144,17 +158,4 @@ class MDSDisplay:
         MDSDisplay
             The display.
         """
-        embedding = np.asarray(embedding)
-        if embedding.ndim != 2 or embedding.shape[1] < 2:
-            raise ValueError(f"embedding must have at least two components, got shape {embedding.shape}")
-        labels = None if labels is None else np.asarray(labels)
-        if labels is not None and labels.shape != embedding.shape[:1]:
-            raise ValueError(f"labels must be one for each of the {len(embedding)} poses, got shape {labels.shape}")
-        missing = sum(label is None or label != label for label in ([] if labels is None else labels.tolist()))
-        if missing:
-            raise ValueError(
-                f"labels must be one for each pose, got {missing} of {len(embedding)} that are None or NaN: leave "
-                'these poses out, or give them a label such as "unknown"'
-            )
-        shares = None if shares is None else np.asarray(shares)
         return cls(embedding, labels, shares, unit).plot(ax, **style)

@@ -1,6 +1,7 @@
 """`skpose view --png` and `--gif`: pictures of files."""
 
 import warnings
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -227,3 +228,69 @@ def test_a_layout_of_a_motion_is_refused(capsys):
     assert "--layout is for files of keypoints or markers" in refusal(
         ["anna.bvh", "--layout", "coco17", "--png", "a.png"], capsys
     )
+
+
+def test_people_who_face_one_direction_are_seen_from_one_side():
+    """Strides and arms that swing turn no view: shapes are seen as they are turned, and nothing else counts."""
+    from skpose._cli.moving_picture import ASIDE, Recording
+    from skpose.io import load_bvh
+    from skpose.view._shared import scene_of
+
+    gait = make_gait(n_subjects=3, n_sequences=1, duration=1.0, frame_rate=20, random_state=0).motions
+    turns = np.radians([0.0, 0.0, 0.0, 40.0, 150.0, -90.0])
+    for i, (motion, turn) in enumerate(zip(gait, turns, strict=True)):
+        save_bvh(f"{i}.bvh", replace(motion, root_angles=[[turn, 0, 0]] * len(motion), root_axes="YXZ"), scale=1.0)
+    shown = [load_bvh(f"{i}.bvh") for i in range(len(gait))]
+    for motion, panel, turn in zip(shown, Recording(shown, list("abcdef")).panels, turns, strict=True):
+        scene = scene_of(motion)
+        assert abs(scene.headings[0] - turn) < 1e-6
+        # `seen` is the scene turned about y: by which angle, and where that leaves the heading.
+        (x, _, z), (to_x, _, to_z) = scene.joints[0][-1], panel.seen[0][-1]
+        turned = np.arctan2(to_x, to_z) - np.arctan2(x, z)
+        assert abs((turned + turn - ASIDE + np.pi) % (2 * np.pi) - np.pi) < np.radians(1.0)
+
+
+def test_keypoints_are_seen_from_where_their_hips_are(points):
+    """A hand far to the side turns no view, nor does a hip that is never seen: shoulders do then."""
+    from skpose._cli.moving_picture import _panel
+    from skpose.keypoints import layouts
+
+    expected = _panel(points, "", layouts["coco17"]).seen
+    for names, parts in (((), ("left_wrist",)), (("left_hip",), ("left_wrist", "right_hip"))):
+        seen = []
+        for shift in (0.0, 0.5):
+            positions = points.positions.copy()
+            positions[:, [points.names.index(name) for name in parts]] += [0.0, 0.0, shift]
+            positions[:, [points.names.index(name) for name in names]] = np.nan
+            seen.append(_panel(replace(points, positions=positions), "", layouts["coco17"]).seen)
+        knees = [points.names.index(f"{side}_knee") for side in ("left", "right")]
+        bones = [np.diff(one[:, knees], axis=1) for one in (*seen, expected)]
+        np.testing.assert_allclose(bones[0], bones[1], atol=1e-12)
+        if not names:
+            np.testing.assert_allclose(bones[0], bones[2], atol=1e-12)
+
+
+def test_moments_at_which_no_point_is_seen(points, capsys):
+    positions = points.positions[:, :17].copy()
+    positions[[0, 1, 6, 7, 8]] = np.nan
+    np.savez("gaps.npz", positions=positions, frame_rate=30.0)
+    command = ["gaps.npz", "--layout", "coco17", "--png", "a.png"]
+    for options, time, frame, nearest, at in (([], 0, 0, 2, 0.067), (["--at", "0.21"], 0.2, 6, 5, 0.167)):
+        message = refusal([*command, *options], capsys)
+        assert f"gaps.npz has no point that is seen at {time:.2f} s, frame {frame} from zero, and a pict" in message
+        assert f"the nearest frame with points is {nearest}, pass --at {at:g}" in message
+        assert main(["view", *command, "--at", f"{at:g}"]) == 0
+        Path("a.png").unlink()
+    assert main(["view", *command[:-2], "--gif", "a.gif"]) == 0  # shows the gaps as they are
+
+
+@pytest.mark.parametrize("option", [["--png", "a.png"], ["--gif", "a.gif"]])
+def test_keypoints_that_cannot_be_drawn(points, option, capsys):
+    positions = points.positions[:, :17].copy()
+    positions[2, 3, 0] = np.inf
+    np.savez("infinite.npz", positions=positions, frame_rate=10.0)
+    np.savez("lost.npz", positions=np.full_like(positions, np.nan), frame_rate=10.0)
+    message = refusal(["infinite.npz", "--layout", "coco17", *option], capsys)
+    assert "infinite.npz: positions are infinite at frame 2, point 3: use NaN for a point that is not seen" in message
+    message = refusal(["lost.npz", "--layout", "coco17", *option], capsys)
+    assert message == "skpose: lost.npz has no point that is seen, and there is nothing to draw: leave it out\n"

@@ -204,31 +204,18 @@ def test_equal_poses_can_be_drawn(skeleton):
     assert np.isfinite([*display.ax_.get_xlim(), *display.ax_.get_ylim()]).all()
 
 
-def test_floats_of_many_values_have_a_colour_bar():
-    speeds = np.linspace(0.5, 3.0, len(PALETTE) + 1)
-    points = np.random.default_rng(0).normal(size=(len(speeds), 2))
-    display = MDSDisplay.from_embedding(points, speeds)
-    (drawn,) = display.ax_.collections
-    np.testing.assert_array_equal(drawn.get_array(), speeds)
-    assert display.ax_.get_legend() is None
-    assert drawn.colorbar.vmin == speeds[0]
-    for few in (speeds[:-1], np.arange(len(speeds))):  # classes
-        display = MDSDisplay.from_embedding(points[: len(few)], few)
-        assert len(display.ax_.get_legend().get_texts()) == len(few)
-        assert len(display.figure_.axes) == 1
-
-
-@pytest.mark.parametrize("labels", [["a", None, None], [0.5, np.nan, np.nan], ["a", None, float("nan")]])
-def test_labels_that_are_missing(labels):
-    with pytest.raises(ValueError, match=r'labels .* got 2 of 3 that are None or NaN: .* "unknown"'):
-        MDSDisplay.from_embedding(np.zeros((3, 2)), labels)
-
-
 @pytest.mark.parametrize("projection", ["polar", "mollweide"])
 def test_axes_that_are_not_straight(projection):
     ax = plt.figure().add_subplot(projection=projection)
     with pytest.raises(ValueError, match=f"ax must have straight axes, .* got a projection '{projection}': make"):
         PoseDisplay.from_pose(X[0], ARM, ax=ax)
+
+
+@pytest.mark.parametrize("name", sorted(DISPLAYS.keys() - {"pose", "positions"}))
+def test_axes_of_three_dimensions(name):
+    ax = plt.figure().add_subplot(projection="3d")
+    with pytest.raises(ValueError, match=r"Display draws in two dimensions, got an ax of three: make it by plt.subp"):
+        DISPLAYS[name](ax)
 
 
 def test_an_embedding_of_equal_poses():
