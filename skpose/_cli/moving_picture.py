@@ -148,7 +148,7 @@ def _panel(shown: Motion | Keypoints, label: str, layout: Layout | None) -> Pane
         names, times = figure.names, np.arange(len(is_seen)) / shown.frame_rate
         draw: Callable[..., Any] = partial(_draw_points, figure.parents, sides(names), shape)
         joints = np.where(is_seen[..., None], scene.joints, np.nan)
-        keys, places = figure.keys, np.where(is_seen.max(axis=0)[:, None], scene.joints[0], np.nan)
+        keys, places = figure.keys, np.where(is_seen.any(axis=0, keepdims=True).T, scene.joints[0], np.nan)
     else:
         scene, names, times = scene_of(shown), list(shown.skeleton.joint_names), shown.times
         draw = partial(PoseDisplay.from_positions, skeleton=shown.skeleton, projection="xy")

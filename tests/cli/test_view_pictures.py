@@ -244,7 +244,7 @@ def test_people_who_face_one_direction_are_seen_from_one_side():
     for motion, panel, turn in zip(shown, Recording(shown, list("abcdef")).panels, turns, strict=True):
         scene = scene_of(motion)
         assert abs(scene.headings[0] - turn) < 1e-6
-        # `seen` is the scene turned about y: by which angle, and where that leaves the heading.
+        # `seen` is the scene rotated about y: by which angle, and where that leaves the heading.
         (x, _, z), (to_x, _, to_z) = scene.joints[0][-1], panel.seen[0][-1]
         turned = np.arctan2(to_x, to_z) - np.arctan2(x, z)
         assert abs((turned + turn - ASIDE + np.pi) % (2 * np.pi) - np.pi) < np.radians(1.0)

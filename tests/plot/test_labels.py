@@ -67,7 +67,7 @@ def test_labels_that_matplotlib_hides():
 
 @pytest.mark.parametrize("style", [{"c": "red"}, {"color": "red"}, {"facecolor": "red"}])
 def test_a_colour_that_is_given(style):
-    """There is no colour bar then, and groups are told apart by their markers."""
+    """There is no colour bar then, and groups differ by their markers."""
     display = MDSDisplay.from_embedding(POINTS, SPEEDS, **style)
     assert len(display.figure_.axes) == 1
     groups = MDSDisplay.from_embedding(POINTS, ["a", "b"] * 30, **style)
