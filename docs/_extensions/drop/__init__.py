@@ -38,7 +38,9 @@ def text_of(motion):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "motion.bvh")
         save_bvh(path, motion, scale=0.01)
-        return re.sub(r"(\.\d{4})\d+", r"\1", path.read_text(encoding="utf-8"))
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        short = (line if line.startswith("Frame Time") else re.sub(r"(\.\d{4})\d+", r"\1", line) for line in lines)
+        return "".join(short)
 
 
 def policy_of(html, kind):
