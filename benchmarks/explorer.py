@@ -104,8 +104,7 @@ def main():
     )
     raw = 4 * 3 * dataset.skeleton.n_joints * len(X)
     print(f"{page.n_bytes / 1e6:.2f} MB, {page.n_bytes / raw:.2f} × the positions as float32; made in {made:.1f} s")
-    empty = explorer(MotionDataset([dataset.motions[0][:5]]), frame_rate=None, metrics=["angle"]).n_bytes
-    print(f"of it markup, styles and scripts: {empty / 1e3:.0f} kB; {page.note}")
+    print(f"of it markup, styles and scripts: {pages.bytes_without_data(page) / 1e3:.0f} kB; {page.note}")
     if not shutil.which("chromedriver"):
         print("There is no chromedriver: the page is not opened.")
         return

@@ -73,8 +73,8 @@ def main():
     )
     raw = 12 * motion.skeleton.n_joints * len(motion)
     print(f"{page.n_bytes / 1e3:.0f} kB, {page.n_bytes / raw:.2f} × the positions as float32; written in {made:.2f} s")
-    empty = player(motion[:1]).n_bytes
-    print(f"of it markup, styles and scripts: {empty / 1e3:.0f} kB; largest error of a joint: {error:.3f} mm")
+    markup = pages.bytes_without_data(page)
+    print(f"of it markup, styles and scripts: {markup / 1e3:.0f} kB; largest error of a joint: {error:.3f} mm")
     if not shutil.which("chromedriver"):
         print("There is no chromedriver: start-up is not measured.")
         return

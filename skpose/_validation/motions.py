@@ -19,10 +19,11 @@ def check_up(up: object) -> str:
 
 def check_frame_rate(frame_rate: object) -> float:
     """Return a rate as a number, or refuse it."""
-    number = isinstance(frame_rate, Real) or (
+    rate = np.nan
+    if isinstance(frame_rate, Real) or (
         isinstance(frame_rate, np.ndarray) and frame_rate.ndim == 0 and frame_rate.dtype.kind in "iuf"
-    )
-    rate = float(frame_rate) if number else np.nan  # type: ignore[arg-type]
+    ):
+        rate = float(frame_rate)
     if not np.isfinite(rate) or rate <= 0 or isinstance(frame_rate, bool):
         raise ValueError(f"frame_rate must be a positive number of Hz, got {frame_rate!r}")
     return rate

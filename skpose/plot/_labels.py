@@ -33,11 +33,11 @@ def find_groups(labels: ArrayLike, n: int) -> Groups:
     values = np.asarray(labels)
     if values.dtype == object and all(isinstance(label, str | Real | np.bool_) for label in values):
         values = np.array(values.tolist())  # numbers, or texts, that were kept as objects
-    dtype = getattr(labels, "dtype", None)
+    dtype: Any = getattr(labels, "dtype", None)
     if getattr(dtype, "ordered", False):
-        place = {category: i for i, category in enumerate(dtype.categories)}  # type: ignore[union-attr]
+        place = {category: i for i, category in enumerate(dtype.categories)}
         found, numbers = np.unique([place[label] for label in some.tolist()], return_inverse=True)
-        return Groups(values, [_visible(str(dtype.categories[i])) for i in found], numbers)  # type: ignore[union-attr]
+        return Groups(values, [_visible(str(dtype.categories[i])) for i in found], numbers)
     try:
         found, numbers = np.unique(values, return_inverse=True)
     except TypeError:

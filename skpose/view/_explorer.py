@@ -245,9 +245,9 @@ def _up(motions: Sequence[Motion]) -> dict[str, Any]:
     }
 
 
-def _with_numbers(name: str) -> list[str | int]:
-    """Return the key that sorts names by the numbers in them: "2" before "10"."""
-    return [int(part) if i % 2 else part for i, part in enumerate(re.split(r"(\d+)", name))]
+def _with_numbers(name: str) -> tuple[list[str | int], str]:
+    """Return the key that sorts names by the numbers in them: "2" before "10", and "01" before "1"."""
+    return [int(part) if i % 2 else part for i, part in enumerate(re.split(r"(\d+)", name))], name
 
 
 def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequence[str]) -> dict[str, Any]:

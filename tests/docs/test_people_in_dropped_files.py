@@ -10,8 +10,8 @@ import warnings
 
 import numpy as np
 import pytest
+from pages_to_try import DATA, drop, open_drop_page, open_window, page_data
 from rigs import POINTS, RIGS, Joint, file_of, hierarchy, random_segments
-from test_pages_to_try import DATA, Window, chromium, drop, open_drop_page, page_data
 
 from skpose import Motion
 from skpose.datasets import humanoid
@@ -37,11 +37,14 @@ SHAPES = """(texts) => texts.map((text) => {
 
 
 @pytest.fixture(scope="module")
-def dropped(tmp_path_factory):
-    if not chromium():
-        pytest.skip("there is no Chromium")
-    with Window() as window:
-        yield open_drop_page(window, tmp_path_factory.mktemp("drop"))
+def window():
+    yield from open_window()
+
+
+@pytest.fixture(scope="module")
+def dropped(window, tmp_path_factory):
+    """The page into which files are dropped."""
+    return open_drop_page(window, tmp_path_factory.mktemp("drop"))
 
 
 def assert_drawn_as_by_the_library(dropped, texts):

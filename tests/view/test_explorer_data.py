@@ -168,6 +168,8 @@ def test_groups_are_sorted_by_the_numbers_in_their_names(gait):
     given = ["10", "2", "a10", "a2b"]
     groups = data_of(explorer(MotionDataset(gait.motions, subjects=given), metrics=["angle"]))["groups"]
     assert groups == [{"by": "subject", "names": ["2", "10", "a2b", "a10"], "of": [1, 0, 3, 2]}]
+    same = MotionDataset(gait.motions, subjects=["1", "001", "01", "0001"])  # equal numbers have an order too
+    assert data_of(explorer(same, metrics=["angle"]))["groups"][0]["names"] == ["0001", "001", "01", "1"]
 
 
 def test_labels_may_be_missing_or_given(gait):

@@ -248,3 +248,25 @@ def test_no_figure_is_drawn_before_it_is_measured(browser, page):
     assert late
     assert (unknown, kept) == (80, 0)
     assert known < 80
+
+
+def test_what_was_not_used_for_long_is_forgotten(browser, page):
+    """Pictures of what is drawn stay, so that no frame makes them again, however many there are."""
+    browser.open(page)
+    before, after, same, figures = browser.js("""(({ small, stage }) => {
+      const context = document.createElement("canvas").getContext("2d");
+      const draw = () => small.draw(context, stage, { colourOf: () => "#123456", hidden: () => false, all: true });
+      for (const table of [small.figures, small.pictures]) table.clear();
+      const n = draw().length;
+      const made = [...small.pictures];
+      for (let i = 0; i < 9000; i++) {
+        small.pictures.set(`other ${i}`, null);
+        small.figures.set(`other ${i}`, null);
+      }
+      draw();
+      const kept = made.filter(([key, picture]) => small.pictures.get(key) === picture).length;
+      return [n, small.pictures.size - n, kept === made.length, small.figures.size - n];
+    })(skpose)""")
+    assert before > 1
+    assert same
+    assert (after, figures) == (500, 4000)

@@ -1,13 +1,12 @@
 """Files of the explorer in Chromium: pictures and videos of the points with the pose next to them."""
 
-import re
 from io import BytesIO
 
 import numpy as np
 import pytest
 from browser import pixels_near
 from explorer_page import apart, click, places
-from files_of_page import file_of
+from files_of_page import duration_of, file_of, link_of
 from PIL import Image, ImageSequence
 
 from skpose.datasets import make_actions
@@ -109,19 +108,12 @@ def test_video(browser, page):
         pytest.skip("this browser does not record")
     name, kind, content = file_of(browser, "#video")
     assert (name, kind) == ("three_actions.webm", "video/webm")
-    assert content[:4] == bytes.fromhex("1a45dfa3")  # EBML
     assert len(content) > 2000
-    assert re.search(b"\x44\x89[\x84\x88]", content)  # Duration
+    whole = browser.js("skpose.poses.duration(skpose.poses.range(skpose.state.current))")
+    assert duration_of(content) > max(1.0, whole) - 0.1  # a browser that has other work to do takes longer
     assert browser.problems() == []
 
 
 def test_the_link_is_copied(browser, page):
     browser.open(page)
-    browser.driver.execute_script(
-        "window.copied = null; Object.defineProperty(navigator, 'clipboard', "
-        "{ value: { writeText: async (text) => (window.copied = text) } })"
-    )
-    browser.click("#share")
-    browser.click("#copy")
-    browser.wait("document.getElementById('said').textContent === 'Copied.'")
-    assert browser.js("copied") == browser.js("skpose.link.address")
+    assert link_of(browser) == browser.js("skpose.link.address")

@@ -1,13 +1,12 @@
 """What one sends to somebody: slow motion, a loop, links, pictures and videos of the player, in Chromium."""
 
-import re
 import struct
 from io import BytesIO
 
 import numpy as np
 import pytest
 from browser import pixels_near
-from files_of_page import KEEP, file_of
+from files_of_page import KEEP, duration_of, file_of, link_of
 from PIL import Image, ImageSequence
 from player_page import LEFT, RIGHT, projected, state_of
 
@@ -247,14 +246,7 @@ def test_nonsense_in_a_link_is_ignored(browser, walks, fragment):
 
 def test_the_link_is_copied(browser, walks):
     browser.open(player(walks[0]))
-    browser.driver.execute_script(
-        "window.copied = null; Object.defineProperty(navigator, 'clipboard', "
-        "{ value: { writeText: async (text) => (window.copied = text) } })"
-    )
-    browser.click("#share")
-    browser.click("#copy")
-    browser.wait("document.getElementById('said').textContent === 'Copied.'")
-    assert browser.js("copied") == browser.js("skpose.link.address")
+    assert link_of(browser) == browser.js("skpose.link.address")
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -301,9 +293,8 @@ def test_video(browser, walks):
         pytest.skip("this browser does not record")
     name, kind, content = file_of(browser, "#video")
     assert (name, kind) == ("walk.webm", "video/webm")
-    assert content[:4] == bytes.fromhex("1a45dfa3")  # EBML
     assert len(content) > 2000
-    assert re.search(b"\x44\x89[\x84\x88]", content)  # Duration
+    assert duration_of(content) > 1.0 - 0.1  # a browser that has other work to do takes longer
 
 
 RECORD = """<!DOCTYPE html><html><head><title>record</title></head><body><script>{script}
@@ -338,14 +329,16 @@ def test_a_video_without_a_duration_gets_one(browser, n_bytes):
         assert found == (file if expected is None else start + element("1549a966", expected, 8) + cluster)
 
 
-def test_a_gif_can_be_cancelled(browser, walks):
+@pytest.mark.parametrize("how", ["document.getElementById('cancel').click()", "dispatchEvent(new Event('resize'))"])
+def test_a_gif_can_be_cancelled(browser, walks, how):
+    """A page of another size cancels it too, as all pictures have one."""
     browser.open(player(walks[0]))
     browser.choose("#speed", "0.1")
     browser.driver.execute_script(KEEP)
     browser.click("#share")
     browser.click("#gif")
     browser.wait("document.getElementById('progress').value > 0")
-    browser.click("#cancel")
+    browser.driver.execute_script(how)
     browser.wait("document.getElementById('work').hidden")
     assert browser.find("#said").text == "Cancelled."
     assert browser.js("files.length") == 0

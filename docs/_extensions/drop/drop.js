@@ -92,7 +92,8 @@ function problemOf(motions) {
     const angle = lengths && Math.acos(Math.max(-1, Math.min(1, p.reduce((sum, x, i) => sum + x * q[i], 0) / lengths)));
     const degrees = (180 * angle) / Math.PI;
     if (degrees > data.constants.degrees + 1e-6) {
-      return `${name} points in directions ${Math.round(degrees)}° apart at angle zero, so that equal numbers are different poses.`;
+      return `${name} points in directions ${Math.round(degrees)}° apart at angle zero, so that equal numbers are `
+        + "different poses.";
     }
   }
   return "";

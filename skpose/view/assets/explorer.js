@@ -24,7 +24,7 @@ const state = {
   lasso: [], // corners, in the plane
   keyed: false, // whether they were chosen by keys
   inside: null, // the poses in the lasso
-  enclosed: null, // its corners as a word, with the metric and the method of the plane that it was drawn in
+  enclosed: null, // its corners, and the metric and the method of the plane that it was drawn in, as words
   group: -1, // that is seen alone
   time: 0, // s since the first pose of the motion
   playing: false, before: null, stale: false, moved: true, waiting: false, drawn: 0,
@@ -130,7 +130,8 @@ function endComparison() {
 function enclose(corners) {
   state.lasso = corners;
   state.inside = corners.length > 2 ? scatter.inside(corners) : null;
-  state.enclosed = state.inside && [preciseWord(...fewer(corners, (some) => scatter.inside(some)).flat()), planeWord()];
+  state.enclosed = state.inside
+    && { corners: preciseWord(...fewer(corners, (some) => scatter.inside(some)).flat()), plane: planeWord() };
   writeInside();
   fade();
 }

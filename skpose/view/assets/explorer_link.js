@@ -11,10 +11,10 @@ function linked() {
     colour: element("colour").value === usual.colour ? null : element("colour").value,
     group: group < 0 ? null : group,
     pose: current || null,
-    first: first >= 0 ? first : null,
+    first: first >= 0 && !comparison ? first : null,
     compared: comparison ? wordOf(comparison.first, comparison.second, share) : null,
-    lasso: enclosed?.[0],
-    lassoed: enclosed?.[1] === planeWord() ? null : enclosed?.[1],
+    lasso: enclosed?.corners ?? null,
+    lassoed: enclosed && enclosed.plane !== planeWord() ? enclosed.plane : null,
     plane: scatter.isHome ? null : preciseWord(scatter.zoom, ...scatter.centre),
     camera: camera === usual.camera ? null : camera,
   };

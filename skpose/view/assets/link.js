@@ -18,7 +18,7 @@ class Link {
   }
 
   get address() {
-    const given = Object.entries(this.values()).filter(([, value]) => value !== null && value !== undefined);
+    const given = Object.entries(this.values()).filter(([, value]) => value !== null);
     const text = given.map(([name, value]) => `${name}=${encodeURIComponent(value).replaceAll("%2C", ",")}`).join("&");
     return location.href.split("#")[0] + (text && `#${text}`);
   }

@@ -159,4 +159,5 @@ function listenForFiles(stage, { now, loop, begin }) {
   element("gif").addEventListener("click", () => make(movingPicture, "gif"));
   element("cancel").addEventListener("click", cancel);
   element("sharing").addEventListener("close", cancel);
+  addEventListener("resize", cancel); // pictures of two sizes are no film
 }

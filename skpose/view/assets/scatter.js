@@ -199,6 +199,7 @@ class Scatter {
       cells[i] = cell;
       if (!absent?.[i]) counts[cell]++;
     }
+    counts[0] = 0; // those that are not seen
     const around = smooth(smooth(counts, 1), columns); // 1, 2, 1 of 4 along both axes
     const covers = (Math.PI * this.radius ** 2) / CELL ** 2; // of a cell, by a point
     const levelOf = around.map((some) => {

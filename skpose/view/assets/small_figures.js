@@ -6,7 +6,7 @@ const HALO = 9; // px, of the paper's colour around each
 const SIDES = [68, 80, 92]; // px, of the square that a pose fills, where the zoom is 2, 4, and 8
 const SCALE = { width: 190, height: 40 }; // px, of the lower left corner
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
-const KEPT = 500; // pictures that are kept
+const [KEPT, MEASURED] = [500, 4000]; // pictures, and figures that were measured, that are kept where not in use
 const MS_OF_A_FRAME = 2; // ms of a frame in which pictures are made
 const [NAME_FONT, NAME_LINE, NAME_LENGTH] = ["bold 13px system-ui, sans-serif", 15, 16]; // px, letters
 const TONES = { left: 0.42, right: -0.32 }; // of the colour of a group: lighter and darker
@@ -45,9 +45,8 @@ class SmallFigures {
     for (const box of placed) if (box.aside) drawLeader(context, scatter.at(box.row), box, colourOf(box.row));
     for (const box of placed) this.put(context, box, colourOf(box.row));
     const step = Math.floor(Math.log2(scatter.zoom));
-    if (step < 1) return placed;
     const side = SIDES[Math.min(step, SIDES.length) - 1];
-    for (const row of nearCells(scatter, side + SMALL_GAP)) {
+    for (const row of step < 1 ? [] : nearCells(scatter, side + SMALL_GAP)) {
       if (hidden(row)) continue;
       const fits = (size) => {
         const box = boxOf({ row, side, offset: [0, 0], ...size }, scatter.at(row));
@@ -58,6 +57,8 @@ class SmallFigures {
       placed.push(box);
       this.put(context, box, colourOf(row));
     }
+    trim(this.pictures, placed.length + KEPT);
+    trim(this.figures, placed.length + MEASURED);
     return placed;
   }
 
@@ -91,13 +92,13 @@ class SmallFigures {
       this.labels.clear();
     }
     const look = `${this.seen} ${colours.paper} ${this.density}`;
-    if (look !== this.look || this.pictures.size > KEPT) this.pictures.clear();
+    if (look !== this.look) this.pictures.clear();
     this.look = look;
   }
 
   /** The points of a pose and how the camera sees them in a square of side 1. */
   figure(row) {
-    if (this.figures.has(row)) return this.figures.get(row);
+    if (this.figures.has(row)) return renew(this.figures, row, this.figures.get(row));
     const points = this.poses.points(this.poses.pose(row));
     const { shape } = this.poses.data.skeleton;
     const around = reachOf(shape, points, () => true);
@@ -133,14 +134,13 @@ class SmallFigures {
       : { width: side, height: side, unknown: true };
   }
 
+  /** Draw a figure into its box, or be late. */
   put(context, box, colour) {
     const key = `${box.row} ${colour} ${box.side} ${box.words}`;
-    if (!this.pictures.has(key)) {
-      if (box.unknown || (!box.words && performance.now() > this.until)) return (this.late = true);
-      this.pictures.set(key, this.picture(box, colour));
-    }
+    const known = this.pictures.get(key);
+    if (box.unknown || (!known && !box.words && performance.now() > this.until)) return (this.late = true);
     const [x, y, width, height] = [box.x - HALO, box.y - HALO, box.width + 2 * HALO, box.height + 2 * HALO];
-    context.drawImage(this.pictures.get(key), x, y, width, height);
+    context.drawImage(renew(this.pictures, key, known ?? this.picture(box, colour)), x, y, width, height);
   }
 
   /** The picture of a pose, with its name if it has one: limbs of the left in a lighter tone, of the right darker. */
@@ -168,6 +168,21 @@ class SmallFigures {
     Object.assign(onto, { shadowColor: "transparent" });
     onto.drawImage(drawn, 0, 0);
     return picture;
+  }
+}
+
+/** Put a value at the end of a table, where those are that were used last. */
+function renew(table, key, value) {
+  table.delete(key);
+  table.set(key, value);
+  return value;
+}
+
+/** Forget what was not used for the longest time. */
+function trim(table, most) {
+  for (const key of table.keys()) {
+    if (table.size <= most) return;
+    table.delete(key);
   }
 }
 

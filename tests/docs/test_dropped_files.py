@@ -1,13 +1,12 @@
-"""The pages of the site that visitors try: numbers that they show are those of the library."""
+"""The page into which visitors drop files: what it reads, shows and measures is what the library does."""
 
 import json
 import re
-import sys
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
+from pages_to_try import DATA, drop, live_pages, open_drop_page, open_window, page_data
 
 from skpose import Motion, pose_distances
 from skpose._cli.main import main
@@ -16,15 +15,6 @@ from skpose.io import MocapFormatError, load_bvh, save_bvh
 from skpose.skeleton._shared import sides
 from skpose.view._scene import scene_of
 
-DOCS = Path(__file__).parents[2] / "docs"
-sys.path[:0] = [str(DOCS), str(DOCS / "_extensions")]
-
-import drop  # noqa: E402
-import live_pages  # noqa: E402
-import turns  # noqa: E402
-from devtools import Window, chromium  # noqa: E402
-
-DATA = Path(__file__).parents[1] / "data"
 READ = """(() => {{
   try {{
     const motion = drop.motionOf(drop.readBvh({text}), {scale});
@@ -75,32 +65,42 @@ Frame Time: 0.04
 1 0 2 0 0 0   1 9 2 11 21 31   0 -6 0 6 7 8   9 8
 1 0 2 0 0 0   2 9 4 12 22 32   0 -6 0 7 8 9   10 7
 """
+ARM = """HIERARCHY
+ROOT a
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT b
+  {
+    OFFSET 30 0 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    JOINT c
+    {
+      OFFSET 20 0 0
+      CHANNELS 3 Zrotation Xrotation Yrotation
+      End Site
+      {
+        OFFSET 10 0 0
+      }
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.04
+0 0 0 0 0 0  10 20 30  40 50 60
+0 0 0 0 0 0  20 20 30  40 50 60
+"""
 
 
 @pytest.fixture(scope="module")
 def window():
-    if not chromium():
-        pytest.skip("there is no Chromium")
-    with Window() as window:
-        yield window
-
-
-def open_page(window, page, folder):
-    path = folder / "page.html"
-    page.save(path)
-    window.open(path.as_uri())
-    return window
-
-
-def open_drop_page(window, folder):
-    """Open the page into which files are dropped."""
-    page = open_page(window, drop.page(), folder)
-    page.wait_for("window.drop && drop.state.values")
-    return page
+    yield from open_window()
 
 
 @pytest.fixture(scope="module")
 def dropped(window, tmp_path_factory):
+    """The page into which files are dropped."""
     return open_drop_page(window, tmp_path_factory.mktemp("drop"))
 
 
@@ -224,38 +224,6 @@ def test_the_curve_is_the_distance_to_each_frame(dropped, metric, tmp_path):
     np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9)
 
 
-def page_data(page):
-    return json.loads(re.search(r'id="data">(.*?)</script>', page.html, flags=re.S)[1])
-
-
-ARM = """HIERARCHY
-ROOT a
-{
-  OFFSET 0 0 0
-  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-  JOINT b
-  {
-    OFFSET 30 0 0
-    CHANNELS 3 Zrotation Xrotation Yrotation
-    JOINT c
-    {
-      OFFSET 20 0 0
-      CHANNELS 3 Zrotation Xrotation Yrotation
-      End Site
-      {
-        OFFSET 10 0 0
-      }
-    }
-  }
-}
-MOTION
-Frames: 2
-Frame Time: 0.04
-0 0 0 0 0 0  10 20 30  40 50 60
-0 0 0 0 0 0  20 20 30  40 50 60
-"""
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -370,58 +338,3 @@ def test_the_curve_is_there_in_a_page_of_the_site(window, tmp_path):
     words = "document.querySelector('iframe').contentDocument?.getElementById('words')?.textContent ?? ''"
     window.wait_for(f"({words}).includes('m away, the nearest one, at')")
     assert window.errors() == []
-
-
-def test_all_of_the_turns_is_in_a_small_frame(window, tmp_path):
-    open_page(window, turns.page(), tmp_path)
-    window.open((tmp_path / "page.html").as_uri(), width=547, height=328, still=True)
-    window.wait_for("window.shown && shown().hands.shoulder")
-    bottom = "document.getElementById('claim').getBoundingClientRect().bottom"
-    assert window.run(f"[{bottom} <= 328, document.documentElement.scrollHeight <= 328]") == [True, True]
-
-
-# --- one angle, two distances -----------------------------------------------------------------------------------------
-
-SHOWN = "[...document.querySelectorAll('figcaption output')].map((e) => e.textContent)"
-
-
-@pytest.fixture
-def turned(window, tmp_path):
-    open_page(window, turns.page(), tmp_path)
-    window.wait_for("window.shown && !window.shown().rising")
-    return window
-
-
-def expected_texts(degrees):
-    skeleton = humanoid()
-    X = np.zeros((3, skeleton.n_dofs))
-    for row, column in enumerate(turns.TURNS.values(), start=1):
-        X[row, skeleton.dof_names.index(column)] = np.radians(degrees)
-    found = [pose_distances(X[:1], X[1:], skeleton=skeleton, metric=metric)[0] for metric in ("angle", "spatial")]
-    return [text for angle, spatial in np.transpose(found) for text in (f"{angle:.2f} rad", f"{spatial:.2f} m")]
-
-
-def test_numbers_are_those_of_the_library(turned):
-    assert turned.run(SHOWN) == expected_texts(60)
-    assert turned.errors() == []
-
-
-def test_the_slider_turns_both(turned):
-    turned.run("Object.assign(document.getElementById('turn'), {value: 25}).dispatchEvent(new Event('input'))")
-    assert turned.run(SHOWN) == expected_texts(25)
-
-
-@pytest.mark.parametrize("figure", ["shoulder", "wrist"])
-def test_a_drag_of_the_hand_turns_both(turned, figure):
-    """From where the hand is to straight below the joint that turns."""
-    before = turned.run(SHOWN)
-    x, y = turned.run(
-        f"(() => {{ const {{left, top}} = document.querySelector('#{figure} canvas').getBoundingClientRect();"
-        f" const hand = shown().hands['{figure}']; return [left + hand.x, top + hand.y]; }})()"
-    )
-    for kind, dx in (("mousePressed", 0), ("mouseMoved", -3), ("mouseMoved", -6), ("mouseReleased", -6)):
-        turned.call("Input.dispatchMouseEvent", type=kind, x=x + dx, y=y + 3, button="left", buttons=1, clickCount=1)
-    after = turned.run(SHOWN)
-    assert after != before
-    assert after[0] == after[2]  # one angle
-    assert float(after[0].split()[0]) < float(before[0].split()[0])
