@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import reference
 
+from skpose.datasets import humanoid
 from skpose.metrics import (
     Angle,
     Geodesic,
@@ -19,6 +20,8 @@ from skpose.metrics import (
     compile_encode,
     compile_measure,
 )
+
+SKELETON = humanoid().to_rotvec()
 
 
 @compile_measure

@@ -62,7 +62,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
         placed = empty_rows(poses, 3 * n_joints + 1)
         if n_joints > 0:
             encode_positions(poses, tree, steps, scratch, placed)
-        places = flat(placed)
+        places = placed.reshape(-1)  # not `flat`, which is an address: numba frees an array after its last use
         pose, positions, code = np.empty(n_dofs), np.empty((n_joints, 3)), np.empty(codes.shape[0])
         for w in range(width):
             for d in range(n_dofs):

@@ -1,12 +1,15 @@
 """What holds for every metric, those of one's own too: through all that takes one."""
 
 import functools
+import os
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 import reference
-from every_metric import EVERY_METRIC, LargestDistance, measure_largest, measure_sum
+from every_metric import EVERY_METRIC, SKELETON, LargestDistance, measure_largest, measure_sum
 from sklearn.base import clone
 from sklearn.neighbors import KNeighborsClassifier
 
@@ -24,7 +27,7 @@ from skpose import (
     pose_metric,
 )
 from skpose.cluster import PoseKMeans
-from skpose.datasets import humanoid, make_gait
+from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean, geometric_median
 from skpose.metrics import Angle, Metric, Position, Spatial, compile_encode, compile_measure
 from skpose.metrics._shared import metric_fingerprint
@@ -32,7 +35,6 @@ from skpose.motions import align_motions, find_motion, mean_motion, segment_repe
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 from skpose.view import explorer
 
-SKELETON = humanoid().to_rotvec()
 X = np.random.default_rng(0).normal(0.0, 0.5, size=(12, SKELETON.n_dofs))
 GAIT = make_gait(2, 1, frame_rate=6, duration=2, random_state=0)
 ROUNDING = 1e-12
@@ -80,6 +82,28 @@ def test_chunks_threads_and_pairs_give_the_same(metric, D):
     assert (pose_distances(X, skeleton=SKELETON, metric=metric, n_jobs=2) == D).all()
     of_two = pose_metric(SKELETON, metric=metric)
     assert np.allclose([of_two(X[0], x) for x in X], D[0], rtol=0, atol=1e-9)
+
+
+def test_functions_of_ones_own_use_no_memory_that_is_free():
+    # GNU's allocator writes this byte over all that is freed; without it, what was there may be there still.
+    code = """
+import numpy as np
+from every_metric import EVERY_METRIC, SKELETON
+from skpose import pose_distances
+
+X = np.random.default_rng(0).normal(0.0, 0.5, size=(12, SKELETON.n_dofs))
+for entry in EVERY_METRIC:
+    if hasattr(entry.metric.encode, "plain"):
+        for n_jobs in (1, 2):
+            found = pose_distances(X, skeleton=SKELETON, metric=entry.metric, n_jobs=n_jobs)
+            print(np.abs(found - entry.distances(X, X, SKELETON)).max())
+"""
+    environment = os.environ | {"MALLOC_PERTURB_": "165", "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    differences = [float(line) for line in done.stdout.split()]
+    assert len(differences) == 2
+    assert max(differences) < 1e-9
 
 
 def test_dask_gives_the_same(metric, D):
