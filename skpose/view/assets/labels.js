@@ -4,10 +4,11 @@ const RADII = [0, 50, 75, 100, 130, 165, 205, 250, 300, 360]; // px from the poi
 const LEASH = 0.4; // of the canvas' shorter side
 const ROUNDS = 3; // in which each is placed among all others
 const DIRECTIONS = 16;
+const POINT = 12; // px around a point that another line stays away from
 const OCCUPIED = 12; // px of a cell that counts as occupied where it has a point
 // What a place costs, px that the label might be farther away instead: where all of it is occupied, a line that crosses
 // another one, a line over a label. Above the last one there is none.
-const [HIDES, CROSSES, COVERS, DEAREST] = [260, 200, 250, 700];
+const [HIDES, CROSSES, COVERS, DEAREST] = [260, 150, 250, 800];
 
 /**
  * Place labels, `{ row, width, height }`, the first ones first, and again among all others; return those that have
@@ -20,37 +21,71 @@ function placeLabels(scatter, labels, zoom) {
   const occupied = occupiedCells(scatter, unit);
   const at = (row) => [unit * (scatter.x[row] - middle[0]), -unit * (scatter.y[row] - middle[1])];
   const most = LEASH * Math.min(scatter.width, scatter.height);
-  const candidates = RADII.filter((radius) => radius <= most).flatMap((radius) => {
-    const directions = radius ? circle(DIRECTIONS) : [[0, 0]];
-    return directions.map((direction) => ({ radius, offset: direction.map((share) => radius * share) }));
-  });
+  const offsets = RADII.filter((radius) => radius <= most).flatMap((radius) =>
+    (radius ? circle(DIRECTIONS) : [[0, 0]]).map((direction) => direction.map((share) => radius * share)));
   const home = (place) => [scatter.width / 2 + place[0], scatter.height / 2 + place[1]]; // where all is seen
+  /** What the place of a label costs, without the others. */
+  const costOf = (one) => {
+    if (one.aside && isOver(one, one.at)) return Infinity; // a label over its own point
+    if (zoom <= 1 && !isInside(boxOf(one, home(one.at)), scatter)) return Infinity;
+    return Math.hypot(...one.offset) + HIDES * occupied(one);
+  };
+  const put = (label, offset) => {
+    const one = { ...label, offset, aside: offset.some(Boolean) };
+    return { ...one, cost: costOf(one) };
+  };
+  const candidates = labels.map((label) => {
+    const own = { ...label, at: at(label.row) };
+    return offsets.map((offset) => put(own, offset)).sort((a, b) => a.cost - b.cost);
+  });
+  /** What it costs among others, or a part of it that is too much. */
+  const costAmong = (one, others, tooMuch = Infinity) => {
+    let { cost } = one;
+    for (const other of others) if (cost < tooMuch) cost += costOfTwo(one, other);
+    return cost;
+  };
   /** The best place of a label among others, or null. */
-  const placeOf = (label, others) => {
+  const placeOf = (i, others) => {
     let [best, least] = [null, DEAREST];
-    for (const { radius, offset } of candidates) {
-      if (radius >= least) break;
-      const one = { ...label, offset, aside: radius > 0 };
-      if (radius && isOver(one, one.at)) continue; // a label over its own point
-      if (zoom <= 1 && !isInside(boxOf(one, home(one.at)), scatter)) continue;
-      let cost = radius + HIDES * occupied(one);
-      if (cost >= least || others.some((other) => meet(one, other))) continue;
-      for (const other of others) {
-        if (cross(one, other)) cost += CROSSES;
-        if (lineIsOver(one, other) || lineIsOver(other, one)) cost += COVERS;
-      }
+    for (const one of candidates[i]) {
+      if (one.cost >= least) break;
+      const cost = costAmong(one, others, least);
       if (cost < least) [best, least] = [one, cost];
     }
     return best;
   };
-  const own = labels.map((label) => ({ ...label, at: at(label.row) }));
-  const places = own.map(() => null);
-  for (let round = 0; round < (zoom <= 1 ? ROUNDS : 1); round++) {
-    for (const [i, label] of own.entries()) {
-      places[i] = placeOf(label, places.filter((other, k) => other && k !== i));
+  const places = labels.map(() => null);
+  const others = (...without) => places.filter((other, k) => other && !without.includes(k));
+  /** Two labels anew, as their lines cross or are longer than need be: exchanged, or one placed before the other. */
+  const placeTwo = (i, k) => {
+    const [now, rest] = [[places[i], places[k]], others(i, k)];
+    const tries = [[0, 1].map((n) => {
+      const [one, other] = [now[n], now[1 - n]];
+      return put(one, [0, 1].map((axis) => other.at[axis] + other.offset[axis] - one.at[axis]));
+    })];
+    if (costOfTwo(...now)) {
+      for (const [first, second] of [[i, k], [k, i]]) {
+        const one = placeOf(first, rest);
+        const other = one && placeOf(second, [...rest, one]);
+        if (other) tries.push(first === i ? [one, other] : [other, one]);
+      }
+    }
+    const total = ([one, other]) => costAmong(one, [...rest, other]) + costAmong(other, rest);
+    return tries.reduce((best, two) => (total(two) < total(best) ? two : best), now);
+  };
+  for (let round = 0; round < ROUNDS; round++) {
+    for (let i = 0; i < places.length; i++) places[i] = placeOf(i, others(i));
+    for (const [i, one] of places.entries()) {
+      for (let k = 0; one && k < i; k++) if (places[k]) [places[i], places[k]] = placeTwo(i, k);
     }
   }
   return places.filter(Boolean);
+}
+
+/** What it costs that two labels are where they are: nothing, or for their lines, or too much as they overlap. */
+function costOfTwo(one, other) {
+  if (meet(one, other)) return Infinity;
+  return CROSSES * cross(one, other) + COVERS * (lineIsOver(one, other) || lineIsOver(other, one));
 }
 
 /** The share of a label's cells that have a point. */
@@ -97,10 +132,12 @@ function lineIsOver({ at, offset }, other) {
   return [0, 0.2, 0.4, 0.6, 0.8].some((share) => isOver(other, [0, 1].map((axis) => at[axis] + share * offset[axis])));
 }
 
-/** Whether the lines of two labels cross. */
+/** Whether the lines of two labels cross, or one passes through the point of the other. */
 function cross(a, b) {
   const turn = (p, q, r) => Math.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]));
-  const end = ({ at, offset }) => [at[0] + offset[0], at[1] + offset[1]];
-  const [p, q, r, s] = [a.at, end(a), b.at, end(b)];
+  const [[p, q], [r, s]] = [a, b].map(({ at, offset }) => {
+    const before = POINT / Math.max(POINT, Math.hypot(...offset));
+    return [-before, 1].map((share) => [0, 1].map((axis) => at[axis] + share * offset[axis]));
+  });
   return turn(p, q, r) * turn(p, q, s) < 0 && turn(r, s, p) * turn(r, s, q) < 0;
 }
