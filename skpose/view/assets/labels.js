@@ -8,7 +8,7 @@ const POINT = 12; // px around a point that another line stays away from
 const OCCUPIED = 12; // px of a cell that counts as occupied where it has a point
 // What a place costs, px that the label might be farther away instead: where all of it is occupied, a line that crosses
 // another one, a line over a label. Above the last one there is none.
-const [HIDES, CROSSES, COVERS, DEAREST] = [260, 150, 250, 800];
+const [HIDES, CROSSES, COVERS, DEAREST] = [230, 200, 250, 800];
 
 /**
  * Place labels, `{ row, width, height }`, the first ones first, and again among all others; return those that have
@@ -26,18 +26,20 @@ function placeLabels(scatter, labels, zoom) {
   const home = (place) => [scatter.width / 2 + place[0], scatter.height / 2 + place[1]]; // where all is seen
   /** What the place of a label costs, without the others. */
   const costOf = (one) => {
-    if (one.aside && isOver(one, one.at)) return Infinity; // a label over its own point
+    if (one.aside && isOver(one, ...one.at)) return Infinity; // a label over its own point
     if (zoom <= 1 && !isInside(boxOf(one, home(one.at)), scatter)) return Infinity;
-    return Math.hypot(...one.offset) + HIDES * occupied(one);
+    return one.length + HIDES * occupied(one);
   };
   const put = (label, offset) => {
-    const one = { ...label, offset, aside: offset.some(Boolean) };
+    const length = Math.hypot(...offset);
+    const one = { ...label, offset, length, aside: length > 0, reach: length + label.radius };
     return { ...one, cost: costOf(one) };
   };
-  const candidates = labels.map((label) => {
-    const own = { ...label, at: at(label.row) };
-    return offsets.map((offset) => put(own, offset)).sort((a, b) => a.cost - b.cost);
+  const own = labels.map((label) => {
+    return { ...label, at: at(label.row), radius: Math.hypot(label.width, label.height) / 2 };
   });
+  const candidates = labels.map(() => []); // of each label those that have been asked for
+  const candidate = (i, k) => (candidates[i][k] ??= put(own[i], offsets[k]));
   /** What it costs among others, or a part of it that is too much. */
   const costAmong = (one, others, tooMuch = Infinity) => {
     let { cost } = one;
@@ -47,8 +49,8 @@ function placeLabels(scatter, labels, zoom) {
   /** The best place of a label among others, or null. */
   const placeOf = (i, others) => {
     let [best, least] = [null, DEAREST];
-    for (const one of candidates[i]) {
-      if (one.cost >= least) break;
+    for (let k = 0; k < offsets.length && candidate(i, k).length < least; k++) {
+      const one = candidate(i, k);
       const cost = costAmong(one, others, least);
       if (cost < least) [best, least] = [one, cost];
     }
@@ -56,13 +58,15 @@ function placeLabels(scatter, labels, zoom) {
   };
   const places = labels.map(() => null);
   const others = (...without) => places.filter((other, k) => other && !without.includes(k));
-  /** Two labels anew, as their lines cross or are longer than need be: exchanged, or one placed before the other. */
+  /** Two labels anew, as lines cross or are longer than need be: exchanged, or one placed before the other. */
   const placeTwo = (i, k) => {
     const [now, rest] = [[places[i], places[k]], others(i, k)];
-    const tries = [[0, 1].map((n) => {
-      const [one, other] = [now[n], now[1 - n]];
-      return put(one, [0, 1].map((axis) => other.at[axis] + other.offset[axis] - one.at[axis]));
-    })];
+    const ends = now.map((one) => [0, 1].map((axis) => one.at[axis] + one.offset[axis]));
+    const exchanged = [0, 1].map((n) => [0, 1].map((axis) => ends[1 - n][axis] - now[n].at[axis]));
+    const total = ([one, other]) => costAmong(one, [...rest, other]) + costAmong(other, rest);
+    const areLonger = Math.hypot(...exchanged[0]) + Math.hypot(...exchanged[1]) >= now[0].length + now[1].length;
+    if (areLonger && total(now) === now[0].cost + now[1].cost) return now;
+    const tries = [exchanged.map((offset, n) => put(now[n], offset))];
     if (costOfTwo(...now)) {
       for (const [first, second] of [[i, k], [k, i]]) {
         const one = placeOf(first, rest);
@@ -70,7 +74,6 @@ function placeLabels(scatter, labels, zoom) {
         if (other) tries.push(first === i ? [one, other] : [other, one]);
       }
     }
-    const total = ([one, other]) => costAmong(one, [...rest, other]) + costAmong(other, rest);
     return tries.reduce((best, two) => (total(two) < total(best) ? two : best), now);
   };
   for (let round = 0; round < ROUNDS; round++) {
@@ -84,6 +87,7 @@ function placeLabels(scatter, labels, zoom) {
 
 /** What it costs that two labels are where they are: nothing, or for their lines, or too much as they overlap. */
 function costOfTwo(one, other) {
+  if (Math.hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]) > one.reach + other.reach + 2 * POINT) return 0;
   if (meet(one, other)) return Infinity;
   return CROSSES * cross(one, other) + COVERS * (lineIsOver(one, other) || lineIsOver(other, one));
 }
@@ -108,36 +112,43 @@ function occupiedCells({ x, y, count, middle }, unit) {
 /** Whether two labels overlap at any zoom, from that at which they are to twice that. */
 function meet(a, b) {
   let [from, to] = [1, 2];
-  for (const [axis, side] of [[0, "width"], [1, "height"]]) {
+  for (let axis = 0; axis < 2; axis++) {
     const [moves, starts] = [a.at[axis] - b.at[axis], a.offset[axis] - b.offset[axis]];
-    const reach = (a[side] + b[side]) / 2 + SMALL_GAP;
+    const reach = (axis ? a.height + b.height : a.width + b.width) / 2 + SMALL_GAP;
     if (Math.abs(moves) < 1e-9) {
       if (Math.abs(starts) >= reach) return false;
       continue;
     }
-    const ends = [(-reach - starts) / moves, (reach - starts) / moves];
-    from = Math.max(from, Math.min(...ends));
-    to = Math.min(to, Math.max(...ends));
+    const [one, other] = [(-reach - starts) / moves, (reach - starts) / moves];
+    from = Math.max(from, Math.min(one, other));
+    to = Math.min(to, Math.max(one, other));
   }
   return from <= to;
 }
 
 /** Whether a label is over a place. */
-function isOver({ at, offset, width, height }, [x, y]) {
+function isOver({ at, offset, width, height }, x, y) {
   return Math.abs(at[0] + offset[0] - x) < width / 2 && Math.abs(at[1] + offset[1] - y) < height / 2;
 }
 
 /** Whether the line of a label is over another label. */
 function lineIsOver({ at, offset }, other) {
-  return [0, 0.2, 0.4, 0.6, 0.8].some((share) => isOver(other, [0, 1].map((axis) => at[axis] + share * offset[axis])));
+  for (let share = 0; share < 0.9; share += 0.2) {
+    if (isOver(other, at[0] + share * offset[0], at[1] + share * offset[1])) return true;
+  }
+  return false;
 }
 
 /** Whether the lines of two labels cross, or one passes through the point of the other. */
 function cross(a, b) {
-  const turn = (p, q, r) => Math.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]));
-  const [[p, q], [r, s]] = [a, b].map(({ at, offset }) => {
-    const before = POINT / Math.max(POINT, Math.hypot(...offset));
-    return [-before, 1].map((share) => [0, 1].map((axis) => at[axis] + share * offset[axis]));
-  });
-  return turn(p, q, r) * turn(p, q, s) < 0 && turn(r, s, p) * turn(r, s, q) < 0;
+  const around = Math.min(POINT, Math.hypot(a.at[0] - b.at[0], a.at[1] - b.at[1]) / 2); // px before a point
+  return isCrossed(a, b, around) && isCrossed(b, a, around);
+}
+
+/** Whether the line of one label, as long as need be, is crossed by that of another, which begins before its point. */
+function isCrossed(one, other, around) {
+  const before = -around / Math.max(POINT, other.length);
+  const [x, y, [u, v], [p, q]] = [other.at[0] - one.at[0], other.at[1] - one.at[1], one.offset, other.offset];
+  const sideOf = (share) => u * (y + share * q) - v * (x + share * p);
+  return sideOf(before) * sideOf(1) < 0;
 }
