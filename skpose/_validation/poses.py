@@ -47,8 +47,8 @@ def check_pose(pose: ArrayLike, skeleton: SkeletonLike, name: str) -> np.ndarray
 def check_is_array(X: object, name: str, *, one: bool = False) -> None:
     """Refuse a skeleton, a motion, a dataset, or a list of them, where poses or one pose belong."""
     expected = f"{name} must be {'one pose' if one else 'an array of poses'}, got a "
-    is_list = isinstance(X, list | tuple) and bool(X)
-    first = X[0] if is_list else X  # type: ignore[index]
+    first = X[0] if isinstance(X, list | tuple) and X else X
+    is_list = first is not X
     if is_motion(first) and is_list:
         raise TypeError(f"{expected}{type(X).__name__} of Motions: pass the angles of one, or MotionDataset.poses()[0]")
     if is_motion(first):

@@ -8,7 +8,7 @@ const POINT = 12; // px around a point that another line stays away from
 const OCCUPIED = 12; // px of a cell that counts as occupied where it has a point
 // What a place costs, px that the label might be farther away instead: where all of it is occupied, a line that crosses
 // another one, a line over a label. Above the last one there is none.
-const [HIDES, CROSSES, COVERS, DEAREST] = [230, 200, 250, 800];
+const [HIDES, CROSSES, COVERS, DEAREST] = [230, 250, 250, 800];
 
 /**
  * Place labels, `{ row, width, height }`, the first ones first, and again among all others; return those that have
@@ -30,16 +30,16 @@ function placeLabels(scatter, labels, zoom) {
     if (zoom <= 1 && !isInside(boxOf(one, home(one.at)), scatter)) return Infinity;
     return one.length + HIDES * occupied(one);
   };
-  const put = (label, offset) => {
-    const length = Math.hypot(...offset);
-    const one = { ...label, offset, length, aside: length > 0, reach: length + label.radius };
-    return { ...one, cost: costOf(one) };
-  };
-  const own = labels.map((label) => {
-    return { ...label, at: at(label.row), radius: Math.hypot(label.width, label.height) / 2 };
-  });
   const candidates = labels.map(() => []); // of each label those that have been asked for
-  const candidate = (i, k) => (candidates[i][k] ??= put(own[i], offsets[k]));
+  /** Label i in place k, with its cost, the length of its line, and how far from its point it reaches, px. */
+  const candidate = (i, k) => {
+    if (candidates[i][k]) return candidates[i][k];
+    const [label, offset] = [labels[i], offsets[k]];
+    const length = Math.hypot(...offset);
+    const reach = length + Math.hypot(label.width, label.height) / 2;
+    const one = { ...label, at: at(label.row), offset, length, reach, aside: length > 0 };
+    return (candidates[i][k] = { ...one, cost: costOf(one) });
+  };
   /** What it costs among others, or a part of it that is too much. */
   const costAmong = (one, others, tooMuch = Infinity) => {
     let { cost } = one;
@@ -58,23 +58,18 @@ function placeLabels(scatter, labels, zoom) {
   };
   const places = labels.map(() => null);
   const others = (...without) => places.filter((other, k) => other && !without.includes(k));
-  /** Two labels anew, as lines cross or are longer than need be: exchanged, or one placed before the other. */
+  /** Two labels whose lines are in each other's way, placed anew, the one or the other first, if that costs less. */
   const placeTwo = (i, k) => {
     const [now, rest] = [[places[i], places[k]], others(i, k)];
-    const ends = now.map((one) => [0, 1].map((axis) => one.at[axis] + one.offset[axis]));
-    const exchanged = [0, 1].map((n) => [0, 1].map((axis) => ends[1 - n][axis] - now[n].at[axis]));
+    if (!costOfTwo(...now)) return now;
+    const tries = [[i, k], [k, i]].map(([first, second]) => {
+      const one = placeOf(first, rest);
+      const other = one && placeOf(second, [...rest, one]);
+      return first === i ? [one, other] : [other, one];
+    });
     const total = ([one, other]) => costAmong(one, [...rest, other]) + costAmong(other, rest);
-    const areLonger = Math.hypot(...exchanged[0]) + Math.hypot(...exchanged[1]) >= now[0].length + now[1].length;
-    if (areLonger && total(now) === now[0].cost + now[1].cost) return now;
-    const tries = [exchanged.map((offset, n) => put(now[n], offset))];
-    if (costOfTwo(...now)) {
-      for (const [first, second] of [[i, k], [k, i]]) {
-        const one = placeOf(first, rest);
-        const other = one && placeOf(second, [...rest, one]);
-        if (other) tries.push(first === i ? [one, other] : [other, one]);
-      }
-    }
-    return tries.reduce((best, two) => (total(two) < total(best) ? two : best), now);
+    const possible = tries.filter((two) => two.every(Boolean));
+    return possible.reduce((best, two) => (total(two) < total(best) ? two : best), now);
   };
   for (let round = 0; round < ROUNDS; round++) {
     for (let i = 0; i < places.length; i++) places[i] = placeOf(i, others(i));
@@ -145,7 +140,7 @@ function cross(a, b) {
   return isCrossed(a, b, around) && isCrossed(b, a, around);
 }
 
-/** Whether the line of one label, as long as need be, is crossed by that of another, which begins before its point. */
+/** Whether the straight line on which a label's line lies is crossed by another's, which begins px before its point. */
 function isCrossed(one, other, around) {
   const before = -around / Math.max(POINT, other.length);
   const [x, y, [u, v], [p, q]] = [other.at[0] - one.at[0], other.at[1] - one.at[1], one.offset, other.offset];
