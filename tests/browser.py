@@ -152,11 +152,15 @@ class Browser:
         self.settle()
 
     def fingers(self, *steps):
-        """Put down fingers, move them from step to step, lift them; a step is a list of places of the canvas, px."""
+        """Put down fingers, move them from step to step, lift them; a step is a list of places of the canvas, px.
+
+        A screen reports a finger once a frame. Of steps that come faster Chromium scrolls by some only, by chance.
+        """
         left, top = self.corner()
         for i, step in enumerate(steps):
             points = [{"x": left + x, "y": top + y, "id": k} for k, (x, y) in enumerate(step)]
             self.tool("Input.dispatchTouchEvent", {"type": "touchMove" if i else "touchStart", "touchPoints": points})
+            self.settle()
         self.tool("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
         self.settle()
 
