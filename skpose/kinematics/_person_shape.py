@@ -37,7 +37,9 @@ R_HEEL, R_BALL, R_TOE = 0.0185, 0.015, 0.0105
 R_PALM, R_TIP, R_FINGER = 0.0175, 0.0115, 0.0055
 R_SKULL, R_CHIN, R_NECK = 0.047, 0.037, 0.03
 R_THROAT = 0.9 * R_NECK
-R_PELVIS, R_WAIST, R_RIBS, R_CHEST = 0.055, 0.052, 0.054, 0.034
+R_PELVIS, R_CROTCH, R_WAIST, R_RIBS, R_CHEST = 0.055, 0.025, 0.052, 0.054, 0.034
+# Above the hips, along the trunk, and below them: the trunk ends between the thighs as a wedge.
+PELVIS, CROTCH = 0.03, -0.03
 # The middle of the skull above the joint between neck and head, and the chin below the skull.
 SKULL, CHIN = 0.045, 0.042
 HEEL = (-0.014, 0.024)  # from the ankle: along the foot, and at a right angle to that, down
@@ -270,14 +272,16 @@ class _Maker:
                 for side in (0.5, -0.5)
             ]
 
-        pelvis = [self.sphere(*self._hip(side, R_PELVIS)) for side in SIDES]
+        up = (hips, shoulders)
+        pelvis = [self.sphere(*self._hip(side, R_PELVIS), along=(*up, PELVIS)) for side in SIDES]
+        crotch = self.sphere(hips, R_CROTCH, along=(*up, CROTCH))
         spine = 0.0 if at is None else SPINE
         waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, *WAIST[1:], spine)]
         ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(*RIBS)]
         chest = [self.sphere(points, R_CHEST, weights=w) for w in level(*CHEST)]
         collar = self.sphere(points, R_NECK, weights=level(*COLLARS)[0])
         joint = self.person.trunk[-1] if self.person.trunk else -1
-        self.add(joint, (*pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar), *([neck] if neck else []))
+        self.add(joint, (crotch, *pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar), *([neck] if neck else []))
         for end in (*hips, *shoulders):
             self.covered.update(path_up(self.skeleton, end - 1))
 

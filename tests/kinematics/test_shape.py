@@ -111,6 +111,28 @@ def test_segments_of_limbs_have_the_volume_of_their_mass():
         assert found / (segment.mass * unit) == pytest.approx(1.0, abs=0.21), mark
 
 
+@pytest.mark.parametrize("name", PEOPLE)
+def test_the_trunk_ends_between_the_thighs_as_a_wedge(name):
+    skeleton = skeleton_of(name)
+    shape, joints, points = find_shape(skeleton), find_landmarks(skeleton).joints, points_of(skeleton)
+    left, right, *shoulders = (
+        points[joints[f"{side}_{mark}"] + 1] for mark in ("hip", "shoulder") for side in ("left", "right")
+    )
+    down, across = (left + right) / 2 - np.mean(shoulders, axis=0), left - right
+    axes = np.stack([across / np.linalg.norm(across), down / np.linalg.norm(down)], axis=1)
+    centres = (shape.centres(points) - (left + right) / 2) @ axes / height_of(skeleton)
+    radii = shape.radii / height_of(skeleton)
+    (pelvis,) = [list(part.hulls[0]) for part in shape.parts if len(part.hulls) >= 3 and len(part.hulls[0]) == 5]
+    edge = outline(centres[pelvis], radii[pelvis], [False] * 5).points
+
+    def reach(degrees):  # to a side, from the middle of the hips
+        return max(edge @ [np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+
+    assert 0.03 < reach(90) < 0.06  # of the height
+    assert reach(180) == pytest.approx(reach(0), rel=0.05)
+    assert reach(45) < 0.75 * reach(0)
+
+
 @pytest.mark.parametrize("name", ["LeftLeg", "RightForeArm"])
 def test_a_person_with_a_limb_elsewhere_has_links(name):
     bones = [b._replace(parent=None) if b.name == name else b for b in skeleton_of("LAFAN1").bones]

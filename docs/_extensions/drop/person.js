@@ -64,7 +64,7 @@ class Person {
 
   addLeg(side, hip, knee, ankle) {
     const { parents } = this.skeleton;
-    const upper = this.sphere(...this.hip(side, SHAPE.R_HIP, true));
+    const upper = this.sphere(...this.hip(side, SHAPE.R_HIP, { inside: true }));
     const lower = this.sphere([knee], SHAPE.R_KNEE, { inside: true });
     const calf = this.sphere([knee], SHAPE.R_CALF, { along: [[knee], [ankle], SHAPE.CALF * SHARES.shank] });
     const foot = this.sphere([ankle], SHAPE.R_ANKLE, { inside: true });
@@ -122,14 +122,14 @@ class Person {
   }
 
   /** The points, the radius and the weights of a sphere at a hip that is not wider than a person's. */
-  hip(side, radius, inside) {
+  hip(side, radius, more) {
     const here = this.hips[SIDES.indexOf(side)];
     const other = this.hips[1 - SIDES.indexOf(side)];
     const width = Math.hypot(...minus(this.where[here - 1], this.where[other - 1])) / this.height;
     const share = width ? Math.max(0, 0.5 * width + radius - SHAPE.WIDEST) / width : 0;
     return share > 0
-      ? [[here, other], radius, { weights: [1 - share, share], inside }]
-      : [[here], radius, { inside }];
+      ? [[here, other], radius, { weights: [1 - share, share], ...more }]
+      : [[here], radius, more];
   }
 
   length(joint) {
@@ -153,12 +153,14 @@ class Person {
       return [points, radius, { weights: [...weights, ...(at ? [spine] : [])] }];
     });
     const add = (spheres) => spheres.map((sphere) => this.sphere(...sphere));
-    const pelvis = add(SIDES.map((side) => this.hip(side, SHAPE.R_PELVIS)));
+    const line = [this.hips, this.shoulders];
+    const pelvis = add(SIDES.map((side) => this.hip(side, SHAPE.R_PELVIS, { along: [...line, SHAPE.PELVIS] })));
+    const crotch = this.sphere(this.hips, SHAPE.R_CROTCH, { along: [...line, SHAPE.CROTCH] });
     const waist = add(level(SHAPE.R_WAIST, [up, ...SHAPE.WAIST.slice(1)], at ? SHAPE.SPINE : 0));
     const ribs = add(level(SHAPE.R_RIBS, SHAPE.RIBS));
     const chest = add(level(SHAPE.R_CHEST, SHAPE.CHEST));
     const [collar] = add(level(SHAPE.R_NECK, SHAPE.COLLARS).slice(0, 1));
-    this.add(this.trunk.at(-1) ?? -1, [...pelvis, ...waist], [...waist, ...ribs], [...ribs, ...chest, collar],
+    this.add(this.trunk.at(-1) ?? -1, [crotch, ...pelvis, ...waist], [...waist, ...ribs], [...ribs, ...chest, collar],
       ...(neck.length ? [neck] : []));
     for (const end of [...this.hips, ...this.shoulders]) this.cover(pathUp(this.skeleton.parents, end - 1));
   }
