@@ -12,6 +12,7 @@ from skpose import SpatialMDS
 from skpose.datasets import MotionDataset, make_actions
 from skpose.view import explorer
 from skpose.view._pack import unpack
+from skpose.view._page import asset
 
 pytestmark = pytest.mark.slow
 BOXES = "skpose.state.figures.map(({ row, x, y, width, height }) => [row, x, y, width, height])"
@@ -111,6 +112,30 @@ def test_lines_of_labels_rarely_cross(browser, actions):
     assert n_shown == 80
     assert n_crossings <= 6  # 5; 15 where lines may pass through the points of others
     assert n_by_chance > 80
+
+
+def test_labels_whose_lines_are_in_each_others_way_are_placed_anew(browser):
+    """Twelve points near to one another: each label placed alone, ten lines of 360 cross or pass through a point."""
+    scripts = "\n".join(map(asset, ("shape.js", "small_figures.js", "labels.js")))
+    browser.open(f"<!DOCTYPE html><script type='module'>{scripts}\nwindow.placeLabels = placeLabels;</script>")
+    browser.wait("Boolean(window.placeLabels)")
+    rng = np.random.default_rng(0)
+    n_shown, n_crossings = 0, 0
+    for _ in range(30):
+        points = []
+        while len(points) < 12:
+            point = rng.normal(scale=0.04, size=2)
+            if all(np.linalg.norm(point - other) > 0.028 for other in points):
+                points.append(point)
+        x, y = np.transpose(points)
+        size = {"width": 900, "height": 700, "scale": 900, "zoom": 1, "middle": [0, 0], "count": 12}
+        labels = [{"row": row, "width": 70, "height": 90} for row in range(12)]
+        shown = browser.js("placeLabels(...arguments)", size | {"x": x.tolist(), "y": y.tolist()}, labels, 1)
+        starts = np.array([one["at"] for one in shown])
+        n_shown += len(shown)
+        n_crossings += count_crossings(starts, starts + [one["offset"] for one in shown])
+    assert n_shown == 360
+    assert n_crossings == 0
 
 
 def count_crossings(starts, ends):
