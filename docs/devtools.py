@@ -46,8 +46,10 @@ class Window:
         os.close(to_browser)
         os.close(from_browser)
         self._session = None
-        (page,) = [t for t in self.call("Target.getTargets")["targetInfos"] if t["type"] == "page"]
-        attached = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)
+        pages, end = [], time.monotonic() + PATIENCE
+        while not pages and time.monotonic() < end:  # the window may open after the first answer
+            pages = [t for t in self.call("Target.getTargets")["targetInfos"] if t["type"] == "page"]
+        attached = self.call("Target.attachToTarget", targetId=pages[0]["targetId"], flatten=True)
         self._session = attached["sessionId"]
         for domain in ("Page", "Network", "Runtime", "Log"):
             self.call(f"{domain}.enable")

@@ -17,7 +17,7 @@ given positions of the joints. `warping`: whole motions.
 Two files compile elsewhere: `skpose.metrics._pose_metric` one function for each skeleton, which calls `pose.pair`, and
 `_own` the functions of a user's metric. Every function here is plain Python, decorated. With the environment variable
 ``NUMBA_DISABLE_JIT=1`` it runs as such, slowly, for a debugger or for coverage. Compiled functions are cached on disk,
-keyed by a digest of this folder (`simd.jit`).
+keyed by a digest of this folder (`simd.jit`), in files that several processes may write at a time (`simd.cache`).
 
 Glossary
 --------

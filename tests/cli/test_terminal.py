@@ -121,6 +121,8 @@ class Interrupt(event.Listener):
         pass
 
 event.register("numba:compile", Interrupt())
+from skpose._compiled.simd import announce
+announce.PATIENCE = float("inf")  # a slow machine says what it compiles
 from skpose._cli.main import main
 # One job, so that this thread compiles.
 sys.exit(main(["distances", "a.bvh", "--scale", "0.01", "--jobs", "1", "--out", "D.npy"]))

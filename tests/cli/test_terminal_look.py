@@ -140,6 +140,7 @@ def test_the_line_waits_for_the_end_of_another(monkeypatch):
 
 def test_a_long_stage_leaves_a_line(monkeypatch):
     monkeypatch.setattr(stages, "LASTING", 0.0)
+    monkeypatch.setattr(stages.time, "monotonic", lambda: 0.0)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     with show_stages(), progress("outer", 2, 0), progress("inner", 2, 0):
         pass
@@ -151,6 +152,7 @@ def test_elsewhere_there_is_a_line_for_each_long_stage(monkeypatch, capsys):
         pass
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(stages, "LASTING", 0.0)
+    monkeypatch.setattr(stages.time, "monotonic", lambda: 0.0)
     with show_stages(), stage("work"), progress("outer", 2, 0), progress("inner", 2, 0):
         pass
     assert capsys.readouterr().err == "outer: done in 0.0 s\n"

@@ -134,7 +134,7 @@ def test_a_method_that_numba_would_not_call_is_noticed():
         (FunctionCache, "load_overload"),
         (FunctionCache, "_py_func"),
         (FunctionCache, "_cache_file"),
-        (IndexDataCacheFile, "_version"),
+        *((IndexDataCacheFile, name) for name in ("_version", "_data_name_pattern", "_dump", "flush", "save", "load")),
         (private.Dispatcher, "_cache"),
     ],
 )

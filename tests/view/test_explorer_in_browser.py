@@ -263,10 +263,12 @@ def test_scrubbing(browser, page, held):
     where = places(browser)
     row = int(apart(where)[3])
     click(browser, where[row])
+    slider = browser.find("#time")
+    browser.driver.execute_script("arguments[0].dispatchEvent(new Event('input'))", slider)
+    assert not browser.js("skpose.state.playing")
     browser.press("HOME", "ARROW_RIGHT", "ARROW_RIGHT", css="#time")
     first, n = held.rows(row)[0], len(held.rows(row))
     assert browser.js("[skpose.state.current, skpose.state.playing]") == [first + 2, False]
-    slider = browser.find("#time")
     assert slider.get_attribute("aria-valuetext") == f"{held.time(first + 2):.2f} seconds, pose 3 of {n}"
     assert browser.find("#clock").text == f"{held.time(first + 2):.2f} s"
     browser.press("END", css="#time")

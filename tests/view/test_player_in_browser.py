@@ -217,7 +217,9 @@ def test_speed(browser, walk, speed):
 def test_scrubbing(browser, walk):
     browser.open(player(walk), still=False)
     slider = browser.find("#time")
-    browser.press("END", "HOME", "ARROW_RIGHT", "ARROW_RIGHT", css="#time")  # HOME alone stops nothing at the start
+    browser.driver.execute_script("arguments[0].dispatchEvent(new Event('input'))", slider)
+    assert not browser.js("skpose.state.playing")
+    browser.press("HOME", "ARROW_RIGHT", "ARROW_RIGHT", css="#time")
     assert browser.js("[skpose.tick(), skpose.state.playing]") == [2, False]
     assert slider.get_attribute("aria-valuetext") == "0.10 seconds, frame 3 of 20"
     assert browser.find("#clock").text == "0.10 s"

@@ -1,5 +1,7 @@
 """The files in which numba caches compiled functions: whether there are any, and private parts of numba for ours."""
 
+import hashlib
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -38,6 +40,30 @@ def processor() -> str:
     return numba.config.CPU_NAME or binding.get_host_cpu_name()
 
 
+class CheckedFile:
+    """The files of a function's cache, whose data say what they are: `file` is numba's own.
+
+    numba writes an index and then the data that it names, and takes names by the index that it has read. So another
+    process that compiles for other types may take the same name, or find data of older sources under a new index. Here
+    each key has a name of its own, and data are used where version and key are those that are looked for.
+    """
+
+    def __init__(self, file: Any):
+        self._file, self._names = file, file._data_name_pattern
+        self.flush, self._save, self._load, self._dump = file.flush, file.save, file.load, file._dump
+
+    def save(self, key: Any, data: Any) -> None:
+        dumped = self._dump(key), self._dump(data)
+        digest = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
+        self._file._data_name_pattern = self._names.replace("{", f"{digest}.{{", 1)
+        self._save(key, (self._file._version, *dumped))
+
+    def load(self, key: Any) -> Any:
+        version, dumped_key, dumped = self._load(key) or ("", b"", b"")
+        # Data of another version may not even load.
+        return pickle.loads(dumped) if version == self._file._version and pickle.loads(dumped_key) == key else None
+
+
 def cache_under(digest: str, compiled: Any, prepare: Callable[[Callable], None]) -> None:
     """Cache a compiled function on disk, for sources with this digest only; prepare(function) comes before loading it.
 
@@ -58,6 +84,7 @@ def cache_under(digest: str, compiled: Any, prepare: Callable[[Callable], None])
         cache = Cache(compiled.py_func)
         _ = cache._py_func
         cache._cache_file._version += digest
+        cache._cache_file = CheckedFile(cache._cache_file)
     except (ImportError, AttributeError):
         warn(f"numba {numba.__version__} does not cache as skpose expects, so every process compiles anew")
     else:
