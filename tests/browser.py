@@ -154,7 +154,7 @@ class Browser:
     def fingers(self, *steps):
         """Put down fingers, move them from step to step, lift them; a step is a list of places of the canvas, px.
 
-        A screen reports a finger once a frame. Of steps that come faster Chromium scrolls by some only, by chance.
+        A display reports a finger once a frame. Of steps that come faster Chromium scrolls by some only, by chance.
         """
         left, top = self.corner()
         for i, step in enumerate(steps):
