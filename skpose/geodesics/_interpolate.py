@@ -210,10 +210,10 @@ def _check_keys(
                 "skpose.kinematics.retarget(motion, skeleton) as poses"
             )
         return poses, poses.skeleton, poses.times if times is None else times
-    for name, value in (("times", times), ("skeleton", skeleton)):
-        if value is None:
-            raise ValueError(f"interpolate needs {name}= for key poses that are no Motion, which has them")
-    return None, skeleton, times  # type: ignore[return-value]  # neither is None
+    if times is None or skeleton is None:
+        missing = "times" if times is None else "skeleton"
+        raise ValueError(f"interpolate needs {missing}= for key poses that are no Motion, which has them")
+    return None, skeleton, times
 
 
 def _check_times(times: ArrayLike, n_poses: int, frame_rate: float) -> np.ndarray:
