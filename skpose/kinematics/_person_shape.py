@@ -275,13 +275,16 @@ class _Maker:
         up = (hips, shoulders)
         pelvis = [self.sphere(*self._hip(side, R_PELVIS), along=(*up, PELVIS)) for side in SIDES]
         crotch = self.sphere(hips, R_CROTCH, along=(*up, CROTCH))
+        # These are inside of the others, and alone where shoulders are not seen.
+        band = [self.sphere(at, R_CROTCH, w) for at, _, w in (self._hip(side, R_PELVIS) for side in SIDES)]
         spine = 0.0 if at is None else SPINE
         waist = [self.sphere(points, R_WAIST, weights=w) for w in level(share, *WAIST[1:], spine)]
         ribs = [self.sphere(points, R_RIBS, weights=w) for w in level(*RIBS)]
         chest = [self.sphere(points, R_CHEST, weights=w) for w in level(*CHEST)]
         collar = self.sphere(points, R_NECK, weights=level(*COLLARS)[0])
         joint = self.person.trunk[-1] if self.person.trunk else -1
-        self.add(joint, (crotch, *pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar), *([neck] if neck else []))
+        hulls = (crotch, *band, *pelvis, *waist), (*waist, *ribs), (*ribs, *chest, collar)
+        self.add(joint, *hulls, *([neck] if neck else []))
         for end in (*hips, *shoulders):
             self.covered.update(path_up(self.skeleton, end - 1))
 

@@ -156,12 +156,13 @@ class Person {
     const line = [this.hips, this.shoulders];
     const pelvis = add(SIDES.map((side) => this.hip(side, SHAPE.R_PELVIS, { along: [...line, SHAPE.PELVIS] })));
     const crotch = this.sphere(this.hips, SHAPE.R_CROTCH, { along: [...line, SHAPE.CROTCH] });
+    const band = add(SIDES.map((side) => this.hip(side, SHAPE.R_PELVIS).with(1, SHAPE.R_CROTCH)));
     const waist = add(level(SHAPE.R_WAIST, [up, ...SHAPE.WAIST.slice(1)], at ? SHAPE.SPINE : 0));
     const ribs = add(level(SHAPE.R_RIBS, SHAPE.RIBS));
     const chest = add(level(SHAPE.R_CHEST, SHAPE.CHEST));
     const [collar] = add(level(SHAPE.R_NECK, SHAPE.COLLARS).slice(0, 1));
-    this.add(this.trunk.at(-1) ?? -1, [crotch, ...pelvis, ...waist], [...waist, ...ribs], [...ribs, ...chest, collar],
-      ...(neck.length ? [neck] : []));
+    const hulls = [[crotch, ...band, ...pelvis, ...waist], [...waist, ...ribs], [...ribs, ...chest, collar]];
+    this.add(this.trunk.at(-1) ?? -1, ...hulls, ...(neck.length ? [neck] : []));
     for (const end of [...this.hips, ...this.shoulders]) this.cover(pathUp(this.skeleton.parents, end - 1));
   }
 
