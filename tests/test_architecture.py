@@ -8,7 +8,6 @@ import importlib.util
 import inspect
 import pkgutil
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +15,8 @@ from pathlib import Path
 import pytest
 
 import skpose
+from skpose.datasets import make_gait
+from skpose.io import save_bvh
 
 PACKAGE = Path(skpose.__file__).parent
 ROOT = Path(__file__).parent.parent
@@ -227,8 +228,9 @@ def test_the_readmes_first_program_runs_without_files(tmp_path, monkeypatch, cap
 def test_the_readmes_program_runs(tmp_path, monkeypatch, capsys):
     _, program = programs_of_the_readme()
     (tmp_path / "bvh").mkdir()
-    for name in ("anna_walk_1", "anna_run_2", "ben_walk_1", "ben_run_2"):
-        shutil.copy(ROOT / "tests" / "data" / "biped.bvh", tmp_path / "bvh" / f"{name}.bvh")
+    gait = make_gait(2, 1, duration=1.0, random_state=0)
+    for person, action, motion in zip(gait.subjects, gait.actions, gait, strict=True):
+        save_bvh(tmp_path / "bvh" / f"{person}_{action}_1.bvh", motion, scale=0.01)
     monkeypatch.chdir(tmp_path)
     exec(compile(program, "README.md", "exec"), {})
     assert len(capsys.readouterr().out.strip("[]\n").split()) == 2  # the scores of two folds
