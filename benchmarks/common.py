@@ -5,9 +5,6 @@ import os
 import platform
 import re
 import statistics
-import subprocess
-import sys
-import tempfile
 import time
 from importlib.metadata import version
 from pathlib import Path
@@ -21,7 +18,6 @@ REPEATS = 5
 PAUSE = 0.1  # s, in which the threads of the contestant before, which wait for work by spinning, go to sleep
 INSTRUCTION_SETS = ("avx512f", "avx2", "sve", "neon", "sse2")  # the widest first
 STATUS = Path("/proc/self/status")
-CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def parser(doc, *, folder=True):
@@ -92,16 +88,6 @@ def medians(contestants, repeats=REPEATS, clock=time.perf_counter):
             function()
             seconds[name].append(clock() - start)
     return {name: statistics.median(values) for name, values in seconds.items()}
-
-
-def start_checkout(path, script, data):
-    """Start a process of a script with the skpose of a checkout, whose compiled functions have a cache of their own."""
-    environment = os.environ | {"PYTHONPATH": str(path)}
-    if path != CHECKOUT:
-        environment["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"{Path(script).stem}_cache")
-    return subprocess.Popen(
-        [sys.executable, script, "--search", data], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
 
 
 def memory(name):

@@ -1,13 +1,12 @@
-"""Inverse kinematics: does it find exact positions again, and how fast? Against scipy's least squares, and mink.
+"""Inverse kinematics: does it find exact positions again, and how fast? Against scipy's least squares.
 
     pip install "skpose[bench]"
     python benchmarks/inverse_kinematics.py [--cmu FOLDER OF CMU FILES] [--hdm05 FOLDER OF HDM05 FILES] [--quick]
 
 Positions are those of all joints in the world, of all frames. "Warm" frames are sequences: each starts from the frame
-before. "Cold" frames start from the rest pose, each by itself. In the race all contestants get the same frames, start
-from the same poses, take turns on one thread, and their answers are checked in the same run. Times on one thread are
-processor times, so that other work on the machine counts little; those on two threads are elapsed. Compilation is
-apart. Without folders motions are generated gait.
+before. "Cold" frames start from the rest pose. In the race the frames and starts are the same for all. Times on one
+thread are CPU times, those on two threads are elapsed; compilation is not counted. Without folders motions are
+generated gait.
 """
 
 import time
@@ -16,13 +15,12 @@ from functools import partial
 from typing import NamedTuple
 
 import common
-import least_squares
 import numpy as np
-import robotics
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 
-from skpose import forward_kinematics, inverse_kinematics
+from skpose import forward_kinematics, inverse_kinematics, position_jacobian
 from skpose.datasets import load_cmu, load_hdm05, make_gait
 
 SEED, EXACT = 0, 1e-6  # m
@@ -31,12 +29,10 @@ SEED, EXACT = 0, 1e-6  # m
 class Size(NamedTuple):
     repeats: int
     cold_step: int  # every so many frames are also fitted by themselves
-    n_runs: int  # in the warm race, of so many frames each
-    n_frames: int
-    n_cold: int  # frames in the cold race
+    n_cold: int  # frames in the race
 
 
-FULL, QUICK = Size(3, 10, 4, 50, 40), Size(1, 25, 1, 4, 2)
+FULL, QUICK = Size(3, 10, 40), Size(1, 25, 2)
 
 
 def world(motion):
@@ -92,76 +88,64 @@ def every_frame(dataset, size):
 
 
 def race(dataset, size):
-    """Print the times of all contestants on the same frames, warm and cold, and how near they come."""
+    """Print the time of skpose and of scipy's least squares on the same frames and starts, and the distances left."""
     rng = np.random.default_rng(SEED)
-    chosen = [i for i, motion in enumerate(dataset) if motion.skeleton == dataset[0].skeleton]
-    motions = [dataset[i] for i in rng.permutation(chosen)[: size.n_runs]]
-    skeleton = motions[0].skeleton
-    runs = []
-    for motion in motions:
-        first = rng.integers(1, len(motion) - size.n_frames)
-        before = motion[first - 1 : first]
-        root = Rotation.from_euler(motion.root_axes, before.root_angles).as_rotvec()[0]
-        start = np.concatenate([before.root_positions[0], root, before.angles[0]])
-        runs.append((start, world(motion[first : first + size.n_frames])))
-    everything = np.concatenate([world(motion) for motion in motions])
+    skeleton = dataset[0].skeleton
+    everything = np.concatenate([world(motion) for motion in dataset if motion.skeleton == skeleton])
     frames = everything[rng.choice(len(everything), size.n_cold, replace=False)]
-    starts = np.array([least_squares.aligned(skeleton, positions) for positions in frames])
-    contestants = {"skpose": (warm_by_skpose, cold_by_skpose)}
-    for name, solver in {**least_squares.solvers(skeleton), **robotics.solvers(skeleton)}.items():
-        if isinstance(solver, str):
-            print(f"{name}: {solver}")
-            continue
-        contestants[name] = (
-            lambda skeleton, runs, solver=solver: np.concatenate([in_turn(solver, *run) for run in runs]),
-            lambda skeleton, pairs, solver=solver: np.array(
-                [solver(start, p) for start, p in zip(*pairs, strict=True)]
-            ),
+    contestants = {
+        "skpose": lambda: in_the_world(
+            inverse_kinematics(frames, skeleton, initial=np.zeros((len(frames), skeleton.n_dofs)), n_jobs=1)
         )
-    given = np.concatenate([positions for _, positions in runs])
-    for k, (name, data, expected) in enumerate([("warm", runs, given), ("cold", (starts, frames), frames)]):
-        answers = {}
-
-        def take(tool, k=k, data=data, answers=answers):
-            answers[tool] = contestants[tool][k](skeleton, data)
-
-        with threadpool_limits(1), warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # scipy's angles may grow to thousands of turns
-            functions = {tool: lambda tool=tool: take(tool) for tool in contestants}
-            seconds = common.medians(functions, size.repeats, time.process_time)
-        print(f"\n{name}, {len(expected)} frames, one thread")
-        print(f"{'':<34}{'ms a frame':>12}{'x skpose':>12}{'most, m':>12}{'median, m':>12}{'> 1e-6 m':>10}")
-        for tool, value in seconds.items():
-            off = np.linalg.norm(answers[tool] - expected, axis=2).max(axis=1)
-            print(
-                f"{tool:<34}{1e3 * value / len(expected):>12.3f}{value / seconds['skpose']:>12.1f}{off.max():>12.1e}"
-                f"{np.median(off):>12.1e}{(off > EXACT).sum():>10}"
-            )
-            if tool == "skpose" and name == "warm":
-                assert off.max() < EXACT
+    }
+    for method in ("lm", "trf"):
+        contestants[f'scipy least_squares, "{method}"'] = lambda method=method: np.array(
+            [by_scipy(skeleton, given, method) for given in frames]
+        )
+    with threadpool_limits(1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # scipy's angles may grow to thousands of turns
+        answers = {tool: solve() for tool, solve in contestants.items()}
+        seconds = common.medians(contestants, size.repeats, time.process_time)
+    print(f"\ncold, {len(frames)} frames, one thread")
+    print(f"{'':<34}{'ms a frame':>12}{'x skpose':>12}{'most, m':>12}{'median, m':>12}{'> 1e-6 m':>10}")
+    for tool, value in seconds.items():
+        off = np.linalg.norm(answers[tool] - frames, axis=2).max(axis=1)
+        print(
+            f"{tool:<34}{1e3 * value / len(frames):>12.3f}{value / seconds['skpose']:>12.1f}{off.max():>12.1e}"
+            f"{np.median(off):>12.1e}{(off > EXACT).sum():>10}"
+        )
 
 
-def in_turn(solver, start, positions):
-    """Return the positions that a solver finds in a run of frames, each from the frame before."""
-    found = []
-    for given in positions:
-        found.append(solver(start, given))
-        start = solver.last
-    return found
+def by_scipy(skeleton, given, method):
+    """Positions that scipy finds from the rest pose at the best rigid fit, with the closed-form Jacobian."""
+    rest = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
+    rotation, _ = Rotation.align_vectors(given - given.mean(axis=0), rest - rest.mean(axis=0))
+    origin = given.mean(axis=0) - rotation.apply(rest.mean(axis=0))
+
+    def positions(x):
+        turn = (Rotation.from_rotvec(x[3:6]) * rotation).as_matrix()
+        return forward_kinematics(x[None, 6:], skeleton)[0] @ turn.T + x[:3]
+
+    def jacobian(x):
+        turned = positions(x) - x[:3]
+        turn = (Rotation.from_rotvec(x[3:6]) * rotation).as_matrix()
+        J = np.empty((skeleton.n_joints, 3, len(x)))
+        J[:, :, :3] = np.eye(3)
+        J[:, :, 3:6] = np.cross(left_jacobian(x[3:6]).T, turned[:, None]).transpose(0, 2, 1)
+        J[:, :, 6:] = turn @ position_jacobian(x[None, 6:], skeleton)[0].reshape(skeleton.n_joints, 3, -1)
+        return J.reshape(3 * skeleton.n_joints, -1)
+
+    start = np.concatenate([origin, np.zeros(3 + skeleton.n_dofs)])
+    found = least_squares(lambda x: (positions(x) - given).ravel(), start, jacobian, method=method)
+    return positions(found.x)
 
 
-def warm_by_skpose(skeleton, runs):
-    found = [
-        inverse_kinematics(positions, skeleton, initial=start[least_squares.N_ROOT :], n_jobs=1)
-        for start, positions in runs
-    ]
-    return np.concatenate([in_the_world(one) for one in found])
-
-
-def cold_by_skpose(skeleton, pairs):
-    starts, frames = pairs
-    initial = np.zeros((len(starts), skeleton.n_dofs))
-    return in_the_world(inverse_kinematics(frames, skeleton, initial=initial, n_jobs=1))
+def left_jacobian(v):
+    """The matrix from the rate of a rotation vector to the angular velocity in the axes of the world."""
+    angle, K = np.linalg.norm(v), np.cross(np.eye(3), v)
+    if angle < 1e-4:
+        return np.eye(3) + K / 2 + K @ K / 6
+    return np.eye(3) + (1 - np.cos(angle)) / angle**2 * K + (angle - np.sin(angle)) / angle**3 * K @ K
 
 
 def in_the_world(fitted):

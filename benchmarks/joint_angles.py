@@ -12,7 +12,7 @@ control for the knee.
 With CMU's walks: hip and knee of both sides over the cycle of the gait, from the contact of a foot to its next one, the
 median over all cycles of a person, and its peak and range next to published norms (M. P. Kadaba et al., 1990,
 doi:10.1002/jor.1100080310; J. Perry, "Gait Analysis", 1992: knee flexion reaches about 60°, the hip moves through about
-40°). Without a folder, generated walks on feet that stand, whose angles say nothing about people.
+40°).
 """
 
 import warnings
@@ -20,7 +20,6 @@ from pathlib import Path
 
 import common
 import numpy as np
-from cycles import stand
 
 from skpose import inverse_kinematics
 from skpose.biomechanics import gait_events, joint_angles
@@ -114,8 +113,9 @@ def against_norm(options):
         dataset = dataset[dataset.actions == "walk"]
         motions, subjects = list(dataset.motions), list(dataset.subjects)
     else:
-        motions = [stand(motion) for motion in make_gait(3, 2, activities=["walk"], random_state=0).motions]
-        subjects = [str(i) for i in range(len(motions))]
+        motion = make_gait(1, 1, activities=["walk"], random_state=0)[0]
+        assert np.isfinite(joint_angles(motion)["knee_flexion_left"]).all()
+        return
     if options.quick:
         motions, subjects = motions[:3], subjects[:3]
     print(f"{'person':>8}{'cycles':>8}{'peak of the knee':>18}{'range of the knee':>19}{'range of the hip':>18}")

@@ -1,4 +1,4 @@
-"""Distances between whole motions: million cells a second against aeon, dtaidistance and tslearn; actions recognised.
+"""Distances between whole motions: million cells a second against aeon, dtaidistance and tslearn.
 
     pip install "skpose[peers]"
     python benchmarks/motions.py --hdm05 FOLDER_OF_HDM05_FILES [--quick]
@@ -8,26 +8,20 @@ What others get is made before: the positions of the joints, in the form that ea
 orders of the axes. Ours get joint angles: forward kinematics and the conversions are a part of their time. The others
 sum squared distances, and dtaidistance also plain ones; their answers are checked in the same run, against ours or
 against the recursion on squared distances. Tools that are not installed are left out.
-
-Then what makes all distances cheaper, on ball joints, and what that changes: a window, every second frame, both; and
-the search for the nearest alone. Seconds of the processor, one thread, in turns. Under "position", the control, every
-pair is checked against the bound on the error of every second frame.
 """
 
 import importlib
-import time
 from typing import NamedTuple
 
 import common
 import numpy as np
-from nearest import RATE, share
 
-from skpose import MotionKNeighborsTransformer, forward_kinematics, motion_distances, pose_distances
+from skpose import forward_kinematics, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate
 from skpose.datasets import MotionDataset, load_hdm05, make_gait
 
+RATE = 12  # Hz
 SEED, N_CHECKED = 0, 30  # pairs of motions whose distances are computed again
-METRICS = ("angle", "position", "rotation", "spatial")
 WHOLE = Paths(1.0, False)  # no window
 
 
@@ -135,102 +129,6 @@ def race(title, dataset, repeats):
     print(f"spatial: a cell takes {ratio:.2f} x the time of a pair of pose_distances")
 
 
-def actions(dataset):
-    """Print the share of sequences whose nearest neighbour among other people is of the same action."""
-    dataset = resampled(dataset, RATE)
-    people = len(set(dataset.subjects))
-    print(f"\n{len(dataset)} sequences, {people} people, {len(set(dataset.actions))} actions, {RATE} Hz, 1-NN, %")
-    print(f"{'':<24}" + "".join(f"{metric:>10}" for metric in METRICS))
-    for root in (None, "tilt"):
-        with_root = dataset if root is None else dataset.with_root(root)
-        for joints, converted in (("Euler angles", with_root), ("ball joints", with_root.to_rotvec())):
-            found = [
-                share(motion_distances(converted, metric=metric, n_jobs=-1), dataset.actions, dataset.subjects)
-                for metric in METRICS
-            ]
-            name = joints + (f", root: {root}" if root else "")
-            print(f"{name:<24}" + "".join(f"{value:>10.1f}" for value in found))
-
-
-def turns(contestants, repeats):
-    """Median seconds of the processor of each function, all of them taking turns, and what it returns."""
-    found = {name: function() for name, function in contestants.items()}
-    return common.medians(contestants, repeats, time.process_time), found
-
-
-def nearest_alone(motions, skeleton, subjects, metric):
-    """Index of the nearest motion of another person, for each motion, without most of the distances."""
-    nearest = np.empty(len(motions), dtype=int)
-    for person in np.unique(subjects):
-        there, others = np.flatnonzero(subjects == person), np.flatnonzero(subjects != person)
-        search = MotionKNeighborsTransformer(skeleton, metric=metric, n_jobs=1).fit([motions[i] for i in others])
-        nearest[there] = others[search.kneighbors([motions[i] for i in there], 1)[1][:, 0]]
-    return nearest
-
-
-def bounds_of_half(motions, skeleton, half):
-    """Bounds of all sums, from those of every second frame, for a distance with the triangle inequality.
-
-    Each frame that is left out is replaced by the one before it. From a path of the half there is one of the whole,
-    through each cell and one more behind it. Of a path of the whole, every second cell is a path of the half, but for
-    the last cell; a frame may be in as many cells as the path has.
-    """
-    dropped = []
-    for X in motions:
-        n_dropped = len(X) // 2
-        D = pose_distances(X[: 2 * n_dropped], skeleton=skeleton, metric="position", n_jobs=1)
-        dropped.append(np.diagonal(D, 1)[::2])
-    total, largest = np.array([d.sum() for d in dropped]), np.array([d.max(initial=0.0) for d in dropped])
-    n, ends = np.array([len(X) for X in motions]), np.array([X[(len(X) - 1) // 2 * 2] for X in motions])
-    last = pose_distances(ends, skeleton=skeleton, metric="position", n_jobs=1)
-    upper = 2.0 * half + total[:, None] + total
-    lower = 2.0 * half - last - (n[:, None] + n - 1) * (largest[:, None] + largest)
-    return lower, upper
-
-
-def cheaper(dataset, repeats):
-    """Print the time of all distances, how they differ, and the share recognised, with windows and fewer frames."""
-    motions, skeleton = on_one_skeleton(dataset)
-    subjects, actions = np.asarray(dataset.subjects), np.asarray(dataset.actions)
-    half, off = [X[::2] for X in motions], ~np.eye(len(motions), dtype=bool)
-    n = np.array([len(X) for X in motions])
-    n = n[:, None] + n
-    print(f"\n{len(motions)} motions of {min(map(len, motions))} to {max(map(len, motions))} frames: cheaper distances")
-    print(f"{'':<44}{'s':>8}{'difference, median / 95 % / largest':>40}{'1-NN, %':>10}")
-    for metric in ("spatial", "position"):
-
-        def computed(given, window=None, metric=metric, **options):
-            return lambda: motion_distances(given, skeleton=skeleton, metric=metric, window=window, n_jobs=1, **options)
-
-        contestants = {
-            "all": computed(motions),
-            "window of 0.2": computed(motions, 0.2),
-            "window of 0.1": computed(motions, 0.1),
-            "every second frame": computed(half),
-            "every second frame, window of 0.2": computed(half, 0.2),
-            "the nearest alone": lambda metric=metric: nearest_alone(motions, skeleton, subjects, metric),
-        }
-        seconds, found = turns(contestants, repeats)
-        expected = np.where(subjects[:, None] == subjects, np.inf, found["all"])
-        nearest = found.pop("the nearest alone")
-        rows = np.arange(len(motions))
-        np.testing.assert_allclose(expected[rows, nearest], expected.min(axis=1), rtol=1e-12)
-        for name, distances in found.items():
-            change = np.abs(distances[off] / found["all"][off] - 1.0)
-            middle, most = np.quantile(change, (0.5, 0.95))
-            changes = f"{middle:.1%} / {most:.1%} / {change.max():.1%}"
-            right = share(distances, actions, subjects)
-            print(f"{metric + ', ' + name:<44}{seconds[name]:>8.2f}{changes:>40}{right:>10.1f}")
-        right = 100 * (actions[nearest] == actions).mean()
-        print(f"{metric + ', the nearest alone':<44}{seconds['the nearest alone']:>8.2f}{'none':>40}{right:>10.1f}")
-    whole = found["all"] * n
-    lower, upper = bounds_of_half(motions, skeleton, computed(half, normalize=False)())
-    assert (lower[off] <= whole[off]).all(), "a sum is below its bound"
-    assert (whole[off] <= upper[off]).all(), "a sum is above its bound"
-    room = np.median(upper[off] / whole[off]) - 1.0, 1.0 - np.median(lower[off] / whole[off])
-    print(f"position, every second frame: the bounds are {room[0]:.0%} above and {room[1]:.0%} below, in the median")
-
-
 def main():
     arguments = common.parser(__doc__, folder=False)
     arguments.add_argument("--hdm05", help="HDM05 files, see load_hdm05; default: generated gait")
@@ -242,8 +140,6 @@ def main():
     race(f"{RATE} Hz", slow[: size.n_motions] if options.quick else slow, size.repeats)
     chosen = np.sort(np.random.default_rng(SEED).choice(len(dataset), size.n_motions, replace=False))
     race(f"{dataset[0].frame_rate:g} Hz", dataset[chosen], size.repeats)
-    cheaper(slow.to_rotvec(), size.repeats)
-    actions(dataset)
 
 
 if __name__ == "__main__":

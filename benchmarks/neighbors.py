@@ -7,7 +7,6 @@ turns, a table holds medians. scikit-learn's brute force gets the joint position
 """
 
 import time
-from functools import partial
 from typing import NamedTuple
 
 import common
@@ -34,14 +33,12 @@ class Size(NamedTuple):
     n_index: int
     n_queries: int
     n_brute: int  # queries for brute force, whose time is scaled
-    grown: tuple  # poses of each index
-    worst: tuple  # poses of each index
     geodesic: tuple  # queries, poses
     repeats: int
 
 
-FULL = Size(12, 2000, 100_000, 1000, 50, (10_000, 100_000, 1_000_000), (3000, 30_000), (200, 10_000), 5)
-QUICK = Size(2, 60, 600, 20, 5, (200, 400), (100,), (2, 50), 1)
+FULL = Size(12, 2000, 100_000, 1000, 50, (200, 10_000), 5)
+QUICK = Size(2, 60, 600, 20, 5, (2, 50), 1)
 
 
 def positions(X, skeleton):
@@ -160,42 +157,6 @@ def spatial(name, X, queries, skeleton, size, k=10):
     )
 
 
-def growth(dataset, size):
-    """Print the time of a search for every size of the index."""
-    n_queries = size.n_queries
-    print(f"\nspatial, k = 10, {n_queries:,} queries, as the index grows")
-    for n in size.grown:
-        poses, _ = dense(dataset, n, n_queries)
-        chosen = RNG.permutation(len(poses))
-        knn = PoseKNeighborsTransformer(dataset.skeleton, n_jobs=-1).fit(poses[chosen[n_queries : n_queries + n]])
-        search = partial(knn.kneighbors, poses[chosen[:n_queries]], 10)
-        seconds = common.medians({"skpose": search}, size.repeats)
-        print(f"  {n:>9,} poses {seconds['skpose']:.3f} s")
-
-
-def worst_cases(skeleton, size):
-    """Print times over those of brute force where the lower bounds rule out little or nothing."""
-    print("\nworst cases, k = 1, 10, 100: time of the search over that of brute force")
-    kinds = {
-        "identical": lambda n: np.repeat(RNG.uniform(-1, 1, size=(1, skeleton.n_dofs)), n, axis=0),
-        "random": lambda n: RNG.uniform(-np.pi, np.pi, size=(n, skeleton.n_dofs)),
-        "all within 1e-7 rad": lambda n: 1e-7 * RNG.normal(size=(n, skeleton.n_dofs)),
-    }
-    for metric, n_queries in (("angle", 1000), ("position", 1000), ("spatial", 100)):
-        for n in size.worst:
-            for kind, make in kinds.items():
-                X, ratios = make(n), []
-                pair = {
-                    algorithm: PoseKNeighborsTransformer(skeleton, metric=metric, algorithm=algorithm, n_jobs=-1).fit(X)
-                    for algorithm in ("auto", "brute")
-                }
-                for k in (1, 10, 100):
-                    searches = {name: partial(knn.kneighbors, X[:n_queries], k) for name, knn in pair.items()}
-                    seconds = common.medians(searches, size.repeats)
-                    ratios.append(seconds["auto"] / seconds["brute"])
-                print(f"  {metric:<10}{n:>7,} {kind:<20}" + "".join(f"{ratio:>7.2f}" for ratio in ratios))
-
-
 def geodesic(poses, skeleton, size, k=5):
     """Print time and cost of a search under "geodesic"."""
     n_queries, n = size.geodesic
@@ -243,9 +204,7 @@ def main():
         skeleton,
         size,
     )
-    growth(dataset, size)
     geodesic(poses, skeleton, size)
-    worst_cases(skeleton, size)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ if "PYTEST_XDIST_WORKER" in os.environ:  # before numpy: with a worker on each p
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -189,30 +188,22 @@ SKELETONS = {
 }
 
 
-ALL_SKELETONS = [*SKELETONS, "CMU"]  # of the fixture
+ALL_SKELETONS = ["humanoid", "mixed joints", "weights"]  # of the fixture
 
 
 def in_turns(*values):
-    """Return all combinations of values, for `parametrize`: slow ones but for as many as have every value."""
-    quick = {tuple(i % len(some) for some in values) for i in range(max(map(len, values)))}
-    return [
-        pytest.param(
-            *(some[i] for some, i in zip(values, at, strict=True)), marks=() if at in quick else pytest.mark.slow
-        )
-        for at in product(*(range(len(some)) for some in values))
-    ]
+    """Combinations for `parametrize` in which every value occurs, as many as the longest list has."""
+    n = max(map(len, values))
+    return [pytest.param(*(some[i % len(some)] for some in values)) for i in range(n)]
 
 
 def quick_on(*names):
-    """Make a test with the fixture `skeleton` slow on all but these skeletons."""
-    each = [pytest.param(name, marks=() if name in names else pytest.mark.slow) for name in ALL_SKELETONS]
-    return pytest.mark.parametrize("skeleton", each, indirect=True)
+    """Run a test with the fixture `skeleton` on these skeletons only."""
+    return pytest.mark.parametrize("skeleton", names, indirect=True)
 
 
 @pytest.fixture(params=ALL_SKELETONS, scope="session")
 def skeleton(request):
-    if request.param == "CMU":
-        return request.getfixturevalue("cmu").skeleton
     return SKELETONS[request.param]
 
 

@@ -36,12 +36,6 @@ def test_type_checkers_see_the_same_names():
     assert sorted(name for names in skpose._PACKAGES.values() for name in names) == skpose.__all__
 
 
-def test_dir_has_all_names_before_they_are_used():
-    names = run("import skpose; print(*dir(skpose))")
-    assert {name for name in names if not name.startswith("_")} == {*skpose.__all__, *PACKAGES}
-    assert {*skpose.__all__, *PACKAGES, "__version__", "__all__", "__doc__"} <= set(names)
-
-
 def test_all_names_can_be_imported_at_once():
     names = run("from skpose import *; print(*(name for name in dir() if not name.startswith('_')))")
     assert names == skpose.__all__
@@ -52,14 +46,6 @@ def test_packages_are_attributes(monkeypatch):
         home = importlib.import_module(f"skpose.{package}")
         monkeypatch.delattr(skpose, package)  # as before the import, which sets it
         assert getattr(skpose, package) is home
-
-
-@pytest.mark.slow  # a process each
-@pytest.mark.parametrize("package", PACKAGES)
-def test_every_package_can_be_the_first_that_is_imported(package):
-    assert (
-        run(f"import skpose; print(*skpose.{package}.__all__)") == importlib.import_module(f"skpose.{package}").__all__
-    )
 
 
 def test_pickles_are_read_where_nothing_is_imported_yet(tmp_path):
