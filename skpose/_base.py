@@ -1,22 +1,19 @@
-"""Shared parts of the pose estimators: the checks of X, the metric that they learn, and where they are documented.
+"""Shared parts of the pose estimators: checks of X, the fitted metric, and the link to their documentation.
 
-A fitted estimator answers as it was fitted. `fit` begins with `_check_X(X, reset=True)`, which forgets a fit before and
-stores the skeleton and the metric as fitted attributes; what comes after `fit` reads these, never the parameters of the
-same meaning. Parameters that only state how to answer, `HOW_TO_ANSWER`, are read when they are used, as in
-scikit-learn.
+`fit` begins with `_check_X(X, reset=True)`, which deletes the attributes of an earlier fit and stores the skeleton and
+the metric as `skeleton_` and `metric_`. Other methods read these attributes, not the parameters. The parameters in
+`HOW_TO_ANSWER` are read when a method is called, as in scikit-learn.
 """
 
-import inspect
 from numbers import Integral
 from typing import Any, ClassVar
 
 import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
-from skpose._compat.sklearn import InvalidParameterError, StrOptions, validate_parameter_constraints
+from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
 from skpose._validation.columns import check_column_names, check_dimensions, check_width
 from skpose._validation.poses import check_is_array
-from skpose._validation.skeletons import is_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.metrics import Metric, pose_distances
 from skpose.metrics._shared import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
@@ -31,13 +28,13 @@ ESTIMATOR_CONSTRAINTS = {
 
 
 class EstimatorMixin:
-    """Mixin for all estimators: `skeleton` is first, nothing is left of a fit before, the documentation is found."""
+    """Mixin for all estimators: parameter checks, refitting, and the link to the documentation."""
 
     skeleton: Skeleton | None
 
     _parameter_constraints: ClassVar[dict]
 
-    # Where scikit-learn's HTML representation finds the page of an estimator, and with it a tooltip for each parameter.
+    # The page that scikit-learn's HTML representation links to.
     _doc_link_module = "skpose"
     _doc_link_template = "https://skpose.github.io/skpose/api/{page}.html"
     _is_experimental: ClassVar[bool] = False  # and so not a name of `skpose` itself
@@ -46,32 +43,13 @@ class EstimatorMixin:
         package = type(self).__module__.rpartition(".")[0] if self._is_experimental else "skpose"
         return {"page": f"{package}.{type(self).__name__}"}
 
-    def _validate_params(self):
-        """Check all parameters, as scikit-learn's `fit` begins; another one in the place of the skeleton has words."""
-        if self.skeleton is not None and not is_skeleton(self.skeleton):
-            self._explain_no_name(self.skeleton)
-        super()._validate_params()  # type: ignore[misc]  # of BaseEstimator
-
-    def _explain_no_name(self, value):
-        """Refuse a value that stands first if another parameter, which needs its name, accepts it."""
-        name = type(self).__name__
-        for other in list(inspect.signature(type(self)).parameters)[1:]:
-            try:
-                validate_parameter_constraints({other: self._parameter_constraints[other]}, {other: value}, name)
-            except InvalidParameterError:
-                continue
-            raise InvalidParameterError(
-                f"skeleton must be a skpose.Skeleton, got {type(value).__name__}: it comes first, and the other "
-                f"parameters of {name} need their names, as in {other}={value!r}"
-            )
-
     def _forget(self):
-        """Remove the attributes of a fit before."""
+        """Delete the attributes of an earlier fit."""
         for name in [name for name in vars(self) if name.endswith("_") and not name.startswith("_")]:
             delattr(self, name)
 
     def _check_how_to_answer(self):
-        """Check the parameters that may have changed since `fit`, which checks all of them."""
+        """Check the parameters that are read after `fit`."""
         given = {name: getattr(self, name) for name in HOW_TO_ANSWER if hasattr(self, name)}
         constraints = {name: self._parameter_constraints[name] for name in given}
         validate_parameter_constraints(constraints, given, type(self).__name__)
@@ -100,10 +78,7 @@ class PoseEstimatorMixin(EstimatorMixin):
     metric_: Any  # a Metric; None with "precomputed"
 
     def _check_X(self, X, *, reset, **options):
-        """Return X as an array that fits the skeleton; precomputed distances as they are.
-
-        With `reset` forget what was learnt before, and learn the metric.
-        """
+        """Check X against the skeleton, or as precomputed distances; with `reset` learn the metric."""
         check_is_array(X, "X")
         if reset:
             self._forget()
@@ -126,7 +101,7 @@ class PoseEstimatorMixin(EstimatorMixin):
         return X
 
     def _learn_metric(self, skeleton):
-        """Store the metric that the parameter states on a skeleton."""
+        """Set `skeleton_` and `metric_`."""
         if self._is_precomputed():
             self.skeleton_, self.metric_ = None, None
             return
@@ -149,10 +124,7 @@ class PoseEstimatorMixin(EstimatorMixin):
         metric = params.get("metric", self.metric)
         of_metric = [name for name in params if name.startswith("metric__")]
         if of_metric and not isinstance(metric, Metric):
-            raise ValueError(
-                f"{of_metric[0]} is a parameter of a metric, but metric={metric!r} is no object, which has some: pass "
-                "one of skpose.metrics, such as metric=Spatial()"
-            )
+            raise ValueError(f"{of_metric[0]} needs a metric object such as metric=Spatial(), got metric={metric!r}")
         return super().set_params(**params)  # type: ignore[misc]  # of BaseEstimator, as __sklearn_tags__
 
     def _is_precomputed(self):
@@ -175,4 +147,4 @@ class PoseEstimatorMixin(EstimatorMixin):
         return tags
 
 
-HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode", "joint_limits", "regularization", "memory"
+HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode", "joint_limits", "regularization"

@@ -11,17 +11,17 @@
 | `_weightings`                             | means of many weightings of one set of poses                            |
 """
 
-from skpose.geodesics._geodesic import GeodesicResult, geodesic
+from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult
+from skpose.geodesics._geodesic import geodesic
 from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
-from skpose.geodesics._mean import FrechetMeanResult, frechet_mean
-from skpose.geodesics._median import GeometricMedianResult, geometric_median
+from skpose.geodesics._mean import FrechetMeanResult as FrechetMeanResult
+from skpose.geodesics._mean import frechet_mean
+from skpose.geodesics._median import GeometricMedianResult as GeometricMedianResult
+from skpose.geodesics._median import geometric_median
 from skpose.geodesics._sequence import geodesic_distances
 
 __all__ = [
-    "FrechetMeanResult",
-    "GeodesicResult",
-    "GeometricMedianResult",
     "exp_map",
     "frechet_mean",
     "geodesic",

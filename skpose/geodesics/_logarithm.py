@@ -12,7 +12,7 @@ from skpose._validation.numbers import check_numbers
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
-from skpose.geodesics._tangent_space import NOT_MET, TangentSpace
+from skpose.geodesics._tangent_space import TangentSpace
 from skpose.kinematics._shared import counted_joints
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
@@ -218,10 +218,7 @@ def exp_map(
     given = check_numbers(velocities, "velocities")
     expected = (skeleton.n_joints, 3)
     if given.ndim != 3 or given.shape[1:] != expected:
-        raise ValueError(
-            f"velocities must have shape (n_poses, {expected[0]}, 3), one velocity for each joint of the skeleton, got "
-            f"{given.shape}; log_map returns them so"
-        )
+        raise ValueError(f"velocities must have shape (n_poses, {expected[0]}, 3) for this skeleton, got {given.shape}")
     if not (np.abs(given) <= LARGEST).all():  # NaN too
         raise ValueError(f"velocities must be finite numbers below {LARGEST:g} m, got NaN, infinity or a larger one")
     n_steps = require_logarithms(metric, skeleton, "exp_map").n_steps
@@ -229,9 +226,8 @@ def exp_map(
     poses, n_missed = space.exponentials(from_joints(skeleton, given))
     if n_missed:
         warn(
-            f"{n_missed} of the {len(poses)} geodesics miss a step by more than {NOT_MET:g} of it: the joints cannot "
-            f"reach where it would lead them, as with velocities too large for n_steps={n_steps}, or near straight "
-            "limbs; a larger n_steps, in log_map too, may help",
+            f"{n_missed} of the {len(poses)} geodesics could not follow their velocities; a larger n_steps than "
+            f"{n_steps}, in log_map too, may help",
             ConvergenceWarning,
         )
     return poses

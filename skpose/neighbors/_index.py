@@ -34,8 +34,7 @@ class PoseIndex:
         is_euclidean = isinstance(bound, Metric) and bound.lower_bound() == bound and bound.measure is measure_euclidean
         if bound is not None and not is_euclidean:
             raise ValueError(
-                f"the lower bound of {metric.label!r} must be a metric that is the Euclidean distance of its codes, "
-                f"and so its own lower bound, such as Position(), got {bound!r}"
+                f"the lower bound of {metric.label!r} must be a Euclidean metric such as Position(), got {bound!r}"
             )
         if bound is not None:
             chords = ChordFilter(self.poses, bound, skeleton)

@@ -10,15 +10,15 @@
 """
 
 from skpose.statistics._kernel_regressor import PoseKernelRegressor
-from skpose.statistics._outliers import OutlierTestResult, outlier_test
+from skpose.statistics._outliers import OutlierTestResult as OutlierTestResult
+from skpose.statistics._outliers import outlier_test
 from skpose.statistics._tangent_pca import PoseTangentPCA
-from skpose.statistics._two_sample import TwoSampleTestResult, two_sample_test
+from skpose.statistics._two_sample import TwoSampleTestResult as TwoSampleTestResult
+from skpose.statistics._two_sample import two_sample_test
 
 __all__ = [
-    "OutlierTestResult",
     "PoseKernelRegressor",
     "PoseTangentPCA",
-    "TwoSampleTestResult",
     "outlier_test",
     "two_sample_test",
 ]

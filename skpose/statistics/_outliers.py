@@ -166,10 +166,7 @@ def outlier_test(
     """
     units = check_units(X, Y, skeleton, paired=False)
     if units.n_y < 2:
-        raise ValueError(
-            f"Y has one of the {units.name}, so that every p would be 1: pass a set of more, with which each of X is "
-            "compared"
-        )
+        raise ValueError(f"Y must have at least two {units.name}, got one")
     skeleton = units.skeleton
     if skeleton is not None:
         warn_of_degrees(None, skeleton, X=units.of_x, Y=units.of_y)

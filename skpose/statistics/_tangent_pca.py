@@ -227,10 +227,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         self._check_how_to_answer()
         scores = check_array(X, dtype=[np.float64, np.float32], estimator=self, input_name="X")
         if scores.shape[1] != self.n_components_:
-            raise ValueError(
-                f"X must have {self.n_components_} columns, one score for each component, as transform returns them, "
-                f"got {scores.shape[1]}"
-            )
+            raise ValueError(f"X must have {self.n_components_} columns, one for each component, got {scores.shape[1]}")
         return self._space().move(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
 
     def reconstruction_error(self, X):
@@ -270,16 +267,14 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         n_varying = _count_varying(sizes, shape[0])
         if sizes[0] <= ROUNDING * np.sqrt(shape[0]):
             raise ValueError(
-                f"all {shape[0]} poses of X are equal under the metric {self.metric_.label!r}, got no variance to "
-                "explain: pass poses that differ in joints that have weight"
+                f"poses of X must differ under the metric {self.metric_.label!r}, got {shape[0]} equal poses"
             )
         if self.n_components is None:
             return n_varying
         if isinstance(self.n_components, Integral):
             if int(self.n_components) > min(shape):
                 raise ValueError(
-                    f"n_components must be at most {min(shape)} for {shape[0]} poses of {shape[1]} columns, got "
-                    f"{self.n_components}; None keeps all in which the poses vary"
+                    f"n_components must be at most {min(shape)} for poses of shape {shape}, got {self.n_components}"
                 )
             return int(self.n_components)
         reached = np.searchsorted(np.cumsum(variances) / variances.sum(), self.n_components, side="right") + 1

@@ -1,4 +1,4 @@
-"""Two sets of poses that are given by the user, as units: what may change places where the sets do not differ."""
+"""The two sets of a test as exchangeable units: single poses or whole motions."""
 
 from typing import Any, NamedTuple
 
@@ -46,10 +46,7 @@ class Units(NamedTuple):
     def encode(self, metric: Metric) -> tuple[Sequences, Sequences]:
         """Return what the metric compares, of X and of Y: poses, or what a metric of motions makes of each motion."""
         if self.are_rows and isinstance(metric, MotionMetric):
-            raise ValueError(
-                f"the metric {metric.label!r} compares frames of whole motions, by what comes before and after them, "
-                'but X and Y are arrays whose rows are single poses: pass lists of motions, or take "position"'
-            )
+            raise ValueError(f"the metric {metric.label!r} needs lists of motions, got arrays of poses")
         return self.X.rows(metric, "X"), self.Y.rows(metric, "Y")
 
 
@@ -59,29 +56,20 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
     if rows != _are_rows(Y):
         kinds = ("poses", "motions") if rows else ("motions", "poses")
         raise ValueError(
-            f"X and Y must be of one kind, as rows of an array are permuted one by one and motions whole, but X is "
-            f"{kinds[0]} and Y {kinds[1]}: pass lists of motions, or two arrays (n_poses, n_dofs)"
+            f"X and Y must both be arrays of poses or both lists of motions, got {kinds[0]} and {kinds[1]}"
         )
     if rows:
         a, b = check_poses(X, skeleton, "X"), check_poses(Y, skeleton, "Y")
         if a.shape[1] != b.shape[1]:
-            raise ValueError(
-                f"X has {a.shape[1]} columns and Y has {b.shape[1]}; poses of one skeleton have equally many"
-            )
+            raise ValueError(f"X and Y must have the same number of columns, got {a.shape[1]} and {b.shape[1]}")
         one, other = (CheckedMotions(Sequences(p, np.arange(len(p) + 1)), skeleton, None) for p in (a, b))
     else:
         one, other = check_motions({"X": X, "Y": Y}, skeleton)
     units = Units(one, other, one.skeleton, rows)
     if paired and units.n_x != units.n_y:
-        raise ValueError(
-            f"paired=True takes X[i] and Y[i] as a pair, such as one person before and after, but X has {units.n_x} "
-            f"{units.name} and Y has {units.n_y}: leave out those without a partner, or pass paired=False"
-        )
+        raise ValueError(f"paired=True needs as many {units.name} in X as in Y, got {units.n_x} and {units.n_y}")
     if units.n_x == units.n_y == 1:
-        join = "" if rows else ", or cut each motion into pieces only where these are independent"
-        raise ValueError(
-            f"X and Y have one of the {units.name} each, so that p would be 1 for any two: pass more of them{join}"
-        )
+        raise ValueError(f"X or Y must have at least two {units.name}, got one each")
     if rows:
         _warn_of_frames(X=units.of_x, Y=units.of_y)
     return units
@@ -116,9 +104,7 @@ def _warn_of_frames(**arrays: np.ndarray) -> None:
         ratio = steps / max(2.0 * np.var(X, axis=0, ddof=1, dtype=np.float64).sum(), np.finfo(np.float64).tiny)
         if steps > 0 and ratio < min(FRAMES_OF_A_RECORDING, 1.0 - 4.0 / np.sqrt(len(X))):
             warn(
-                f"rows of {name} follow one another as frames of a recording do: the mean square of the step from row "
-                f"to row is {ratio:.2g} of that between any two rows, and would be 1 in a random order. Such rows are "
-                "not exchangeable, and p is mostly far too small: pass a list of motions, which are permuted whole. If "
-                "the rows are independent of one another and only sorted, ignore this"
+                f"rows of {name} look like consecutive frames, so p is too small: pass a list of motions, "
+                f"which are permuted as wholes (mean square step {ratio:.2g} of that in random order)"
             )
             return

@@ -5,15 +5,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import HAS_CALLBACKS, SKELETONS, Recorder, in_turns, metric_of, random_tree
+from conftest import HAS_CALLBACKS, SKELETONS, Recorder, in_turns, metric_of
 from sklearn.cluster import KMeans
 from sklearn.datasets import make_blobs
-from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import adjusted_rand_score
 
 from skpose import Skeleton, pose_distances
 from skpose.cluster import PoseKMeans
-from skpose.cluster._lloyd import first_centers, lloyd
+from skpose.cluster._lloyd import lloyd
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean
 from skpose.geodesics._weightings import WeightedMeans
@@ -74,47 +73,6 @@ def test_a_cluster_without_samples_gets_the_farthest_one_as_in_scikit_learn(blob
     np.testing.assert_allclose(found.centers, expected.cluster_centers_, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("metric", METRICS[:4])
-def test_no_cluster_stays_empty(metric, poses):
-    start = poses[[0, 20, 40, 41]]
-    start[2:] = start[1] + np.array([[1e-9, 0, 0], [2e-9, 0, 0]])
-    found = run(poses, start, skeleton=ARM, metric=metric)
-    nearest = pose_distances(poses, found.centers, skeleton=ARM, metric=metric).argmin(axis=1)
-    assert len(np.unique(nearest)) == 4
-
-
-def test_first_centers_are_as_good_as_those_of_scikit_learn(blobs):
-    """The cost of one iteration from them, in the mean over many draws."""
-    X, _ = blobs
-    rng, costs = np.random.RandomState(0), []
-
-    def squared(centers):
-        return pose_distances(X, centers, metric="angle") ** 2
-
-    for _ in range(60):
-        rows = first_centers(X, np.ones(len(X)), squared, 5, rng)
-        assert len(set(rows)) == 5
-        costs.append(squared(X[rows]).min(axis=1).sum())
-    expected = [-KMeans(5, n_init=1, max_iter=1, random_state=i).fit(X).score(X) for i in range(60)]
-    after = [run(X, X[first_centers(X, np.ones(len(X)), squared, 5, rng)], max_iter=1).inertia for _ in range(60)]
-    assert np.mean(after) < np.mean(expected) * 1.1
-    uniform = [squared(X[rng.choice(len(X), 5, replace=False)]).min(axis=1).sum() for _ in range(60)]
-    assert np.mean(costs) < 0.8 * np.mean(uniform)
-
-
-def test_samples_of_weight_zero_are_never_drawn(blobs):
-    X, weights = blobs[0], np.zeros(300)
-    weights[100:110] = 1.0
-
-    def squared(centers):
-        return pose_distances(X, centers, metric="angle") ** 2
-
-    for seed in range(20):
-        rows = first_centers(X, weights, squared, 6, np.random.RandomState(seed))
-        assert len(set(rows)) == 6
-        assert set(rows) <= set(range(100, 110))
-
-
 # --- the objective ---------------------------------------------------------------------------------------------------
 
 
@@ -126,19 +84,6 @@ def test_inertia_never_rises(metric, name):
     start = pose_distances(X, X[:3], skeleton=skeleton, metric=metric_of(metric, n_steps=5)) ** 2
     assert (np.diff([start.min(axis=1).sum(), *inertias]) <= 1e-12).all()
     assert inertias[0] < 0.95 * start.min(axis=1).sum()
-
-
-def test_a_mean_that_is_no_nearer_is_not_taken(blobs):
-    X, _ = blobs
-    rng = np.random.default_rng(0)
-
-    def anything(weightings):
-        return rng.uniform(X.min(), X.max(), size=(len(weightings), 3)), np.zeros(len(weightings), dtype=bool)
-
-    found = [run(X, X[:5], means=anything, max_iter=n) for n in range(1, 12)]
-    before = (pose_distances(X, X[:5], metric="angle") ** 2).min(axis=1).sum()
-    assert all(one.inertia <= before for one in found)
-    assert all(one.n_unconverged == 5 for one in found)
 
 
 @pytest.mark.parametrize("metric", METRICS)
@@ -163,16 +108,6 @@ def test_centres_are_means_and_samples_are_with_the_nearest(metric, poses):
         assert apart < {"angle": 1e-9, "position": 1e-4}.get(metric, 5e-3)
 
 
-def test_the_best_of_several_runs_is_taken(blobs):
-    X, _ = blobs
-    one = [PoseKMeans(n_clusters=8, metric="angle", random_state=seed).fit(X).inertia_ for seed in range(5)]
-    rng = np.random.RandomState(0)
-    best = PoseKMeans(n_clusters=8, metric="angle", n_init=6, random_state=0).fit(X).inertia_
-    each = [PoseKMeans(n_clusters=8, metric="angle", random_state=rng).fit(X).inertia_ for _ in range(6)]
-    assert best == min(each)
-    assert len(set(one)) > 1
-
-
 # --- samples ---------------------------------------------------------------------------------------------------------
 
 
@@ -190,61 +125,6 @@ def test_a_sample_twice_is_a_sample_of_twice_the_weight_in_any_order(poses):
         k_means.fit(poses[kept], sample_weight=counts[kept])
         np.testing.assert_array_equal(k_means.cluster_centers_, expected)
         assert len(labels) == len(poses)
-
-
-def test_the_same_seed_gives_the_same_result(poses):
-    for metric in METRICS:
-        a, b = (PoseKMeans(ARM, n_clusters=4, metric=metric, random_state=5).fit(poses[:20]) for _ in range(2))
-        np.testing.assert_array_equal(a.cluster_centers_, b.cluster_centers_)
-        two = PoseKMeans(ARM, n_clusters=4, metric=metric, random_state=5, n_jobs=2).fit(poses[:20])
-        np.testing.assert_array_equal(a.cluster_centers_, two.cluster_centers_)
-
-
-def test_equal_distances_are_decided_by_index():
-    X = np.array([[0.0], [1.0], [2.0]])
-    k_means = PoseKMeans(n_clusters=2, metric="angle", random_state=0).fit(X[[0, 2]])
-    np.testing.assert_array_equal(k_means.predict([[1.0]]), [0])
-
-
-def test_fewer_different_samples_than_clusters():
-    X = np.repeat([[0.0, 0.0], [1.0, 1.0]], 3, axis=0)
-    with pytest.warns(
-        ConvergenceWarning, match="2 distinct .* n_clusters=4, as the samples .* are 2 different poses; lower"
-    ):
-        k_means = PoseKMeans(n_clusters=4, metric="angle", random_state=0).fit(X)
-    assert k_means.inertia_ == 0.0
-    assert k_means.cluster_centers_.shape == (4, 2)
-    assert {tuple(center) for center in k_means.cluster_centers_} == {(0.0, 0.0), (1.0, 1.0)}
-    with pytest.raises(ValueError, match="n_clusters=7 is more than the 6 samples"):
-        PoseKMeans(n_clusters=7, metric="angle").fit(X)
-
-
-def test_poses_that_differ_in_nothing_that_is_seen():
-    """A twist about the last bone moves no joint: two poses for each of two places."""
-    skeleton = random_tree(1, offset_frame="parent")
-    X = np.zeros((4, skeleton.n_dofs))
-    X[2:, 0] = 1.0
-    X[1::2, -1] = 0.5
-    assert pose_distances(X[:1], X[1:2], skeleton=skeleton, metric="position").item() == 0.0
-    with pytest.warns(
-        ConvergenceWarning, match="2 distinct .* though the samples .* are 4 different poses: no sample is nearest"
-    ):
-        k_means = PoseKMeans(skeleton, n_clusters=3, metric="position", random_state=0).fit(X)
-    assert k_means.inertia_ < 1e-20
-    np.testing.assert_array_equal(k_means.labels_[[0, 2]], k_means.labels_[[1, 3]])
-
-
-def test_weights_that_are_all_zero_are_refused(blobs):
-    X, zeros = blobs[0], np.zeros(len(blobs[0]))
-    k_means = PoseKMeans(n_clusters=2, metric="angle", random_state=0).fit(X)
-    for method in (k_means.score, k_means.fit):
-        with pytest.raises(ValueError, match="sample_weight must be somewhere positive"):
-            method(X, sample_weight=zeros)
-
-
-def test_an_end_by_max_iter_is_said(blobs):
-    with pytest.warns(ConvergenceWarning, match="k-means did not converge: .* max_iter=1 iterations; raise max_iter"):
-        PoseKMeans(n_clusters=8, metric="angle", max_iter=1, random_state=0).fit(blobs[0])
 
 
 def test_wrapped_angles_form_one_cluster_around_half_a_turn():

@@ -3,11 +3,9 @@
 import warnings
 
 import numpy as np
-import pandas as pd
 import pytest
 import reference
-from conftest import ALL_SKELETONS, SKELETONS, in_turns, quick_on, random_tree, whole_turns
-from numba import njit
+from conftest import ALL_SKELETONS, SKELETONS, in_turns, quick_on, whole_turns
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import (
@@ -19,9 +17,7 @@ from skpose import (
     pose_distances,
     position_jacobian,
 )
-from skpose._compiled.pose.measure import measure_euclidean
-from skpose.geodesics._geodesic import GeodesicResult, _reason
-from skpose.metrics import Geodesic, Position, Spatial
+from skpose.metrics import Geodesic, Spatial
 
 TIGHT = 0.0  # down to rounding: tol where the path itself is compared, and not only its length
 HUMANOID = SKELETONS["humanoid"]
@@ -32,11 +28,6 @@ def near_and_far(skeleton, far=0.3, seed=0):
     rng = np.random.default_rng(seed)
     a = rng.uniform(-1, 1, skeleton.n_dofs)
     return a, a + far * rng.normal(size=skeleton.n_dofs)
-
-
-def has_free_joints(skeleton):
-    """Whether paths have other coordinates than poses: rotation vectors for joints with three dofs."""
-    return any(bone.n_dofs == 3 for bone in skeleton.bones)
 
 
 def kinematics(skeleton):
@@ -82,22 +73,6 @@ def test_same_minimum_as_scipy(n_steps, skeleton):
     assert found.energy <= reference.path_energy(naive, skeleton) * (1 + 1e-9)
 
 
-def test_attributes_describe_the_path(skeleton):
-    a, b = near_and_far(skeleton)
-    found = geodesic(a, b, skeleton, tol=TIGHT)
-    np.testing.assert_allclose(found.path[[0, -1]], [a, b], atol=1e-14)
-    np.testing.assert_allclose(found.length, reference.path_length(found.path, skeleton), rtol=1e-12)
-    np.testing.assert_allclose(found.curve_length, reference.path_length(found.path, skeleton, 8), rtol=1e-12)
-    np.testing.assert_allclose(found.energy, reference.path_energy(found.path, skeleton), rtol=1e-12)
-    if not has_free_joints(skeleton):
-        np.testing.assert_allclose(found.gradient_norm, np.linalg.norm(gradient(found.path, skeleton, 10)), atol=1e-9)
-    assert found.converged
-    assert found.gradient_norm <= 1e-7
-    assert 0.0 <= found.gain <= 1e-14
-    assert found.length <= found.curve_length <= found.length * 1.005
-    assert "converged in" in repr(found)
-
-
 def test_no_more_of_the_length_is_left_to_gain_than_requested(skeleton):
     a, b = near_and_far(skeleton, far=0.1)  # of farther poses there may be several minima
     tight = geodesic(a, b, skeleton, tol=TIGHT)
@@ -110,14 +85,6 @@ def test_no_more_of_the_length_is_left_to_gain_than_requested(skeleton):
     assert geodesic(a, b, skeleton).length == geodesic(a, b, skeleton, tol=1e-6).length
 
 
-@pytest.mark.parametrize("scale", [0.01, 100.0])
-def test_other_units_of_length(scale):
-    """Damping and tol have no unit: with every bone longer the lengths are in proportion."""
-    small = Skeleton([bone._replace(offset=np.multiply(bone.offset, scale)) for bone in HUMANOID.bones])
-    a, b = near_and_far(HUMANOID)
-    np.testing.assert_allclose(geodesic(a, b, small).length, scale * geodesic(a, b, HUMANOID).length)
-
-
 @pytest.mark.parametrize("ends", [((0.1, 0.2), (1.0, -0.7)), ((-1.2, 0.4), (1.2, 0.4)), ((0.3, 0.3), (0.3, -0.9))])
 def test_one_bone_with_two_dofs_follows_a_great_circle(ends):
     skeleton = Skeleton([Bone("bone", None, (0, 0, 1.5), "xy")])
@@ -128,16 +95,6 @@ def test_one_bone_with_two_dofs_follows_a_great_circle(ends):
     np.testing.assert_allclose(found.curve_length, 1.5 * angle, rtol=1e-3)
     normal = np.cross(F[0], F[-1])
     np.testing.assert_allclose(F @ normal / np.linalg.norm(normal), 0, atol=1e-7)
-
-
-def test_one_joint_of_an_arm_follows_its_arc():
-    skeleton = Skeleton(
-        [("fixed", None, (1, 0, 0)), ("a", "fixed", (1, 0, 0), "z"), ("b", "a", (1, 0, 0)), ("c", "b", (0, 1, 0))]
-    )
-    found = geodesic([0.2], [2.2], skeleton)
-    radii = np.sqrt(1**2 + 2**2 + (2**2 + 1**2))
-    np.testing.assert_allclose(found.length, radii * 10 * 2 * np.sin(0.1), rtol=1e-10)
-    np.testing.assert_allclose(found.path[:, 0], np.linspace(0.2, 2.2, 11), atol=1e-7)
 
 
 def test_a_saddle_is_left():
@@ -204,15 +161,6 @@ def test_limits_make_the_path_longer():
     assert limited.energy <= reference.path_energy(naive, arm) * (1 + 1e-6)
 
 
-def test_limits_of_axes_that_are_reversed():
-    """In a left-handed order of axes the library reverses one axis; its limits must be reversed too."""
-    for dofs in ("zyx", "xzy", "YXZ", "xyz"):
-        arm = Skeleton([Bone("a", None, (1, 0.2, 0.1), dofs, None, ((-0.2, 0.9),) * 3), Bone("b", "a", (0, 1, 0), "z")])
-        found = geodesic([0.8, 0.8, 0.8, 0], [-0.1, -0.1, 0.8, 2], arm, joint_limits="enforce")
-        assert (found.path[:, :3] <= 0.9).all()
-        assert (found.path[:, :3] >= -0.2).all()
-
-
 @pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
 def test_whole_turns_do_not_matter(skeleton):
     a, b = near_and_far(skeleton)
@@ -223,18 +171,6 @@ def test_whole_turns_do_not_matter(skeleton):
     X = np.array([a, b])
     D = pose_distances(X, X + turns, skeleton=skeleton, metric="geodesic")
     np.testing.assert_allclose(D, [[0, plain.length], [plain.length, 0]], atol=1e-9)
-
-
-def test_paths_do_not_jump_where_they_end_at_a_whole_turn():
-    """There the rotation has no axis, only what rounding leaves of one."""
-    skeleton = Skeleton([Bone("upper", None, (1, 0, 0), "rotvec"), Bone("lower", "upper", (0, 0.5, 0), "y")])
-    for axis in np.random.default_rng(0).normal(size=(10, 3)):
-        axis /= np.linalg.norm(axis)
-        start, whole = np.append((2 * np.pi - 0.3) * axis, 0.1), np.append(2 * np.pi * axis, 0.1)
-        for end in (whole, np.array([0, 0, 0, 0.1])):
-            path = geodesic(start, end, skeleton).path
-            np.testing.assert_allclose(np.linalg.norm(path[-1, :3]), 2 * np.pi, atol=1e-9)
-            assert np.abs(np.diff(path, axis=0)).max() < 1.0
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-12, 5e-8, 1e-6])
@@ -259,27 +195,6 @@ def test_resample_has_constant_speed(skeleton):
         found.resample(1)
 
 
-def test_where_no_joint_moves_the_path_is_the_line():
-    """A bone of no length, and a twist that moves no joint."""
-    skeleton = Skeleton([Bone("point", None, (0, 0, 0), "xyz"), Bone("bone", None, (0, 0, 1), "z")])
-    ends = [[0.1, 0.2, 0.3, 0.0], [1.1, -0.2, 0.5, 2.0]]
-    found = geodesic(*ends, skeleton)
-    np.testing.assert_allclose(found.path, reference.between(ends, skeleton, 10), atol=1e-12)
-    assert found.length == 0
-    assert found.converged
-    np.testing.assert_allclose(found.resample(11), found.path, atol=1e-12)
-
-
-def test_equal_poses_stay_where_they_are(skeleton):
-    a, _ = near_and_far(skeleton)
-    found = geodesic(a, a, skeleton)
-    assert found.length == found.energy == 0
-    assert found.curve_length < 1e-13
-    assert found.converged
-    np.testing.assert_allclose(found.path, np.tile(a, (11, 1)), atol=1e-14)
-    np.testing.assert_allclose(found.resample(4), np.tile(a, (4, 1)))
-
-
 def test_the_matrix_contains_the_lengths(skeleton):
     rng = np.random.default_rng(2)
     X = rng.uniform(-1, 1, size=(4, skeleton.n_dofs)) * 0.3
@@ -295,38 +210,6 @@ def test_the_matrix_contains_the_lengths(skeleton):
     np.testing.assert_array_equal(distances, D)
 
 
-def test_results_compare_by_identity():
-    """Two results with the same arrays are two objects; comparing them raises nothing."""
-    one, other = (geodesic([0.0], [1.0], Skeleton.chain(1)) for _ in range(2))
-    assert one != other
-    assert [one, other].index(other) == 1
-    assert len({one, other}) == 2
-
-
-def test_paths_wrap_unless_the_metric_does_not():
-    skeleton, metrics = Skeleton.chain(1), ("geodesic", Geodesic(wrap=True), Geodesic(wrap=False))
-    lengths = [geodesic([0.0], [6.0], skeleton, metric=metric).length for metric in metrics]
-    assert lengths[0] == lengths[1] < 0.3
-    assert lengths[2] > 5.9
-
-
-def test_the_distance_is_symmetric():
-    X = np.random.default_rng(4).normal(size=(4, HUMANOID.n_dofs)) * 0.5
-    there, back = (
-        pose_distances(A, B, skeleton=HUMANOID, metric="geodesic") for A, B in ((X[:2], X[2:]), (X[2:], X[:2]))
-    )
-    np.testing.assert_allclose(there, back.T, rtol=1e-12)
-
-
-def test_where_chord_and_line_agree_the_distance_is_the_line():
-    X = np.random.default_rng(4).normal(size=(3, HUMANOID.n_dofs)) * 1e-4
-    chord, shortest, line = (
-        pose_distances(X, skeleton=HUMANOID, metric=m) for m in ("position", "geodesic", "spatial")
-    )
-    np.testing.assert_array_equal(shortest, line)
-    np.testing.assert_allclose(shortest, chord, rtol=1e-6)
-
-
 def test_warns_when_it_does_not_converge():
     a, b = near_and_far(HUMANOID)
     with pytest.warns(ConvergenceWarning, match=r"did not converge: .* max_iter=1 .*; raise max_iter$"):
@@ -335,95 +218,6 @@ def test_warns_when_it_does_not_converge():
     assert found.gain > 1e-6
     assert "not converged" in repr(found)
     assert found.curve_length <= reference.path_length(reference.line(a, b, 10), HUMANOID, 8)
-
-
-@pytest.mark.filterwarnings("ignore:values of end reach:UserWarning")
-def test_a_line_too_long_for_so_few_steps():
-    """Twenty turns in two steps: no refinement is fine enough; the result is the straight line, with a warning."""
-    with pytest.warns(ConvergenceWarning, match="a larger n_steps than 2 may help, a larger max_iter does not$"):
-        found = geodesic([0.0], [40 * np.pi + 1.0], Skeleton.chain(1), metric=Geodesic(2, wrap=False))
-    np.testing.assert_allclose(found.path[:, 0], np.linspace(0.0, 40 * np.pi + 1.0, 3))
-    assert not found.converged
-
-
-def test_the_advice_of_the_warning_fits_the_reason():
-    """What stopped a path is what the remedy is about."""
-
-    def advice(n_iter, gain, n_points=11):
-        path = np.zeros((n_points, 1))
-        found = GeodesicResult(path, 1.0, 1.0, 1.0, 1e-3, gain, n_iter, False, Skeleton.chain(1))
-        return _reason(found, 10, 500, 1e-6)
-
-    assert (
-        advice(500, 1e-3)
-        == "After max_iter=500 iterations 0.001 of the length was left to gain, not at most tol=1e-06; raise max_iter"
-    )
-    assert advice(900, 1e-3, 41).endswith("raise max_iter")
-    for reached in (advice(12, 1e-3), advice(12, 1e-3, 41)):
-        assert reached.startswith("After 12 iterations no step was downhill")
-        assert reached.endswith("a larger n_steps may help")
-    assert advice(900, np.nan).endswith("a larger n_steps than 10 may help, a larger max_iter does not")
-
-
-def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
-    """Pairs that do not converge are counted once each, with the largest gap."""
-
-    @njit
-    def measure(x, Y, first, last, tree, steps, scratch, results):
-        measure_euclidean(x, Y, first, last, tree, steps, scratch, results)
-        for k in range(last - first):
-            for w in range(results.gap.shape[1]):
-                if not results.skip[k, w] and results.distances[k, w] > 1.5:
-                    results.gap[k, w] = 0.25
-
-    monkeypatch.setattr(Position, "measure", staticmethod(measure))
-    X = np.array([[0.0], [0.1], [np.pi]])
-    with pytest.warns(ConvergenceWarning, match=r"2 of 3 geodesics did not converge.* is 0\.25"):
-        pose_distances(X, skeleton=Skeleton.chain(1), metric="position")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"start": np.zeros(3)}, "start has 3 columns, but the skeleton has 4 degrees of freedom"),
-        ({"end": np.zeros((1, 4))}, r"end must be one pose of shape \(4,\), got shape \(1, 4\)"),
-        ({"end": [0, 0, np.nan, 0]}, "end contains NaN"),
-        (
-            {"metric": Geodesic(1)},
-            r"shortest paths, which the metric 'Geodesic\(n_steps=1\)' has not: .* 2 or more, got 1",
-        ),
-        ({"metric": "spatial"}, "geodesic needs shortest paths, .* 'spatial' has not: its curves are not geodesics"),
-        ({"max_iter": 0}, "The 'max_iter' parameter of geodesic must be"),
-        ({"metric": Geodesic(wrap="maybe")}, "The 'wrap' parameter of Geodesic must be"),
-        ({"tol": -1.0}, "The 'tol' parameter of geodesic must be"),
-        ({"joint_limits": "maybe"}, "The 'joint_limits' parameter of geodesic must be"),
-        ({"joint_limits": "enforce"}, 'joint_limits="enforce" needs a skeleton with limits, and none'),
-        ({"skeleton": None}, "The 'skeleton' parameter of geodesic must be"),
-        (
-            {"start": pd.Series(np.zeros(4), index=["joint_2_rz", "joint_1_rz", "joint_3_rz", "joint_4_rz"])},
-            "column 0 is 'joint_2_rz' and should be 'joint_1_rz'",
-        ),
-    ],
-)
-def test_bad_input_is_refused_in_the_users_words(arguments, message):
-    good = {"start": np.zeros(4), "end": np.ones(4), "skeleton": Skeleton.chain(4)}
-    with pytest.raises(ValueError, match=message):
-        geodesic(**(good | arguments))
-
-
-def test_rows_of_a_data_frame(skeleton):
-    a, b = near_and_far(skeleton)
-    frame = pd.DataFrame([a, b], columns=skeleton.dof_names)
-    assert geodesic(frame.iloc[0], frame.iloc[1], skeleton).length == geodesic(a, b, skeleton).length
-
-
-@pytest.mark.parametrize("n_dofs", [1, 40])
-def test_chains_and_trees_of_many_dofs(n_dofs):
-    for skeleton in (Skeleton.chain(n_dofs), random_tree(2, n=n_dofs + 3)):
-        a, b = near_and_far(skeleton, far=0.05)
-        found = geodesic(a, b, skeleton, tol=TIGHT)
-        assert found.converged
-        assert np.linalg.norm(gradient(found.path, skeleton, 10)) < 1e-6 * found.energy
 
 
 # --- real poses -------------------------------------------------------------------------------------------------------
@@ -465,16 +259,3 @@ def test_paths_between_poses_far_apart_are_real_curves(trial, cmu):
         assert fine <= line
         shorter += fine < 0.9 * line
     assert shorter >= 2
-
-
-@pytest.mark.parametrize("wrap", [True, False])
-def test_limits_hold_for_joints_without_weight(wrap):
-    """Their columns follow the straight line of the angles, which is inside the limits as both ends are."""
-    limits = ((-1.2, 1.2),) * 3
-    arm = Skeleton(
-        [Bone("elbow", None, (1, 0, 0), "z", limits=((-2, 2),)), Bone("hand", None, (0, 1, 0), "xyz", limits=limits)]
-    )
-    a, b = [0.0, 1.1, 1.1, -1.1], [0.5, -1.1, 1.1, 1.1]
-    path = geodesic(a, b, arm.with_weights({"hand": 0}), metric=Geodesic(wrap=wrap), joint_limits="enforce").path
-    assert (np.abs(path[:, 1:]) <= 1.2).all()
-    np.testing.assert_allclose(path[[0, -1]], [a, b], atol=1e-12)

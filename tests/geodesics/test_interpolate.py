@@ -3,16 +3,14 @@
 from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 import pytest
-from conftest import ALL_SKELETONS, SKELETONS, in_turns, random_tree
+from conftest import ALL_SKELETONS, SKELETONS, in_turns
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
-from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic
+from skpose import Bone, Skeleton, forward_kinematics, geodesic
 from skpose.geodesics import interpolate
-from skpose.geodesics._spline import Segment, _segment_of, _step, natural_slopes
+from skpose.geodesics._spline import Segment, _segment_of, natural_slopes
 from skpose.metrics import Geodesic
 
 METHODS = ["geodesic", "spline"]
@@ -36,15 +34,6 @@ def test_keys_on_frames_are_met_exactly_and_others_nearly(method, skeleton):
     np.testing.assert_array_equal(motion.angles[0], X[0])
 
 
-@pytest.mark.parametrize("rate", [7, 24, 30, 29.97, 120])
-def test_frames_are_those_up_to_the_last_key(rate):
-    arm = Skeleton.chain(1)
-    times = np.array([1.0, 1.5, 3.0])
-    motion = interpolate([[0.0], [0.5], [2.0]], times, arm, frame_rate=rate, method="geodesic")
-    assert len(motion) == int(2.0 * rate + 1e-9) + 1
-    np.testing.assert_allclose(motion.angles[:, 0], motion.times, atol=1e-4)  # 1 rad/s all along
-
-
 def test_one_angle_moves_at_constant_speed_along_geodesics():
     arm, X = Skeleton.chain(1), np.array([[0.0], [1.0], [0.3], [0.5]])
     motion = interpolate(X, TIMES, arm, frame_rate=50, method="geodesic")
@@ -59,13 +48,6 @@ def test_one_angle_has_the_natural_cubic_spline(n):
     np.testing.assert_allclose(motion.angles, expected, atol=2e-4)
     if n > 2:
         assert np.abs(expected[:, 0] - np.interp(motion.times, TIMES[:n], X[:, 0])).max() > 0.05
-
-
-def test_arms_that_are_independent_have_splines_each():
-    pair = Skeleton([Bone("left", None, (1.0, 0.0, 0.0), "z"), Bone("right", None, (0.0, 0.0, 1.0), "x")])
-    X = np.array([[0.0, 1.0], [0.6, 0.5], [0.2, 0.2], [0.4, 0.8]])
-    motion = interpolate(X, TIMES, pair, frame_rate=50)
-    np.testing.assert_allclose(motion.angles, CubicSpline(TIMES, X, bc_type="natural")(motion.times), atol=5e-4)
 
 
 def test_slopes_solve_the_equations_of_the_natural_spline():
@@ -100,16 +82,6 @@ def test_transport_around_a_triangle_on_a_sphere_turns_by_its_area():
     np.testing.assert_allclose(angle, area, atol=0.03)
 
 
-def test_transport_is_the_orthonormal_matrix_nearest_to_the_projection():
-    rng = np.random.default_rng(0)
-    before = np.linalg.qr(rng.normal(size=(12, 4)))[0]
-    turned = np.linalg.qr(before + 0.1 * rng.normal(size=(12, 4)))[0]
-    step = _step(before, turned)
-    np.testing.assert_allclose(step.T @ step, np.eye(4), atol=1e-3)
-    u, _, v = np.linalg.svd(turned.T @ before)
-    np.testing.assert_allclose(step, u @ v, atol=1e-3)
-
-
 def velocities_at_key(skeleton, X, method):
     """Velocities of the joints just before the second key and just after it, to second order."""
     rate = 80_000
@@ -136,37 +108,11 @@ def test_geodesic_pieces_are_those_of_geodesic_at_constant_speed():
     np.testing.assert_allclose(motion.angles, geodesic(X[0], X[1], skeleton).resample(9), atol=1e-9)
 
 
-def test_times_of_pandas_are_no_seconds():
-    X = keys_of(SKELETONS["chain"], n=2)
-    for times in (np.array(["2026-01-01", "2026-01-02"], dtype="M8[ns]"), np.array([0, 1], dtype="m8[s]"), [1j, 2j]):
-        with pytest.raises(ValueError, match="times must be an array of real numbers, got"):
-            interpolate(X, times, SKELETONS["chain"], frame_rate=8)
-
-
 def test_two_keys_have_one_geodesic_and_no_spline():
     skeleton = SKELETONS["humanoid"]
     X = keys_of(skeleton, n=2, size=0.3)
     a, b = (interpolate(X, [0.0, 1.0], skeleton, frame_rate=8, method=method).angles for method in METHODS)
     np.testing.assert_allclose(forward_kinematics(b, skeleton), forward_kinematics(a, skeleton), atol=5e-5)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_order_of_the_angles_changes_nothing(method):
-    ball = random_tree(2, kinds=["rotvec"])
-    keys = Motion(ball, keys_of(ball, size=0.3), 1)  # of 3 m, on paths of 6 m
-
-    def positions(order, n_steps):
-        same = keys if order == "rotvec" else keys.to_euler(order)
-        metric = Geodesic(n_steps)
-        motion = interpolate(same.angles, TIMES, same.skeleton, frame_rate=10, method=method, metric=metric)
-        return forward_kinematics(motion.angles, same.skeleton)
-
-    expected = positions("rotvec", 10)
-    np.testing.assert_allclose(positions("zxy", 10), expected, atol=1e-7)
-    # Of paths of one length that twist differently between their poses: less with more steps.
-    apart = np.abs(positions("xyz", 10) - expected).max()
-    assert apart < (1e-2 if method == "spline" else 2e-3)
-    assert np.abs(positions("xyz", 40) - positions("rotvec", 40)).max() < 0.5 * apart
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -196,33 +142,6 @@ def test_what_moves_no_joint_turns_by_slerp(method, what):
     np.testing.assert_allclose(angle, np.interp(found.times, TIMES, turns), atol=0.02)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_nothing_moves_between_equal_keys(method):
-    skeleton = SKELETONS["humanoid"]
-    X = keys_of(skeleton, n=1).repeat(3, axis=0)
-    found = interpolate(X, [0, 1, 2], skeleton, frame_rate=4, method=method).angles
-    np.testing.assert_allclose(found, X[:1].repeat(9, axis=0), atol=1e-6)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_threads_change_nothing(method):
-    skeleton = SKELETONS["humanoid"]
-    X = keys_of(skeleton, size=0.2)
-    one, two = (interpolate(X, TIMES, skeleton, frame_rate=10, method=method, n_jobs=n).angles for n in (1, 2))
-    np.testing.assert_array_equal(one, two)
-
-
-def test_a_straight_limb_is_not_twisted_far():
-    """Elbow nearly straight: the exponential turns the upper arm by half a turn for millimetres of the hand."""
-    lower = Bone("lower", "upper", (0.3, 0.0, 0.0), "z")
-    arm = Skeleton([Bone("upper", None, (0.3, 0.0, 0.0), "rotvec"), lower])
-    rng = np.random.default_rng(0)
-    X = np.column_stack([0.3 * rng.normal(size=(8, 3)), 0.02 + 0.02 * rng.uniform(size=8)])
-    times = np.arange(8.0)
-    along, smooth = (interpolate(X, times, arm, frame_rate=10, method=method).angles for method in METHODS)
-    assert np.abs(np.diff(smooth, axis=0)).max() < np.abs(np.diff(along, axis=0)).max() + 0.3
-
-
 def test_is_nearer_to_a_smooth_motion_than_geodesics_are():
     skeleton = SKELETONS["humanoid"]
     rng = np.random.default_rng(0)
@@ -239,60 +158,3 @@ def test_is_nearer_to_a_smooth_motion_than_geodesics_are():
         for m in METHODS
     ]
     assert errors[1] < 0.4 * errors[0]
-
-
-def test_geodesics_that_do_not_converge_are_one_warning(monkeypatch):
-    from skpose.geodesics import _interpolate
-
-    found = _interpolate.shortest_path
-
-    def unconverged(*arguments):
-        path = found(*arguments)
-        object.__setattr__(path, "converged", False)
-        return path
-
-    monkeypatch.setattr(_interpolate, "shortest_path", unconverged)
-    with pytest.warns(ConvergenceWarning, match="3 of the 3 geodesics between the keys") as record:
-        interpolate(keys_of(Skeleton.chain(2)), TIMES, Skeleton.chain(2), frame_rate=10)
-    assert len(record) == 1
-
-
-def test_looks_like_degrees():
-    with pytest.warns(UserWarning, match=r"np.radians\(poses\)"):
-        interpolate([[0.0], [90.0]], [0, 1], Skeleton.chain(1), frame_rate=10, method="geodesic")
-
-
-@pytest.mark.parametrize(
-    ("poses", "times", "options", "match"),
-    [
-        ([[0.0, 1.0]], [0.0], {}, "at least two key poses, got 1"),
-        (np.zeros((3, 2)), [0.0, 1.0], {}, r"times must have shape \(3,\)"),
-        (np.zeros((2, 2)), [[0.0, 1.0]], {}, r"times must have shape \(2,\).*\(1, 2\)"),
-        (np.zeros((3, 2)), [0.0, 1.0, 1.0], {}, "times must increase, got 1 s and then 1 s"),
-        (np.zeros((3, 2)), [0.0, 2.0, 1.0], {}, "times must increase, got 2 s and then 1 s"),
-        (np.zeros((2, 2)), [0.0, np.nan], {}, "times must be finite"),
-        (np.zeros((2, 3)), [0.0, 1.0], {}, "3"),
-        (np.full((2, 2), np.inf), [0.0, 1.0], {}, "poses contains infinity"),
-        (np.zeros((2, 2)), [0.0, 1.0], {"frame_rate": 0}, "frame_rate must be a positive number"),
-        (np.zeros((2, 2)), [0.0, 1.0], {"method": "linear"}, "'method' parameter of interpolate"),
-        (np.zeros((2, 2)), [0.0, 1.0], {"metric": Geodesic(1)}, "interpolate needs .* must be 2 or more, got 1"),
-        (pd.DataFrame(np.zeros((2, 2)), columns=["joint_2_rz", "joint_1_rz"]), [0.0, 1.0], {}, "joint_1_rz"),
-    ],
-)
-def test_errors(poses, times, options, match):
-    with pytest.raises(ValueError, match=match):
-        interpolate(poses, times, Skeleton.chain(2), **{"frame_rate": 10, **options})
-
-
-@pytest.mark.parametrize("method", ["geodesic", "spline"])
-def test_keys_may_be_nearer_than_frames(method):
-    """No frame is between some of them."""
-    motion = interpolate(
-        [[0.0], [0.1], [0.2], [0.0]], [0.0, 0.4, 0.6, 1.0], Skeleton.chain(1), frame_rate=1, method=method
-    )
-    np.testing.assert_array_equal(motion.angles, [[0.0], [0.0]])
-
-
-def test_keys_at_one_time_but_for_rounding_are_refused():
-    with pytest.raises(ValueError, match="times must be farther apart"):
-        interpolate([[0.0], [0.1], [0.2]], [0.0, 1.0, 1.0 + 1e-9], Skeleton.chain(1), frame_rate=1)

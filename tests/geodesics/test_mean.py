@@ -1,8 +1,4 @@
-import re
-from typing import NamedTuple
-
 import numpy as np
-import pandas as pd
 import pytest
 import reference
 from conftest import SKELETONS
@@ -11,8 +7,8 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, geodesic, pose_distances, position_jacobian
 from skpose.datasets import make_gait
-from skpose.geodesics import _descent, frechet_mean
-from skpose.metrics import Geodesic, _geodesic
+from skpose.geodesics import frechet_mean
+from skpose.metrics import Geodesic
 
 METRICS = ["position", "geodesic"]
 ONE_BONE = Skeleton.chain(1)
@@ -115,80 +111,6 @@ def test_weights_count_poses(metric):
 
 
 @pytest.mark.parametrize("metric", METRICS)
-def test_poses_of_weight_zero_cost_nothing(metric, monkeypatch):
-    """They are no poses of the mean: it is that of the others bit for bit, with as many geodesics."""
-    n_geodesics = []
-    followed = _geodesic.follow_geodesics
-    monkeypatch.setattr(_geodesic, "follow_geodesics", lambda *a: (n_geodesics.append(a[4] - a[3]), followed(*a))[1])
-    skeleton, X = swing(12)
-    weights = np.random.default_rng(0).integers(0, 3, 12)
-    assert (weights == 0).sum() > 2
-    far = np.where(weights[:, None] == 0, X + 2.0, X)
-    all_of_them = frechet_mean(far, skeleton, metric=metric, sample_weight=weights)
-    count = sum(n_geodesics)
-    n_geodesics.clear()
-    others = frechet_mean(X[weights > 0], skeleton, metric=metric, sample_weight=weights[weights > 0])
-    np.testing.assert_array_equal(all_of_them.pose, others.pose)
-    assert (all_of_them.variance, all_of_them.n_iter) == (others.variance, others.n_iter)
-    assert count == sum(n_geodesics)
-    assert (count > 0) == (metric == "geodesic")
-
-
-def spread(pose, norm, unconverged=0, objective=1.0):
-    step = -np.ones_like(pose)
-    return _descent.Spread(pose, objective, 1.0, step, norm, 1.0, norm, np.eye(len(pose)), np.ones(7), unconverged)
-
-
-class Poses(NamedTuple):
-    """Seven poses, whose spreads are given by the test."""
-
-    dofs: np.ndarray = np.zeros((7, 1))
-    is_uneven: bool = True
-
-    def retract(self, pose, step):
-        return pose + step
-
-
-@pytest.mark.parametrize(
-    ("spreads", "max_iter", "reason"),
-    [
-        ([spread(np.zeros(1), 0.0)], 5, "^$"),
-        ([spread(np.zeros(1), 0.0, 2)], 5, "^2 of the geodesics from it to the 7 poses did not converge; .* n_steps"),
-        ([spread(np.zeros(1), 0.5)], 5, "^after 0 iterations no step brought the poses nearer, .* n_steps may help"),
-        ([spread(np.zeros(1), 0.01)], 5, "^$"),  # no step either, but at 1 % of the standard deviation
-        (
-            [spread(np.zeros(1), 1.0 - 0.1 * i, objective=1.0 - 0.1 * i) for i in range(4)],
-            2,
-            "^it was still moving after max_iter=2 iterations; raise max_iter$",
-        ),
-    ],
-)
-def test_the_advice_of_the_warning_fits_the_reason(spreads, max_iter, reason, monkeypatch):
-    """max_iter is named as a remedy only where it is one."""
-    left = list(spreads)  # in the order in which they are asked for; the last one again and again
-    monkeypatch.setattr(_descent, "spread_from", lambda *a: left.pop(0) if len(left) > 1 else left[0])
-    _, _, found = _descent.descend(Poses(), np.zeros(1), _descent.MEAN, max_iter, 1e-3)
-    assert re.search(reason, found)
-    assert ("raise max_iter" in found) == ("still moving" in found)
-
-
-def test_where_distances_do_not_jump_a_mean_that_no_step_improves_has_not_converged(monkeypatch):
-    """At 1 % of the standard deviation either."""
-    monkeypatch.setattr(_descent, "spread_from", lambda *a: spread(np.zeros(1), 0.01))
-    _, _, found = _descent.descend(Poses(is_uneven=False), np.zeros(1), _descent.MEAN, 5, 1e-3)
-    assert found == "after 0 iterations no step brought the poses nearer"
-
-
-@pytest.mark.parametrize("metric", METRICS)
-def test_one_pose_is_its_own_mean(metric):
-    skeleton, X = swing()
-    for poses in (X[:1], np.repeat(X[:1], 4, axis=0)):
-        mean = frechet_mean(poses, skeleton, metric=metric)
-        np.testing.assert_allclose(mean.pose, X[0], atol=1e-9)
-        assert mean.variance < 1e-15
-
-
-@pytest.mark.parametrize("metric", METRICS)
 def test_whole_turns_do_not_matter(metric):
     skeleton, X = swing()
     shifted = X + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, X.shape)
@@ -198,35 +120,12 @@ def test_whole_turns_do_not_matter(metric):
     np.testing.assert_allclose(one.variance, other.variance, rtol=1e-6)
 
 
-def test_threads_change_nothing():
-    """21 poses: three tasks."""
-    skeleton, X = swing()
-    one, two = (frechet_mean(X, skeleton, metric="geodesic", n_jobs=n_jobs) for n_jobs in (1, 2))
-    np.testing.assert_array_equal(one.pose, two.pose)
-    assert (one.variance, one.n_iter) == (two.variance, two.n_iter)
-    assert one.converged
-
-
 def test_a_gait_has_an_intrinsic_mean():
     gait = make_gait(n_subjects=1, n_sequences=1, random_state=0)
     X, _ = gait.poses(1.5)
     extrinsic, intrinsic = (frechet_mean(X, gait.skeleton, metric=metric) for metric in METRICS)
     assert intrinsic.converged
     assert intrinsic.variance < total(gait.skeleton, "geodesic", extrinsic.pose, X, np.full(len(X), 1 / len(X)))
-
-
-def test_results_compare_by_identity():
-    one, other = (frechet_mean([[0.0], [1.0]], ONE_BONE) for _ in range(2))
-    assert one != other
-    assert [one, other].index(other) == 1
-    assert len({one, other}) == 2
-
-
-def test_geodesics_wrap_unless_the_metric_does_not():
-    metrics = ("geodesic", Geodesic(wrap=True), Geodesic(wrap=False))
-    means = [frechet_mean([[0.0], [6.0]], ONE_BONE, metric=metric) for metric in metrics]
-    assert means[0].variance == means[1].variance < 0.03
-    assert means[2].variance > 8
 
 
 def test_opposite_poses_have_a_mean():
@@ -256,39 +155,3 @@ def test_warns_when_it_does_not_converge():
             mean = frechet_mean(X, skeleton, metric=metric, max_iter=1)
         assert not mean.converged
         assert "not converged in 1 iterations" in repr(mean)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"X": np.zeros((2, 5))}, ValueError, "X has 5 columns, but the skeleton has 3 degrees of freedom"),
-        ({"X": np.zeros((0, 3))}, ValueError, "minimum of 1 is required"),
-        ({"X": [[np.nan, 0, 0]]}, ValueError, "Input X contains NaN"),
-        ({"metric": "cosine"}, ValueError, "'metric' parameter of frechet_mean must be a str among"),
-        (
-            {"sample_weight": [1, 2]},
-            ValueError,
-            r"sample_weight must have shape \(21,\), one for each pose, got \(2,\)",
-        ),
-        ({"sample_weight": ["a"] * 21}, ValueError, "sample_weight must be an array of real numbers, got <U1"),
-        ({"sample_weight": np.zeros(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
-        ({"sample_weight": -np.ones(21)}, ValueError, "finite, nowhere negative, and somewhere positive"),
-        (
-            {"skeleton": None},
-            ValueError,
-            "'skeleton' parameter of frechet_mean must be an instance of 'skpose.Skeleton'",
-        ),
-    ],
-)
-def test_bad_input_is_refused(arguments, error, message):
-    skeleton, X = swing()
-    with pytest.raises(error, match=message):
-        frechet_mean(**({"X": X, "skeleton": skeleton} | arguments))
-
-
-def test_columns_of_a_data_frame_are_checked():
-    skeleton, X = swing()
-    frame = pd.DataFrame(X, columns=skeleton.dof_names)
-    np.testing.assert_array_equal(frechet_mean(frame, skeleton).pose, frechet_mean(X, skeleton).pose)
-    with pytest.raises(ValueError, match="column 0 is 'joint_3_rz' and should be 'joint_1_rz'"):
-        frechet_mean(frame[frame.columns[::-1]], skeleton)

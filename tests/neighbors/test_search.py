@@ -1,18 +1,15 @@
 """The exact search: lower bounds are lower bounds, and the result is that of brute force."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
-from conftest import SKELETONS, random_tree
+from conftest import SKELETONS
 
-from skpose import Skeleton, pose_distances
+from skpose import pose_distances
 from skpose._parallel import rows
 from skpose.datasets import make_gait
-from skpose.metrics import Angle, Position, Spatial
+from skpose.metrics import Angle, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.neighbors import _cost, _queries, _search
-from skpose.neighbors._filter import ChordFilter
 from skpose.neighbors._index import PoseIndex
 
 HUMANOID = SKELETONS["humanoid"]
@@ -71,10 +68,6 @@ def clustered(skeleton, n, seed=0, spread=0.03):
     return X
 
 
-def scaled(skeleton, size):
-    return Skeleton([bone._replace(offset=tuple(size * x for x in bone.offset)) for bone in skeleton.bones])
-
-
 # --- lower bounds ----------------------------------------------------------------------------------------------------
 
 
@@ -88,30 +81,6 @@ def test_no_distance_is_below_that_of_the_metric_that_bounds_it(metric, skeleton
     D = pose_distances(X, Y, skeleton=skeleton, metric=metric)
     bounds = pose_distances(X, Y, skeleton=skeleton, metric=METRICS[metric]().lower_bound())
     assert (bounds <= (1 + 1e-12) * D + 1e-9 * np.abs(skeleton.offsets).sum()).all()
-
-
-@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
-@pytest.mark.parametrize("distance", [0.0, 1e-12, 1e-8, 1e-4, 1e-2, 1.0])
-def test_no_bound_of_the_filter_is_above_a_distance(size, distance):
-    skeleton, rng = scaled(HUMANOID, size), np.random.default_rng(0)
-    X = rng.uniform(-3, 3, size=(300, skeleton.n_dofs))
-    Y = X[:50] + distance * rng.normal(size=(50, skeleton.n_dofs)) + 2 * np.pi * rng.integers(-2, 3, (50, 1))
-    chords = ChordFilter(X, Position(), skeleton)
-    (points, slack), (others, _) = chords.points(Y), chords.points(X)
-    apart = np.linalg.norm(points[:, None].astype(float) - others.astype(float), axis=2)
-    lengths = pose_distances(Y, X, skeleton=skeleton)
-    assert ((apart - slack[:, None]) * chords.scale <= lengths).all()
-    positions = pose_distances(Y, X, skeleton=skeleton, metric="position")
-    assert np.median(apart) * chords.scale > 0.8 * np.median(positions)  # of random poses, without principal axes
-    assert slack.max() < 1e-4
-
-
-def test_bounds_are_tight_where_poses_lie_along_few_axes():
-    X, _ = make_gait(2, 2, random_state=0).poses(frame_rate=30)
-    chords = ChordFilter(X, Position(), HUMANOID)
-    points = chords.points(X).coordinates.astype(float)
-    apart = np.linalg.norm(points[:100, None] - points, axis=2) * chords.scale
-    assert apart.sum() > 0.98 * pose_distances(X[:100], X, skeleton=HUMANOID, metric="position").sum()
 
 
 # --- searches --------------------------------------------------------------------------------------------------------
@@ -138,18 +107,6 @@ def test_neighbours_are_those_of_brute_force(metric, kind):
         np.testing.assert_array_equal(within(search, queries, radius), np.where(radius >= D, D, np.nan))
 
 
-@pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
-@pytest.mark.usefixtures("always_filter")
-def test_every_skeleton(metric, skeleton):
-    X = clustered(skeleton, 300)
-    for got, expected in zip(
-        nearest(search_of(X, skeleton, metric), X, 4),
-        brute_nearest(pose_distances(X, X.copy(), skeleton=skeleton, metric=metric), 4),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(got, expected)
-
-
 @pytest.mark.parametrize(
     "metric", [Angle(wrap=True), Spatial(wrap=False), *(Spatial(n_steps) for n_steps in N_STEPS)], ids=repr
 )
@@ -164,15 +121,6 @@ def test_parameters_of_the_metric(metric):
         np.testing.assert_array_equal(got, expected)
     for radius in np.quantile(D, [0.1, 0.9]):
         np.testing.assert_array_equal(within(search, X[:50], radius), np.where(radius >= D, D, np.nan))
-
-
-def test_the_middle_of_a_line_rules_out_what_its_chord_does_not(monkeypatch):
-    """Poses far from each other have short chords between their ends, but not by the middle of the line."""
-    monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: False)  # by chords alone, it is not
-    X = np.random.default_rng(0).uniform(-1.5, 1.5, size=(1000, HUMANOID.n_dofs))
-    search = search_of(X, HUMANOID, "spatial")
-    nearest(search, X[:50] + 0.1, 3)
-    assert search.evaluations.lengths < 0.5 * 50 * len(X)
 
 
 @pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
@@ -202,57 +150,6 @@ def test_few_lengths_are_measured_where_poses_are_dense():
         nearest(search, queries, k)
         assert k <= search.evaluations.lengths / len(queries) < 2 * k + 8
     assert search.evaluations.geodesics == 0
-
-
-@pytest.mark.parametrize("kind", ["far apart", "equal in position"])
-def test_never_measures_much_more_than_brute_force(kind):
-    """If bounds rule out nothing, the first candidates of the sample are measured in addition to everything."""
-    rng = np.random.default_rng(0)
-    if kind == "far apart":
-        skeleton = random_tree(3, n=30)
-        X = rng.uniform(-np.pi, np.pi, size=(1000, skeleton.n_dofs))
-    else:  # bones of zero length that rotate a bone of almost zero length
-        bones = [(f"b{i}", f"b{i - 1}" if i else None, (0.0, 0.0, 0.0), "xyz") for i in range(20)]
-        skeleton = Skeleton([*bones, ("end", "b19", (0.0, 0.0, 1e-9), "")])
-        X = rng.uniform(-np.pi, np.pi, size=(1000, skeleton.n_dofs))
-    D = pose_distances(X[:100], X, skeleton=skeleton)
-    search = search_of(X, skeleton, "spatial")
-    for got, expected in zip(nearest(search, X[:100], 10), brute_nearest(D, 10), strict=True):
-        np.testing.assert_array_equal(got, expected)
-    assert search.evaluations.lengths <= 1.1 * D.size
-
-
-@pytest.mark.usefixtures("always_filter")  # as poses of four angles are measured faster than filtered
-def test_poses_beyond_the_range_of_float32():
-    rng = np.random.default_rng(0)
-    X = rng.normal(size=(300, 4))
-    queries = np.concatenate([X[:3], [[1e20, 0, 0, 0], [1e150, -1e150, 0, 0]]])
-    for poses in (X, np.concatenate([X, 1e20 * X[:5]]), np.concatenate([X, 1e150 * X[:5]]), 1e-200 * X, 1e150 * X):
-        search, D = search_of(poses, None, "angle"), pose_distances(queries, poses, metric="angle")
-        for got, expected in zip(nearest(search, queries, 5), brute_nearest(D, 5), strict=True):
-            np.testing.assert_array_equal(got, expected)
-
-
-def test_float32_poses_are_measured_in_float64():
-    X = clustered(HUMANOID, 400).astype(np.float32)
-    D = pose_distances(X[:40].astype(np.float64), X.astype(np.float64), skeleton=HUMANOID)
-    for brute in (False, True):
-        for got, expected in zip(
-            nearest(search_of(X, HUMANOID, "spatial", brute=brute), X[:40], 7), brute_nearest(D, 7), strict=True
-        ):
-            np.testing.assert_array_equal(got, expected)
-
-
-def test_memory_is_that_of_a_panel():
-    X = np.zeros((20_000, 2))  # the worst case: the bounds rule out nothing
-    for brute in (False, True):
-        search = search_of(X, Skeleton.chain(2), "position", brute=brute)
-        nearest(search, X[:10], 3)  # compiles
-        tracemalloc.start()
-        nearest(search, X[:1500], 3)
-        _, peak = tracemalloc.get_traced_memory()
-        tracemalloc.stop()
-        assert peak < 100e6 < 1500 * len(X) * 8  # bytes; a matrix of distances would be the last
 
 
 # --- geodesics -------------------------------------------------------------------------------------------------------
@@ -300,13 +197,3 @@ def test_whole_turns_do_not_change_a_geodesic_distance(brute, walk, walk_and_who
     for got, expected in zip(nearest(search, walk[:5], 2), brute_nearest(D, 2), strict=True):
         np.testing.assert_array_equal(got, expected)
     np.testing.assert_array_equal(within(search, walk[:5], 0.0), np.where(D == 0, 0.0, np.nan))
-
-
-def test_geodesics_whose_distances_are_not_requested_are_not_solved(walk):
-    search = search_of(walk, HUMANOID, "geodesic", n_jobs=2)
-    radius = 0.3
-    D = within(search, walk, radius)
-    with_distances = search.evaluations.geodesics
-    search = search_of(walk, HUMANOID, "geodesic", n_jobs=2)
-    np.testing.assert_array_equal(np.isnan(within(search, walk, radius, measured=False)), np.isnan(D))
-    assert search.evaluations.geodesics < 0.1 * with_distances
