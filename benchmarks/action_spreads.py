@@ -36,7 +36,7 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 from spreads import DOFS, Design, components, on_humanoid
 
-from skpose._cli.compare import COMPARED, Result, compare, prepare
+from skpose._cli.studies.compare import COMPARED, Result, compare, prepare
 from skpose.datasets import MotionDataset, load_hdm05, make_actions
 from skpose.datasets._action_spreads import Execution
 from skpose.motions import align_motions, motion_distances

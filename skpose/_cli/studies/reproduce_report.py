@@ -1,10 +1,11 @@
-"""The findings of `skpose._cli.reproduce` as text, Markdown and pictures."""
+"""The findings of `skpose reproduce` as text, Markdown and figures."""
 
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure  # without pyplot: no window, no backend
 
-from skpose._cli.reproduce import DIFFERENCES, N_DRAWS, Findings
+from skpose._cli.studies.reproduce import DIFFERENCES, N_DRAWS, Findings
 from skpose.metrics._shared import METRICS
 from skpose.plot import GeodesicDisplay, MDSDisplay
 from skpose.plot._shared import COLOURS
@@ -28,7 +29,7 @@ def text(findings: Findings) -> str:
     return "\n".join([*lines, "", "Differences from the paper:", *(f"- {note}" for note in _notes(findings))])
 
 
-def markdown(findings: Findings, source: str, command: str) -> str:
+def markdown(findings: Findings, source: str, seed: int) -> str:
     """Return the same as a Markdown document with the figures."""
     table = ["| " + " | ".join(row) + " |" for row in [HEAD, ("---",) * len(HEAD), *cells(findings)]]
     pictures = [f"![{caption}]({name})" for name, caption in CAPTIONS.items()]
@@ -37,7 +38,7 @@ def markdown(findings: Findings, source: str, command: str) -> str:
         [
             "# Section 3 of the paper, repeated",
             "",
-            f"{paper}, on {source}; `{command}`. Poses at 12 Hz, ten steps to a curve.",
+            f"{paper}, on {source}; seed {seed}. Poses at 12 Hz, ten steps to a curve.",
             "",
             *table,
             "",
@@ -63,8 +64,6 @@ CAPTIONS = {
 
 def draw(findings: Findings, figure_3: Path, figure_4: Path) -> None:
     """Write figures 3 and 4 as PNG files."""
-    from matplotlib.figure import Figure  # without pyplot: no window, no backend
-
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2)
     skeleton, start, end = findings.pair
