@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _fit(contents: list, layout: str | None) -> list["skpose.Motion"]:
-    """Return motions as they are; keypoints on a skeleton that is fitted to the last of them."""
+    """Fit a skeleton to the last of several keypoints, and all of them to it; motions stay as they are."""
     from skpose.keypoints._shared import find_layout, missing_points, nearest_layout
 
     if len({type(content) for content in contents}) > 1:

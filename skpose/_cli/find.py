@@ -1,7 +1,6 @@
 """`skpose find`: where a motion, or a single pose, occurs in some files."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,20 +51,16 @@ def run(args: argparse.Namespace) -> None:
         here = inputs.part(whole, args.begins, args.ends)
         places = _find_motion(args, whole, here, recordings, own)
     else:
-        here = inputs.part(whole, args.pose - 0.5 / whole.frame_rate, None)
         row = int(np.abs(whole.times - args.pose).argmin())
         places = _find_pose(args, whole, row, recordings, own)
     places = sorted(places)[: args.k]
     _print_places(places, names, recordings, args)
-    short = sum(2 * (place.stop - place.start) < here.stop - here.start for place in places)
-    if short and args.pose is None:
-        print(f"skpose: {short} of {len(places)} places last less than half as long as the query", file=sys.stderr)
 
 
 def _find_motion(
     args: argparse.Namespace, whole: "skpose.Motion", here: slice, recordings: list["skpose.Motion"], own: set[int]
 ) -> list[Place]:
-    """Return the best places of the rows `here`; files in `own` are searched before and after them only."""
+    """The best places of the rows `here`; files in `own` are searched before and after them only."""
     parts = []  # (index of the file, first row, frames)
     for i, recording in enumerate(recordings):
         bounds = [(0, here.start), (here.stop, len(recording))] if i in own else [(0, len(recording))]
@@ -92,7 +87,7 @@ def _find_motion(
 def _find_pose(
     args: argparse.Namespace, whole: "skpose.Motion", row: int, recordings: list["skpose.Motion"], own: set[int]
 ) -> list[Place]:
-    """Return the places of a pose; in files in `own` not those near the pose itself."""
+    """The places of a pose; in files in `own` not those near the pose itself."""
     import numpy as np
 
     places = []
@@ -109,7 +104,7 @@ def _find_pose(
 
 
 def find_minima(distances: Any, numbers: Any, frame_rate: float) -> Any:
-    """Return the rows of frames that are nearer than all others within half a second; of equal ones the first."""
+    """The rows of frames that are nearer than all others within half a second; of equal ones the first."""
     import numpy as np
     from scipy.ndimage import minimum_filter1d
 

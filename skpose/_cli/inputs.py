@@ -96,7 +96,7 @@ def read(
     *,
     required: int = 0,
 ) -> list[tuple[str, Any]]:
-    """Return the name and the content of each file; --skip-errors never leaves out the first `required` files."""
+    """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
     files, options = expand(paths, suffixes), reading_options(args)
     rates = {} if "frame_rate" in options else stated_rates(files)
     contents = []
@@ -116,7 +116,7 @@ def read(
 
 
 def _opened(path: Path, name: str) -> Path | BytesIO:
-    """Return the path, or the content of standard input or of a pipe, which can be read only once."""
+    """The path, or the content of standard input or of a pipe, which can be read only once."""
     if str(path) != STDIN and not path.is_fifo():
         return path
     content = BytesIO(sys.stdin.buffer.read() if str(path) == STDIN else path.read_bytes())
@@ -155,7 +155,7 @@ def _size(content: Content) -> float:
 def read_dataset(
     args: argparse.Namespace, paths: Iterable[Path], *, required: int = 0
 ) -> tuple[list[str], MotionDataset]:
-    """Return the names of files, and their motions, prepared as the options ask for, on one skeleton."""
+    """The names of files, and their motions, prepared as the options ask for, on one skeleton."""
     contents = read(args, paths, load_poses, MOTIONS, required=required)
     names = [name for name, _ in contents]
     dataset = MotionDataset([motion for _, motion in contents])
@@ -174,7 +174,7 @@ def read_dataset(
 
 
 def read_labelled(args: argparse.Namespace) -> MotionDataset:
-    """Return the motions of a folder with their subjects, actions and trials, by an index.csv or by their names."""
+    """The motions of a folder with their subjects, actions and trials, by an index.csv or by their names."""
     if not args.folder.is_dir():
         raise NotADirectoryError(f"{args.folder} is not a folder")
     is_indexed = (args.folder / INDEX).is_file()
@@ -190,7 +190,7 @@ def read_labelled(args: argparse.Namespace) -> MotionDataset:
 
 
 def resample(content: Motion | Keypoints, frame_rate: float | None) -> Motion | Keypoints:
-    """Return a motion at another rate; keypoints are not interpolated: every n-th frame."""
+    """A motion at another rate; keypoints are not interpolated: every n-th frame."""
     if frame_rate is None:
         return content
     if isinstance(content, Motion):
@@ -202,7 +202,7 @@ def resample(content: Motion | Keypoints, frame_rate: float | None) -> Motion | 
 
 
 def part(content: Motion | Keypoints, begins: float | None, ends: float | None) -> slice:
-    """Return the rows of the frames from one time up to, and without, another, s."""
+    """The rows of the frames from one time up to, and without, another, s."""
     begins, ends = begins or 0.0, np.inf if ends is None else ends
     first, last = np.searchsorted(content.times, [begins, ends]).tolist()
     if first >= last:
@@ -211,6 +211,6 @@ def part(content: Motion | Keypoints, begins: float | None, ends: float | None) 
 
 
 def shorten(names: Sequence[str]) -> list[str]:
-    """Return the names of files without their folders, unless two are equal then."""
+    """The names of files without their folders, unless two are equal then."""
     short = [Path(name).name for name in names]
     return short if len(set(short)) == len(short) else list(names)

@@ -11,7 +11,7 @@ CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.
 
 
 def stated_rates(files: Sequence[Path]) -> dict[Path, float]:
-    """Return the frame rates, Hz, of AMC files, which do not state theirs."""
+    """The frame rates, Hz, of AMC files, which do not state theirs."""
     files = [path for path in files if path.name.lower().removesuffix(".gz").endswith(".amc")]
     named = {path: float(match["rate"]) for path in files if (match := NAME.fullmatch(path.name))}
     indexed = {path: row["frames_per_second"] for path, row in rows_of(files).items()}
@@ -19,7 +19,7 @@ def stated_rates(files: Sequence[Path]) -> dict[Path, float]:
 
 
 def labels_of(files: Sequence[Path]) -> dict[str, list[str]]:
-    """Return "subjects", "actions" and "trials" of files, those of which any are known; "" is not known."""
+    """The subjects, actions and trials of files, "" where unknown; kinds of labels that no file has are left out."""
     indexed, rows = rows_of(files), []
     for path in files:
         match = next(filter(None, (pattern.fullmatch(path.name) for pattern in (BVH, NAME, CMU))), None)

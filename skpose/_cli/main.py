@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = command_line().parse_args(arguments)
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = _show_warning
+            warnings.showwarning = lambda message, *_, **__: print(f"skpose: warning: {message}", file=sys.stderr)
             for path in filter(None, (getattr(args, name, None) for name in OUTPUTS)):
                 check_new(path)
             args.func(args)
@@ -48,7 +48,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     return args.status
-
-
-def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
-    print(f"skpose: warning: {message}", file=sys.stderr)

@@ -36,7 +36,7 @@ class Panel(NamedTuple):
     limits: np.ndarray  # (2, 2) lowest and highest, to the right of the root and above the ground
 
     def frame(self, time: float) -> int:
-        """Return the last frame at or before a time, s, or else the first."""
+        """The last frame at or before a time, s, or else the first."""
         return max(int(np.searchsorted(self.times, time + 1e-6, side="right")) - 1, 0)
 
 
@@ -72,9 +72,6 @@ class Recording:
         """Write the picture of a time, s; None is the start."""
         time = self.begins if time is None else time
         self._check(time)
-        for panel in self.panels:
-            if not np.isfinite(panel.positions[panel.frame(time)]).any():
-                raise ValueError(f"{panel.label} has no point that is seen at {time:g} s")
         self.draw(time)
         with new_file(path) as new:
             self.figure.savefig(new, format="png", dpi=SHARP)
@@ -145,7 +142,7 @@ def _draw_points(parents: Sequence[int], side: Sequence[str], shape: Any, positi
 
 
 def _front(root: np.ndarray, places: np.ndarray, names: Sequence[str], size: float) -> float:
-    """Return the direction in which a motion goes, or else faces, rad about y from z.
+    """The direction in which a motion goes, or else faces, rad about y from z.
 
     The direction it faces is perpendicular to the line of the hips, or of the shoulders, in the first frame, where
     joints have the positions `places` (n_joints, 3).

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> None:
 def _retarget(
     motion: "skpose.Motion", skeleton: "skpose.Skeleton", args: argparse.Namespace
 ) -> tuple["skpose.Motion", str]:
-    """Return the motion on a skeleton or robot, and how near it comes."""
+    """The motion on a skeleton or robot, and how near it comes."""
     moved = skpose.datasets.MotionDataset([motion]).retarget(
         skeleton,
         method=args.method,

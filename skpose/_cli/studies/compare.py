@@ -49,7 +49,7 @@ class Result(NamedTuple):
 
 
 def choose_actions(dataset: MotionDataset) -> MotionDataset:
-    """Return the motions whose action two people or more do; of a single person, those done twice or more.
+    """The motions whose action two people or more do; of a single person, those done twice or more.
 
     Actions are compared without regard to case.
     """
@@ -66,7 +66,7 @@ def choose_actions(dataset: MotionDataset) -> MotionDataset:
 
 
 def prepare(dataset: MotionDataset, *, paper: bool = False) -> MotionDataset:
-    """Return the motions to compare, at 12 Hz."""
+    """The motions to compare, at 12 Hz."""
     dataset = walks_and_runs(dataset) if paper else choose_actions(dataset).to_rotvec()
     dataset = dataset[[len(motion) > 0 for motion in dataset]]
     motions = [motion.resample(FRAME_RATE) for motion in dataset]
@@ -100,7 +100,7 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
 
 
 def classify(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Return 1.0 where the nearest row of another group has the same class, else 0.0; NaN for a single group."""
+    """1.0 where the nearest row of another group has the same class, else 0.0; NaN for a single group."""
     is_correct = np.full(len(y), np.nan)
     for group in np.unique(groups):
         rows, others = np.flatnonzero(groups == group), np.flatnonzero(groups != group)
@@ -110,7 +110,7 @@ def classify(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.nda
 
 
 def warp_all(distances: np.ndarray, frames: list[np.ndarray]) -> np.ndarray:
-    """Return the distances of all motions by dynamic time warping, from the distances of their frames."""
+    """The distances of all motions by dynamic time warping, from the distances of their frames."""
     result = np.zeros((len(frames), len(frames)))
     for i, rows in enumerate(frames):
         for j, columns in enumerate(frames[:i]):
@@ -120,11 +120,11 @@ def warp_all(distances: np.ndarray, frames: list[np.ndarray]) -> np.ndarray:
 
 
 def _warp(costs: np.ndarray) -> float:
-    """Return the least sum of distances along a path; overwrites the distances."""
+    """The least sum of distances along a path; overwrites the distances."""
     accumulate(costs, Paths.of(None))
     return float(costs[-1, -1])
 
 
 def first_component(distances: np.ndarray) -> float:
-    """Return the share of variance in the first component of multidimensional scaling."""
+    """The share of variance in the first component of multidimensional scaling."""
     return float(SpatialMDS(n_components=1, metric="precomputed").fit(distances).explained_variance_ratio_[0])

@@ -34,7 +34,8 @@ def _draw_poses(ax: Any, dataset: MotionDataset) -> None:
     D = pose_distances(X, skeleton=dataset.skeleton, metric="position")
     frames = np.split(np.arange(len(X)), np.searchsorted(sequence, np.arange(1, len(dataset))))
     of_motions, distances = warp_all(D, frames), D.mean(axis=1)
-    upright, actions, poses = dataset.with_root("tilt"), sorted(set(dataset.actions))[:N_SHOWN], []
+    actions, poses = sorted(set(dataset.actions))[:N_SHOWN], []
+    upright = dataset.retarget(dataset.skeleton).with_root("tilt")
     for action in actions:
         same = np.flatnonzero(dataset.actions == action)
         typical = int(same[of_motions[np.ix_(same, same)].sum(axis=1).argmin()])
@@ -44,6 +45,7 @@ def _draw_poses(ax: Any, dataset: MotionDataset) -> None:
     ax.set_xticks(ax.get_xticks(), [textwrap.fill(action, WIDTH) for action in actions])
     ax.set(xlabel="", ylabel="", yticks=[])
     ax.spines[:].set_visible(False)
+    ax.tick_params(length=0)
 
 
 def _draw_bars(ax: Any, dataset: MotionDataset, results: Sequence[Result]) -> None:

@@ -4,8 +4,8 @@ Protocol
 --------
 Poses at 12 Hz, ten steps to a curve.
 
-- 3.1: 100 random pairs of poses, both of one random walk; r is the length of the geodesic over that of the straight
-  line (eq. 8).
+- 3.1: 100 random pairs of poses, both of one random walk; r is the length of the geodesic divided by the
+  length of the straight line (eq. 8).
 - 3.2: classical multidimensional scaling; the share of variance in the first component of every sequence, and two walks
   of two people in two dimensions.
 - 3.3: ten walks and ten runs at random; each pose gets the class of its nearest neighbour among the other nineteen
@@ -44,7 +44,7 @@ METRICS = ("angle", "spatial")  # the paper's two
 SHORTEST = 3  # frames of a sequence below which its share of variance has no meaning
 
 DIFFERENCES = (
-    "Sequences: those of the folder; the paper uses 673 of the CMU database for figure 4 (c) and names none of them.",
+    "Sequences: all in the folder; the paper uses 673 of the CMU database for figure 4 (c) and does not name them.",
     "3.1: both poses of a pair are of one walk; the paper has random pairs, of a walking sequence for figure 3 (a).",
     "3.1 and figure 4 (a, b): motions whose action is just “walk”, which is on level ground, if there are any; 3.3 and"
     " 3.4 use all walks.",
@@ -53,7 +53,7 @@ DIFFERENCES = (
     " either.",
     "The gradient of the energy is eq. 7 with the minus sign that eq. 12 drops; geodesics are measured again on a finer"
     " grid and refined where that disagrees.",
-    "3.2, figure 4 (a, b): the paper judges by eye; here the silhouette measures how far the two people are apart, 0"
+    "3.2, figure 4 (a, b): the paper judges by eye; here the silhouette measures the separation of the two people, 0"
     " where they mix.",
     "3.2, figure 4 (c): the mode is the peak of a Gaussian kernel density (Scott's rule), the test is one-sided.",
     "3.3 and 3.4: poses are on the mean skeleton of all people; the paper does not name its skeleton. Shares are of"
@@ -111,7 +111,7 @@ def _spread(values: Sequence[Any] | np.ndarray, form: str) -> str:
 
 
 def _level_walks(dataset: MotionDataset, gait: MotionDataset) -> MotionDataset:
-    """Return the motions whose action is just "walk", or all walks if there are none."""
+    """The motions whose action is just "walk", or all walks if there are none."""
     level = np.char.lower(dataset.actions) == "walk"
     return dataset[level] if level.any() else gait[gait.actions == "walk"]
 
@@ -156,7 +156,7 @@ def _walkers(
     walks = _level_walks(dataset, gait)
     people = np.unique(walks.subjects)
     if len(people) < 2:
-        findings.notes.append("Only one person walks, so there is no figure 4 (a, b).")
+        findings.notes.append("Only one person walks, so figure 4 (a, b) is left out.")
         return
     apart: dict[str, list[float]] = {metric: [] for metric in METRICS}
     for draw in range(N_DRAWS):
@@ -206,7 +206,7 @@ def _components(
 
 
 def _gait_distances(gait: MotionDataset, metric: str, n_jobs: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances between all poses of walks and runs, and the index of each pose's sequence."""
+    """The distances between all poses of walks and runs, and the index of each pose's sequence."""
     X, sequence = gait.poses(FRAME_RATE)
     return pose_distances(X, skeleton=gait.skeleton, metric=metric, n_jobs=n_jobs), sequence
 
@@ -234,7 +234,7 @@ def _classification(
         findings.rows.append(Row("3.3", quantity, paper, f"{means[0]:.1%}", _spread(means, ".1%"), *size, test))
     people = np.unique(subject)
     if len(people) < 2:
-        findings.notes.append("Only one person moves, so nobody can be left out.")
+        findings.notes.append("Only one person moves, so leave-one-person-out is not possible.")
         return
     test = _mcnemar(by_subject)
     for metric, right in by_subject.items():

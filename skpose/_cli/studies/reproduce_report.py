@@ -14,7 +14,7 @@ HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences",
 
 
 def cells(findings: Findings) -> list[tuple[str, ...]]:
-    """Return the rows of the table, without its head."""
+    """The rows of the table, without its head."""
     return [
         (row.section, row.quantity, row.paper, row.first, row.draws, str(row.n_sequences), f"{row.n_poses:,}", row.test)
         for row in findings.rows
@@ -22,7 +22,7 @@ def cells(findings: Findings) -> list[tuple[str, ...]]:
 
 
 def text(findings: Findings) -> str:
-    """Return the table for a terminal, and the differences from the paper."""
+    """The table for a terminal, and the differences from the paper."""
     rows = [HEAD, *cells(findings)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
@@ -30,7 +30,7 @@ def text(findings: Findings) -> str:
 
 
 def markdown(findings: Findings, source: str, seed: int) -> str:
-    """Return the same as a Markdown document with the figures."""
+    """The same as a Markdown document with the figures."""
     table = ["| " + " | ".join(row) + " |" for row in [HEAD, ("---",) * len(HEAD), *cells(findings)]]
     pictures = [f"![{caption}]({name})" for name, caption in CAPTIONS.items()]
     paper = "S. Hauberg, K. S. Pedersen, AMDO 2012, [doi](https://doi.org/10.1007/978-3-642-31567-1_3)"
