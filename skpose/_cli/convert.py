@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> None:
 
     ((_, content),) = inputs.read(args, [args.file], inputs.load_moving)
     if args.begins is not None or args.ends is not None:
-        content = content[inputs.part(content, args.begins, args.ends)]
+        content = content[inputs.rows_between(content, args.begins, args.ends)]
     if not isinstance(content, skpose.Motion) and (args.rotations or args.cycle):
         raise ValueError("--rotations and --cycle need a skeleton, got keypoints")
     if args.rotations:

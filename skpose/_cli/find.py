@@ -31,7 +31,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_files(parser, "where to search")
     group = parser.add_argument_group("search")
     options.add_part(group, "the motion to find")
-    group.add_argument("--pose", type=options.seconds, metavar="S", help="find the pose at this time, in seconds")
+    group.add_argument("--pose", type=float, metavar="S", help="find the pose at this time, in seconds")
     group.add_argument("--k", type=int, default=10, metavar="K", help="number of places; default: 10")
     group.add_argument("--exclude-query", action="store_true", help="leave out places that overlap the query itself")
     group.add_argument("--one-per-file", action="store_true", help="the best place of each file only")
@@ -39,8 +39,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    import numpy as np
-
     from skpose._cli import inputs
 
     (name, *names), dataset = inputs.read_dataset(args, [args.query, *args.files], required=1)
@@ -48,10 +46,10 @@ def run(args: argparse.Namespace) -> None:
     query = Path(name).resolve()
     own = {i for i, other in enumerate(names) if args.exclude_query and Path(other).resolve() == query}
     if args.pose is None:
-        here = inputs.part(whole, args.begins, args.ends)
+        here = inputs.rows_between(whole, args.begins, args.ends)
         places = _find_motion(args, whole, here, recordings, own)
     else:
-        row = int(np.abs(whole.times - args.pose).argmin())
+        row = inputs.rows_between(whole, args.pose - 0.5 / whole.frame_rate, None).start
         places = _find_pose(args, whole, row, recordings, own)
     places = sorted(places)[: args.k]
     _print_places(places, names, recordings, args)

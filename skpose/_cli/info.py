@@ -32,9 +32,10 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _print_skeleton(content: "skpose.Motion | skpose.Skeleton") -> None:
-    skeleton: skpose.Skeleton = getattr(content, "skeleton", content)
-    root = getattr(content, "root_name", "root")
-    if skeleton is not content:
+    if isinstance(content, skpose.Skeleton):
+        skeleton, root = content, "root"
+    else:
+        skeleton, root = content.skeleton, content.root_name
         seconds = len(content) / content.frame_rate
         print(f"{len(content)} frames at {content.frame_rate:g} Hz, {seconds:.2f} s, {content.up} up")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")

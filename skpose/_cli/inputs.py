@@ -13,6 +13,7 @@ import numpy as np
 
 from skpose._cli.labels import BVH, labels_of, stated_rates
 from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
+from skpose._warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._shared import INDEX, NAME
 from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_robot, load_trc
@@ -23,7 +24,6 @@ from skpose.skeleton._shared import size_of
 
 Content = Motion | Skeleton | Keypoints
 STDIN = "-"
-INCOMPLETE = 3  # exit status
 MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
 MOVING = (*MOTIONS, ".trc", ".c3d")
 READING = (
@@ -75,17 +75,14 @@ def _rewind(file: Path | BytesIO) -> Path | BytesIO:
 
 def expand(paths: Iterable[Path], suffixes: Sequence[str] = MOVING) -> list[Path]:
     """Replace folders by the files in them, and below, that have one of the suffixes, sorted."""
-    files = []
+    files, ends = [], (*suffixes, *(f"{suffix}.gz" for suffix in suffixes))
     for path in paths:
-        found = [path] if not path.is_dir() else sorted(one for one in path.rglob("[!.]*") if _has(one, suffixes))
+        inside = (one for one in sorted(path.rglob("[!.]*")) if one.name.lower().endswith(ends) and one.is_file())
+        found = list(inside) if path.is_dir() else [path]
         if not found:
             raise FileNotFoundError(f"no files in the folder {path}: expected {', '.join(suffixes)}")
         files += found
     return files
-
-
-def _has(path: Path, suffixes: Sequence[str]) -> bool:
-    return path.name.lower().removesuffix(".gz").endswith(tuple(suffixes)) and path.is_file()
 
 
 def read(
@@ -104,18 +101,18 @@ def read(
         name = "standard input" if str(path) == STDIN else str(path)
         rate = {"frame_rate": rates[path]} if path in rates else {}
         try:
-            contents.append((name, _load_in_unit(name, _opened(path, name), options | rate, loader)))
+            contents.append((name, _load_in_unit(name, _open(path, name), options | rate, loader)))
         except (OSError, ValueError) as error:
             if i < required or not getattr(args, "skip_errors", False):
                 raise
             print(f"skpose: left out: {error}", file=sys.stderr)
-            args.status = INCOMPLETE
+            args.status = 3  # the exit status
     if not contents:
         raise ValueError("no file could be read")
     return contents
 
 
-def _opened(path: Path, name: str) -> Path | BytesIO:
+def _open(path: Path, name: str) -> Path | BytesIO:
     """The path, or the content of standard input or of a pipe, which can be read only once."""
     if str(path) != STDIN and not path.is_fifo():
         return path
@@ -134,15 +131,19 @@ def _load_in_unit(
     if options.get("scale") != "auto":
         return loader(file, options)
     options = {key: value for key, value in options.items() if key != "scale"}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        size = _size(loader(file, options))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        content = loader(file, options)
+        size = _size(content)
         if size > 0.0 and not SMALLEST <= size <= LARGEST:
             size = _size(loader(file, options | {"scale": 1.0}))
             unit = likely_unit(size)
-            options["scale"] = UNITS[unit]
             print(f"skpose: {name}: --scale {UNITS[unit]:.4g} ({unit}): {size * UNITS[unit]:.3g} m", file=sys.stderr)
-    return loader(file, options)
+            caught.clear()
+            content = loader(file, options | {"scale": UNITS[unit]})
+    for warning in caught:
+        warn(str(warning.message), warning.category)
+    return content
 
 
 def _size(content: Content) -> float:
@@ -189,7 +190,7 @@ def read_labelled(args: argparse.Namespace) -> MotionDataset:
     return MotionDataset([motion for _, motion in read(args, files, load_poses)], **labels_of(files))
 
 
-def resample(content: Motion | Keypoints, frame_rate: float | None) -> Motion | Keypoints:
+def resample(content: Any, frame_rate: float | None) -> Any:
     """A motion at another rate; keypoints are not interpolated: every n-th frame."""
     if frame_rate is None:
         return content
@@ -201,12 +202,12 @@ def resample(content: Motion | Keypoints, frame_rate: float | None) -> Motion | 
     return content[:: round(step)]
 
 
-def part(content: Motion | Keypoints, begins: float | None, ends: float | None) -> slice:
+def rows_between(content: Motion | Keypoints, begins: float | None, ends: float | None) -> slice:
     """The rows of the frames from one time up to, and without, another, s."""
     begins, ends = begins or 0.0, np.inf if ends is None else ends
     first, last = np.searchsorted(content.times, [begins, ends]).tolist()
     if first >= last:
-        raise ValueError(f"no frame from {begins:g} to {ends:g} s: the last one is at {content.times[-1]:g} s")
+        raise ValueError(f"no frame from {begins:g} to {ends:g} s among {len(content)} at {content.frame_rate:g} Hz")
     return slice(first, last)
 
 

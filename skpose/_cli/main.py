@@ -15,7 +15,6 @@ EXIT_STATUS = (
     "Exit status: 0 success, 1 error, 2 wrong options, 3 success without the files that --skip-errors left out, "
     "130 interrupted."
 )
-OUTPUTS = "out", "png", "gif"  # options that name a new file
 
 
 def command_line() -> argparse.ArgumentParser:
@@ -35,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: print(f"skpose: warning: {message}", file=sys.stderr)
-            for path in filter(None, (getattr(args, name, None) for name in OUTPUTS)):
+            for path in filter(None, (getattr(args, name, None) for name in ("out", "png", "gif"))):
                 check_new(path)
             args.func(args)
             sys.stdout.flush()

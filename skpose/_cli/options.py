@@ -11,7 +11,10 @@ MOTION_SUFFIXES = ".bvh", ".npz", ".csv"
 def reading(*, skip: bool = True) -> argparse.ArgumentParser:
     """Options of the readers of files."""
     parser = argparse.ArgumentParser(add_help=False)
-    group = parser.add_argument_group("reading files", "See skpose.io; options that a format does not have are ignored")
+    group = parser.add_argument_group(
+        "reading files",
+        "Arguments of skpose.io.load_motion; a format ignores the options of others. frame_rate= is --file-frame-rate",
+    )
     add = group.add_argument
     if skip:
         add("--skip-errors", action="store_true", help="leave out files that cannot be read; the exit status is then 3")
@@ -40,7 +43,12 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
     add("--model", type=Path, metavar="FILE", help="body model (.npz) of AMASS files; default: mean proportions")
     add("--no-hands", dest="hands", action="store_const", const=False, help="AMASS files without finger joints")
     add("--layout", metavar="NAME", help="layout of keypoints, such as mediapipe33")
-    add("--names", type=lambda text: text.split(","), metavar="A,B,…", help="names of keypoints, separated by commas")
+    add(
+        "--names",
+        type=lambda text: [name.strip() for name in text.split(",")],
+        metavar="A,B,…",
+        help="names of keypoints, separated by commas",
+    )
     add("--zeros", choices=["seen", "missing"], help="positions of exactly 0 in TRC, C3D and keypoint files")
     return parser
 
@@ -113,7 +121,7 @@ def add_part(group: argparse._ActionsContainer, what: str) -> None:
     """Add --from and --to, in seconds."""
     for name, word in (("from", "begins"), ("to", "ends")):
         group.add_argument(
-            f"--{name}", dest=word, type=seconds, metavar="S", help=f"time at which {what} {word}, in seconds"
+            f"--{name}", dest=word, type=float, metavar="S", help=f"time at which {what} {word}, in seconds"
         )
 
 
@@ -132,13 +140,6 @@ def one_file(text: str) -> Path:
     if Path(text).is_dir():
         raise argparse.ArgumentTypeError(f"expected a file, got the folder {text!r}")
     return Path(text)
-
-
-def seconds(text: str) -> float:
-    value = float(text)
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected seconds, zero or more, got {text!r}")
-    return value
 
 
 def positive(text: str) -> float:

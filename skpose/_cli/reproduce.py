@@ -33,17 +33,15 @@ def run(args: argparse.Namespace) -> None:
     from skpose._cli.studies.reproduce import reproduce
     from skpose._files import check_new, new_file
 
+    for name in REPORT if args.directory.exists() else ():
+        check_new(args.directory / name)
     if args.folder is None:
-        dataset, source = (
-            skpose.datasets.make_gait(random_state=args.seed),
-            f"generated gait, make_gait(random_state={args.seed})",
-        )
+        dataset = skpose.datasets.make_gait(random_state=args.seed)
+        source = f"generated gait, make_gait(random_state={args.seed})"
     else:
         dataset = read_labelled(args)
         source = f"{len(dataset)} motions of {len(set(dataset.subjects))} people in the folder {args.folder.name}"
     args.directory.mkdir(exist_ok=True)
-    for name in REPORT:
-        check_new(args.directory / name)
     findings = reproduce(dataset, args.seed, n_jobs=args.jobs)
     print(report.text(findings))
     with ExitStack() as files:  # all files or none

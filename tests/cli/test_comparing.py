@@ -68,8 +68,9 @@ def test_find_a_part_of_a_motion(dataset, capsys):
     for place, match in zip(found, find_motion(a[4:12], [b], k=2, metric="spatial"), strict=True):
         expected = match.start / RATE, match.stop / RATE, match.distance
         assert place == ("ben.bvh", *(pytest.approx(value, abs=1e-2) for value in expected))
-    assert main(["find", *FILES, "--from", "3"]) == 1
-    assert "3 to inf s" in capsys.readouterr().err
+    for option in ("--from", "--pose"):
+        assert main(["find", *FILES, option, "3"]) == 1
+        assert "no frame" in capsys.readouterr().err
 
 
 def test_find_without_the_query_itself(dataset, capsys):

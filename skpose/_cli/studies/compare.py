@@ -96,7 +96,7 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
         ]
         shares = [first_component(D[np.ix_(f, f)]) for f in frames if len(f) > 2]
         component = float(np.median(shares)) if shares else np.nan
-        yield Result(metric, *accuracies, component, time.perf_counter() - start)
+        yield Result._make([metric, *accuracies, component, time.perf_counter() - start])
 
 
 def classify(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:

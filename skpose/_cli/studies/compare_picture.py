@@ -51,9 +51,9 @@ def _draw_poses(ax: Any, dataset: MotionDataset) -> None:
 def _draw_bars(ax: Any, dataset: MotionDataset, results: Sequence[Result]) -> None:
     """Draw the accuracies among other people, or of a single person among other motions."""
     y, n_people = dataset.actions, len(set(dataset.subjects))
-    first = 0 if n_people > 1 else 2
-    for k, label in enumerate(("poses", "whole motions")):
-        accuracies = [100.0 * result[1 + first + k] for result in results]
+    names = ("frames_of_others", "motions_of_others") if n_people > 1 else ("frames", "motions")
+    for k, (name, label) in enumerate(zip(names, ("poses", "whole motions"), strict=True)):
+        accuracies = [100.0 * getattr(result, name) for result in results]
         bars = ax.bar(
             np.arange(len(results)) + 0.3 * (k - 0.5), accuracies, 0.28, color=COLOURS[4 * (1 - k)], label=label
         )
