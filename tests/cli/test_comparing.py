@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from skpose import MotionDistanceTransformer, pose_distances
+from skpose import pose_distances
 from skpose._cli.find import find_minima
 from skpose._cli.main import main
 from skpose.datasets import MotionDataset
@@ -105,9 +105,3 @@ def test_minima_are_half_a_second_apart():
     distances = np.array([3.0, 1, 2, 2, 2, 0.5, 0.5, 2])
     assert find_minima(distances, np.arange(8), 4.0).tolist() == [1, 5]
     assert find_minima(distances, np.arange(8) * 3, 4.0).tolist() == list(range(8))  # frames are missing between
-
-
-def test_transformer_that_replaces_skpose_motions(dataset):
-    """As docs/command_line.md says."""
-    D = MotionDistanceTransformer().fit_transform(list(dataset))
-    assert D.shape == (2, 2)
