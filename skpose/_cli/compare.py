@@ -13,7 +13,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "compare",
         help="compare how well actions are recognised under the metrics",
         description="Print the share of poses, and of whole motions, whose nearest neighbour has the same action, for "
-        "each metric. Actions are those of two people or more; joints of 2 or 3 angles become ball joints.",
+        "each metric. Two people must do an action; joints of 2 or 3 angles become ball joints.",
         parents=[options.writing(".png", required=False), options.computing(None), options.reading(skip=False)],
     )
     add_folder(parser)

@@ -12,7 +12,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "explore",
         help="show all poses of some files as points, in the browser",
         description="Write an HTML page that shows all poses as points; near points are similar poses. Subjects and "
-        "actions are those of an index.csv, or of names such as SUBJECT_ACTION_TRIAL.bvh.",
+        "actions come from an index.csv, or from names such as SUBJECT_ACTION_TRIAL.bvh.",
         parents=[
             options.writing(".html", required=False),
             options.preparing(frame_rate=12.0),
@@ -30,7 +30,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         nargs="+",
         choices=options.METRICS,
         default=["spatial", "position", "rotation", "angle"],
-        help="one or several; the page starts with the first; default: all but geodesic, which is slow",
+        help="one or several; the page starts with the first; default: all except geodesic, which is slow",
     )
     group.add_argument(
         "--embedding", nargs="+", choices=["mds", "tsne", "isomap"], default=["mds"], help="default: mds"

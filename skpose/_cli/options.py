@@ -54,7 +54,7 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
 
 
 def preparing(frame_rate: float | None = None) -> argparse.ArgumentParser:
-    """Options of what is done with motions before they are compared."""
+    """Options that prepare motions for a comparison."""
     parser = argparse.ArgumentParser(add_help=False)
     group = parser.add_argument_group("preparing motions")
     default = "every frame" if frame_rate is None else f"{frame_rate:g}"

@@ -11,7 +11,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "retarget",
         help="bring a motion onto the skeleton of another file",
         description="Bring a motion onto another skeleton. Print the method, how many joints have counterparts, and "
-        "how near it comes; without --out print this alone.",
+        "the remaining error; without --out print this alone.",
         parents=[
             options.writing(*options.MOTION_SUFFIXES, required=False),
             options.computing(None),
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> None:
 def _retarget(
     motion: "skpose.Motion", skeleton: "skpose.Skeleton", args: argparse.Namespace
 ) -> tuple["skpose.Motion", str]:
-    """The motion on a skeleton or robot, and how near it comes."""
+    """The motion on a skeleton or robot, and a report."""
     moved = skpose.datasets.MotionDataset([motion]).retarget(
         skeleton,
         method=args.method,
