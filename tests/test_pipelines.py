@@ -19,7 +19,7 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose._cli.compare import COMPARED
+from skpose._cli.studies.compare import COMPARED
 from skpose.datasets import make_gait
 from skpose.keypoints import Layout, fit_skeleton
 

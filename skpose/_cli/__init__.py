@@ -1,1 +1,1 @@
-"""The command line: options, commands, and the studies that two of them run."""
+"""The command line: a module for each command, and the studies that two of them run."""

@@ -1,150 +1,74 @@
-"""The study of `skpose compare`: under which metric are people's actions recognised best?
+"""`skpose compare`: how well actions are recognised under each metric."""
 
-Poses are at 12 Hz, on the mean skeleton of all people, without the root.
+import argparse
+import textwrap
+from pathlib import Path
 
-- Frames: a pose gets the action of its nearest neighbour among the poses of other people (or of other motions).
-- Motions: a whole motion gets the action of its nearest neighbour among the motions of other people (or among all
-  others) by dynamic time warping, as `motion_distances` has it.
-- Dimension: the share of variance in the first component of multidimensional scaling, of each motion by itself. The
-  result is the median over the motions.
-
-The results are the shares of poses, and of motions, that are recognised. `--paper` is the protocol of sections 3.2 and
-3.3 of the paper: walking and running, and joint angles as the files have them; else joints of two or three angles are
-ball joints, on which "spatial" measures rotations by the shortest path.
-"""
-
-import time
-from collections.abc import Iterator
-from typing import NamedTuple
-
-import numpy as np
-
-from skpose._compiled.warping.paths import Paths, accumulate
-from skpose._parallel.progress import stage
-from skpose.datasets import MotionDataset, walks_and_runs
-from skpose.manifold import SpatialMDS
-from skpose.metrics import pose_distances
-
-FRAME_RATE = 12.0  # Hz, the paper's
-COMPARED = ("angle", "position", "rotation", "spatial")  # without "geodesic": a million of them take an hour
-PAPER = (
-    "Paper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3, ten walks and ten runs, 1,096 poses: "
-    "frames among other motions, angle 90 %, spatial 100 %. Fig. 4 (c), modes over 673 sequences: first MDS component, "
-    "angle 40 %, spatial 80 %."
-)
-COLUMNS = (
-    "Other people: nobody who is recognised is known. Other motions: the person is. Motions: by dynamic time warping. "
-    "MDS: how well one dimension describes a motion. Time: without compilation."
-)
+import skpose
+from skpose._cli import options
 
 
-class Result(NamedTuple):
-    """A row of the table."""
-
-    metric: str
-    frames_of_others: float  # share of poses recognised among other people; NaN for a single person
-    motions_of_others: float
-    frames: float  # among other motions, of the same person too
-    motions: float
-    first_component: float  # share of variance, median over the motions
-    seconds: float  # for the distances, the searches and the scaling
-
-
-def choose_actions(dataset: MotionDataset) -> MotionDataset:
-    """Return the motions of actions that two people or more do; of one person's, those of two motions or more.
-
-    Upper and lower case are one action.
-    """
-    names = [" ".join(action.lower().split()) for action in dataset.actions]
-    actions = np.array(names, dtype=str)
-    everybody = len(set(dataset.subjects))
-    several = dataset.subjects if everybody > 1 else np.arange(len(dataset))
-    count = {action: len(set(several[actions == action])) for action in dict.fromkeys(names) if action}
-    chosen = [action for action, n in count.items() if n > 1]
-    if len(chosen) < 2:
-        found = f"found {chosen[0]!r} alone" if chosen else "found none"
-        once = [action for action in count if action not in chosen]
-        others = f", and of one each {', '.join(map(repr, sorted(once)[:6]))}" if once else ""
-        raise ValueError(
-            f"nothing to compare: expected two actions that {'two people do' if everybody > 1 else 'are done twice'}, "
-            f"{found}{others}. Name the same action equally for everybody, in index.csv or in the names of the files"
-        )
-    return MotionDataset(dataset.motions, dataset.subjects, dataset.trials, actions)[np.isin(actions, chosen)]
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "compare",
+        help="compare how well actions are recognised under the metrics",
+        description="Print the share of poses, and of whole motions, whose nearest neighbour has the same action, for "
+        "each metric. Two people must do an action; joints of 2 or 3 angles become ball joints.",
+        parents=[options.writing(".png", required=False), options.computing(None), options.reading(skip=False)],
+    )
+    add_folder(parser)
+    parser.add_argument("--paper", action="store_true", help="the paper's protocol: walks and runs, angles as they are")
+    parser.set_defaults(func=run)
 
 
-def prepare(dataset: MotionDataset, *, paper: bool = False) -> MotionDataset:
-    """Return the motions that are compared, at 12 Hz."""
-    dataset = walks_and_runs(dataset) if paper else choose_actions(dataset).to_rotvec()
-    dataset = dataset[[len(motion) > 0 for motion in dataset]]
-    motions = [motion.resample(FRAME_RATE) for motion in dataset]
-    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
+def add_folder(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        metavar="FOLDER",
+        help="AMC files with an index.csv, see skpose.datasets.load_cmu, files of HDM05, or BVH files named "
+        "SUBJECT_ACTION_TRIAL.bvh; default: generated motions",
+    )
 
 
-def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Result]:
-    """Yield the result of each metric on prepared motions."""
-    X, sequence = dataset.poses()
-    skeleton, actions, people = dataset.skeleton, dataset.actions, dataset.subjects
-    y, person, everyone = actions[sequence], people[sequence], np.arange(len(dataset))
-    frames = np.split(np.arange(len(X)), np.searchsorted(sequence, everyone[1:]))
-    _warp(np.zeros((2, 2)))
-    for metric in COMPARED:
-        pose_distances(X[:1], skeleton=skeleton, metric=metric)  # compile before the clock starts
-        start = time.perf_counter()
-        with stage(f"{metric}: distances of {len(X):,} poses"):
-            D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
-        with stage(f"{metric}: distances of {len(frames)} motions"):
-            of_motions = warp_all(D, frames)
-        with stage(f"{metric}: nearest neighbours"):
-            right = [
-                float(np.mean(classify(distances, labels, groups)))
-                for distances, labels, groups in (
-                    (D, y, person),
-                    (of_motions, actions, people),
-                    (D, y, sequence),
-                    (of_motions, actions, everyone),
-                )
-            ]
-        with stage(f"{metric}: scaling of {len(frames)} motions"):
-            shares = [first_component(D[np.ix_(f, f)]) for f in frames if len(f) > 2]
-        component = float(np.median(shares)) if shares else np.nan
-        frames_of_others, motions_of_others, among_frames, among_motions = right
-        yield Result(
-            metric,
-            frames_of_others,
-            motions_of_others,
-            among_frames,
-            among_motions,
-            component,
-            time.perf_counter() - start,
-        )
+def run(args: argparse.Namespace) -> None:
+    if args.out is not None:
+        from skpose._cli.studies.compare_picture import draw  # fails early without matplotlib
+    import numpy as np
 
+    from skpose._cli.inputs import read_labelled
+    from skpose._cli.studies.compare import COLUMNS, FRAME_RATE, PAPER, compare, prepare
+    from skpose._files import new_file
 
-def classify(distances: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Return whether the nearest neighbour of each row outside its group has its class; NaN for a single group."""
-    right = np.full(len(y), np.nan)
-    for group in np.unique(groups):
-        rows, others = np.flatnonzero(groups == group), np.flatnonzero(groups != group)
-        if len(others):
-            right[rows] = y[others[distances[np.ix_(rows, others)].argmin(axis=1)]] == y[rows]
-    return right
-
-
-def warp_all(distances: np.ndarray, frames: list[np.ndarray]) -> np.ndarray:
-    """Return the distances of all motions, by dynamic time warping, from those of their frames."""
-    result = np.zeros((len(frames), len(frames)))
-    for i, rows in enumerate(frames):
-        for j, columns in enumerate(frames[:i]):
-            costs = distances[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
-            result[i, j] = result[j, i] = _warp(costs) / (len(rows) + len(columns))
-    return result
-
-
-def _warp(costs: np.ndarray) -> float:
-    """Return the least sum of distances along a path; overwrite them."""
-    accumulate(costs, Paths.of(None))
-    return float(costs[-1, -1])
-
-
-def first_component(distances: np.ndarray) -> float:
-    """Return the share of variance in the first component of multidimensional scaling."""
-    return float(SpatialMDS(n_components=1, metric="precomputed").fit(distances).explained_variance_ratio_[0])
+    if args.folder is not None:
+        dataset, source = read_labelled(args), str(args.folder)
+    else:
+        make = skpose.datasets.make_gait if args.paper else skpose.datasets.make_actions
+        dataset, source = make(random_state=0), f"generated, skpose.datasets.{make.__name__}(random_state=0)"
+    n_all, dataset = len(dataset), prepare(dataset, paper=args.paper)
+    n_actions, n_people = len(set(dataset.actions)), len(set(dataset.subjects))
+    print(f"{'Walking or running' if args.paper else 'Which action is it'}? {source}")
+    joints = "angles as they are" if args.paper else "ball joints"
+    print(
+        f"{len(dataset)} motions of {n_actions} actions by {n_people} people, {sum(map(len, dataset)):,} poses "
+        f"at {FRAME_RATE:g} Hz, {joints}"
+    )
+    if len(dataset) < n_all:
+        print(f"{n_all - len(dataset)} motions of other actions are left out")
+    print(f"\n{'':<10}{'1-NN accuracy':^40}{'variance in':>13}")
+    print(f"{'':<10}{'among other people':>20}{'among other motions':>20}{'first MDS':>13}")
+    print(f"{'metric':<10}{'frames':>11}{'motions':>9}{'frames':>11}{'motions':>9}{'component':>13}{'time':>10}")
+    results = []
+    for result in compare(dataset, n_jobs=args.jobs):
+        results.append(result)
+        shares = ["-" if np.isnan(value) else f"{value:.1%}" for value in result[1:-1]]
+        cells = "".join(f"{cell:>{width}}" for cell, width in zip(shares, (11, 9, 11, 9, 13), strict=True))
+        print(f"{result.metric:<10}{cells}{result.seconds:>8.2f} s", flush=True)
+    print("\n" + textwrap.fill(COLUMNS, 100))
+    if args.paper:
+        print(textwrap.fill(PAPER, 100))
+    if args.out is not None:
+        with new_file(args.out) as new:
+            draw(dataset, results, new)
+        print(f"\n{args.out}: the table as a picture, with a pose of each action")

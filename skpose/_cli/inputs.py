@@ -1,198 +1,217 @@
-"""Motions from the files, folders and pipes that a command is given. Errors name the files."""
+"""Reading the files of a command."""
 
-import re
+import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from functools import partial
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from inspect import signature
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from skpose._cli.labels import labels_in_names
-from skpose._cli.reader import Reader, name_of
-from skpose.datasets import MotionDataset, load_cmu, load_hdm05, walks_and_runs
-from skpose.datasets._shared import INDEX, NAME, ONE_REST, ONE_RIG, check_folder, read_index
+from skpose._cli.labels import BVH, labels_of, stated_rates
+from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
+from skpose._warnings import warn
+from skpose.datasets import MotionDataset, load_cmu, load_hdm05
+from skpose.datasets._shared import INDEX, NAME
+from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_robot, load_trc
+from skpose.io._shared import has_keypoints, is_robot
 from skpose.keypoints import Keypoints
-from skpose.kinematics._shared import Method
-from skpose.motions._shared import rates_differ
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_comparable, mismatch
+from skpose.skeleton._shared import size_of
 
-MOVING = ".bvh", ".amc", ".trc", ".c3d"  # files of a folder that `skpose view` shows
+Content = Motion | Skeleton | Keypoints
+STDIN = "-"
+MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
+MOVING = (*MOTIONS, ".trc", ".c3d")
+READING = (
+    *("scale", "up", "asf", "root", "on_nan", "trust", "stretch", "root_offset", "missing", "model", "hands"),
+    *("layout", "names", "zeros"),
+)
+LOADERS: dict[str, Callable[..., Content]] = {"ASF": load_asf, "TRC": load_trc, "C3D": load_c3d}
 
 
-def motion_files(paths: Iterable[Path], suffixes: tuple[str, ...] = (".bvh", ".amc")) -> list[Path]:
-    """Return the files, in the place of each folder all that have one of the suffixes, in it or below, sorted."""
-    files = []
+def reading_options(args: argparse.Namespace) -> dict[str, Any]:
+    """The keyword arguments of loaders for which there was an option."""
+    options = {name: getattr(args, name) for name in READING} | {"frame_rate": args.file_frame_rate}
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def load(file: Path | BytesIO, options: dict[str, Any]) -> Content:
+    """Load a file of any format."""
+    if is_robot(_rewind(file)):
+        return _call(load_robot, file, options)
+    if has_keypoints(_rewind(file)):
+        return _call(load_keypoints, file, options)
+    return _call(LOADERS.get(file_format(_rewind(file)), load_motion), file, options)
+
+
+def load_poses(file: Path | BytesIO, options: dict[str, Any]) -> Motion:
+    """Load a motion with a skeleton."""
+    return _call(load_motion, file, options)
+
+
+def load_moving(file: Path | BytesIO, options: dict[str, Any]) -> Motion | Keypoints:
+    """Load a motion or keypoints."""
+    content = load(file, options)
+    if isinstance(content, Skeleton):
+        raise ValueError(f"{getattr(file, 'name', file)} is a skeleton without a motion")
+    return content
+
+
+def _call(loader: Callable[..., Any], file: Path | BytesIO, options: dict[str, Any]) -> Any:
+    """Call a loader with those options that it has."""
+    known = signature(loader).parameters
+    return loader(_rewind(file), **{name: value for name, value in options.items() if name in known})
+
+
+def _rewind(file: Path | BytesIO) -> Path | BytesIO:
+    if isinstance(file, BytesIO):
+        file.seek(0)
+    return file
+
+
+def expand(paths: Iterable[Path], suffixes: Sequence[str] = MOVING) -> list[Path]:
+    """Replace folders by the files in them, and below, that have one of the suffixes, sorted."""
+    files, ends = [], (*suffixes, *(f"{suffix}.gz" for suffix in suffixes))
     for path in paths:
-        if not path.is_dir():
-            files.append(path)
-            continue
-        found = _files_in(path, suffixes)
+        inside = (one for one in sorted(path.rglob("[!.]*")) if one.name.lower().endswith(ends) and one.is_file())
+        found = list(inside) if path.is_dir() else [path]
         if not found:
-            raise FileNotFoundError(f"the folder {path} holds no files named *{', *'.join(suffixes)}")
+            raise FileNotFoundError(f"no files in the folder {path}: expected {', '.join(suffixes)}")
         files += found
     return files
 
 
-def _files_in(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    found = (path for path in folder.rglob("[!.]*") if path.name.lower().removesuffix(".gz").endswith(suffixes))
-    return sorted(path for path in found if not path.is_dir())
-
-
-def one_file(path: Path, argument: str) -> Path:
-    """Return the path of an argument that is one file; refuse a folder."""
-    if path.is_dir():
-        raise IsADirectoryError(f"{argument} must be one file, and {path} is a folder: choose a file in it")
-    return path
-
-
-def join_poses(dataset: MotionDataset) -> np.ndarray:
-    """Return all poses of motions that have the names of their files. Print which rows belong to which file."""
-    ends = np.cumsum([len(motion) for motion in dataset])
-    for name, first_row, end in zip(dataset.subjects, [0, *ends], ends, strict=False):
-        print(f"{first_row:>8} to {end - 1:<8} {name}")
-    return np.concatenate([motion.angles for motion in dataset])
-
-
-def read_motions(
-    paths: Sequence[Path],
-    frame_rate: float | None,
+def read(
+    args: argparse.Namespace,
+    paths: Iterable[Path],
+    loader: Callable[[Path | BytesIO, dict[str, Any]], Any] = load,
+    suffixes: Sequence[str] = MOVING,
     *,
-    reader: Reader,
     required: int = 0,
-    rotations: Literal["rotvec"] | None = None,
-    method: Method = "numbers",
-    with_root: Literal["tilt", "whole"] | None = None,
-    one_frame_rate: bool = False,
-    frames: bool = False,
-) -> MotionDataset:
-    """Read all files; return their motions on the mean skeleton. Their labels are the names of the files.
-
-    Motions with another `method` than "numbers" are on the skeleton of the first file. With `one_frame_rate`
-    refuse motions of different frame rates, and without frames; with `frames` the latter alone. Of the first files, the
-    `required` are not left out.
-    """
-    read = list(reader.read(motion_files(paths), frames=frames or one_frame_rate, required=required))
-    names, motions = [name_of(path) for path, _ in read], [motion for _, motion in read]
-    dataset = MotionDataset(motions, names, names, names)
-    with files_in_messages(names):
-        if rotations == "rotvec":
-            dataset = dataset.to_rotvec()
-        if method != "numbers":
-            first = dataset.motions[0].skeleton
-            for i, motion in enumerate(dataset if method == "unchecked" else ()):
-                if difference := mismatch(first, motion.skeleton):
-                    raise ValueError(f"motions[{i}] does not fit the skeleton of motions[0]: {difference}. {ONE_RIG}")
-            dataset = dataset.retarget(first, method=method)
-            for report in dict.fromkeys(dataset.retargeting):
-                of = [name for name, other in zip(names, dataset.retargeting, strict=True) if other == report]
-                whose = of[0] if len(of) == 1 else f"{len(of)} of {len(names)} files"
-                print(f"skpose: {whose}: by {report}", file=sys.stderr)
-        if with_root is not None:
-            dataset = dataset.with_root(with_root)
-        dataset = dataset.retarget(dataset.skeleton, method="numbers")
-    if frame_rate is not None:
-        dataset = MotionDataset([motion.resample(frame_rate) for motion in dataset], names, names, names)
-    if one_frame_rate:
-        check_one_frame_rate(dataset)
-    return dataset
+) -> list[tuple[str, Any]]:
+    """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
+    files, options = expand(paths, suffixes), reading_options(args)
+    rates = {} if "frame_rate" in options else stated_rates(files)
+    contents = []
+    for i, path in enumerate(files):
+        name = "standard input" if str(path) == STDIN else str(path)
+        rate = {"frame_rate": rates[path]} if path in rates else {}
+        try:
+            contents.append((name, _load_in_unit(name, _open(path, name), options | rate, loader)))
+        except (OSError, ValueError) as error:
+            if i < required or not getattr(args, "skip_errors", False):
+                raise
+            print(f"skpose: left out: {error}", file=sys.stderr)
+            args.status = 3  # the exit status
+    if not contents:
+        raise ValueError("no file could be read")
+    return contents
 
 
-def read_separately(paths: Sequence[Path], frame_rate: float | None, reader: Reader) -> tuple[list[str], list[Motion]]:
-    """Read all files; return their names, and motions, each on its own skeleton. Refuse those without frames."""
-    read = list(reader.read(motion_files(paths), frames=True))
-    names, motions = [name_of(path) for path, _ in read], [motion for _, motion in read]
-    return names, motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
-
-
-def read_moving(
-    paths: Sequence[Path], frame_rate: float | None, reader: Reader, load: Callable[..., Any]
-) -> tuple[list[str], list[Motion | Keypoints]]:
-    """Read all files; return their names, and motions, each on its own skeleton, or keypoints. Refuse those without
-    frames, and skeletons without a motion.
-    """
-    read = list(reader.read(motion_files(paths, MOVING), partial(_load_moving, load), frames=True))
-    names, shown = [name_of(path) for path, _ in read], [one for _, one in read]
-    if frame_rate is not None:
-        shown = [_at_rate(one, frame_rate, name) for name, one in zip(names, shown, strict=True)]
-    return names, shown
-
-
-def _load_moving(load: Callable[..., Any], file: Path | BytesIO, **options: Any) -> Motion | Keypoints:
-    content = load(file, **options)
-    if isinstance(content, Skeleton):
-        raise ValueError(
-            "this is a skeleton (ASF or a robot), which has no motion: choose a motion, such as its AMC file"
-        )
+def _open(path: Path, name: str) -> Path | BytesIO:
+    """The path, or the content of standard input or of a pipe, which can be read only once."""
+    if str(path) != STDIN and not path.is_fifo():
+        return path
+    content = BytesIO(sys.stdin.buffer.read() if str(path) == STDIN else path.read_bytes())
+    content.name = name
     return content
 
 
-def _at_rate(content: Motion | Keypoints, frame_rate: float, name: str) -> Motion | Keypoints:
-    """Return a motion resampled; of keypoints every other frame, every third and so on, as none is made up."""
+def _load_in_unit(
+    name: str,
+    file: Path | BytesIO,
+    options: dict[str, Any],
+    loader: Callable[[Path | BytesIO, dict[str, Any]], Any],
+) -> Any:
+    """Load a file; for the scale "auto" in the format's own unit, or in the one that makes it the size of a person."""
+    if options.get("scale") != "auto":
+        return loader(file, options)
+    options = {key: value for key, value in options.items() if key != "scale"}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        content = loader(file, options)
+        size = _size(content)
+        if size > 0.0 and not SMALLEST <= size <= LARGEST:
+            size = _size(loader(file, options | {"scale": 1.0}))
+            unit = likely_unit(size)
+            print(f"skpose: {name}: --scale {UNITS[unit]:.4g} ({unit}): {size * UNITS[unit]:.3g} m", file=sys.stderr)
+            caught.clear()
+            content = loader(file, options | {"scale": UNITS[unit]})
+    for warning in caught:
+        warn(str(warning.message), warning.category)
+    return content
+
+
+def _size(content: Content) -> float:
+    """The size of a skeleton at angle zero, or of points in the median frame, m."""
+    if isinstance(content, Keypoints):
+        return extent_of(content.positions)
+    return size_of(content if isinstance(content, Skeleton) else content.skeleton)
+
+
+def read_dataset(
+    args: argparse.Namespace, paths: Iterable[Path], *, required: int = 0
+) -> tuple[list[str], MotionDataset]:
+    """The names of files, and their motions, prepared as the options ask for, on one skeleton."""
+    contents = read(args, paths, load_poses, MOTIONS, required=required)
+    names = [name for name, _ in contents]
+    dataset = MotionDataset([motion for _, motion in contents])
+    if args.rotations == "rotvec":
+        dataset = dataset.to_rotvec()
+    if args.retarget != "numbers":
+        dataset = dataset.retarget(dataset.motions[0].skeleton, method=args.retarget)
+        for name, report in zip(names, dataset.retargeting, strict=True):
+            print(f"skpose: {name}: by {report}", file=sys.stderr)
+    if args.with_root is not None:
+        dataset = dataset.with_root(args.with_root)
+    dataset = dataset.retarget(dataset.skeleton, method="numbers")
+    if args.frame_rate is not None:
+        dataset = MotionDataset([motion.resample(args.frame_rate) for motion in dataset])
+    return names, dataset
+
+
+def read_labelled(args: argparse.Namespace) -> MotionDataset:
+    """The motions of a folder with their subjects, actions and trials, by an index.csv or by their names."""
+    if not args.folder.is_dir():
+        raise NotADirectoryError(f"{args.folder} is not a folder")
+    is_indexed = (args.folder / INDEX).is_file()
+    if is_indexed or any(NAME.fullmatch(path.name) for path in expand([args.folder], MOTIONS)):
+        if reading_options(args):
+            raise ValueError("options of reading are for folders of BVH files")
+        return (load_cmu if is_indexed else load_hdm05)(args.folder)
+    files = expand([args.folder], [".bvh"])
+    unnamed = [path.name for path in files if not BVH.fullmatch(path.name)]
+    if unnamed:
+        raise ValueError(f"files must be named SUBJECT_ACTION_TRIAL.bvh, or be in an {INDEX}, got {unnamed[0]}")
+    return MotionDataset([motion for _, motion in read(args, files, load_poses)], **labels_of(files))
+
+
+def resample(content: Any, frame_rate: float | None) -> Any:
+    """A motion at another rate; keypoints are not interpolated: every n-th frame."""
+    if frame_rate is None:
+        return content
     if isinstance(content, Motion):
         return content.resample(frame_rate)
-    step = round(content.frame_rate / frame_rate)
-    if step < 1 or rates_differ(content.frame_rate / step, frame_rate):
-        rates = ", ".join(f"{content.frame_rate / k:.4g}" for k in range(1, 6))
-        raise ValueError(
-            f"{name} has points at {content.frame_rate:g} Hz, of which whole frames are left out: use --frame-rate "
-            f"{rates} and so on, got {frame_rate:g}"
-        )
-    return content[::step]
+    step = content.frame_rate / frame_rate
+    if step < 0.999 or abs(step - round(step)) > 1e-3 * step:
+        raise ValueError(f"--frame-rate must divide the {content.frame_rate:g} Hz of keypoints, got {frame_rate:g}")
+    return content[:: round(step)]
 
 
-def check_one_frame_rate(dataset: MotionDataset) -> None:
-    """Refuse motions that are not comparable in time."""
-    first, frame_rate = dataset.subjects[0], dataset.motions[0].frame_rate
-    for name, motion in zip(dataset.subjects, dataset, strict=True):
-        if rates_differ(motion.frame_rate, frame_rate):
-            raise ValueError(
-                f"{first} has {frame_rate:g} frames a second and {name} {motion.frame_rate:g}, which changes the "
-                "distances: resample all with --frame-rate, such as --frame-rate "
-                f"{min(frame_rate, motion.frame_rate):g}"
-            )
+def rows_between(content: Motion | Keypoints, begins: float | None, ends: float | None) -> slice:
+    """The rows of the frames from one time up to, and without, another, s."""
+    begins, ends = begins or 0.0, np.inf if ends is None else ends
+    first, last = np.searchsorted(content.times, [begins, ends]).tolist()
+    if first >= last:
+        raise ValueError(f"no frame from {begins:g} to {ends:g} s among {len(content)} at {content.frame_rate:g} Hz")
+    return slice(first, last)
 
 
-@contextmanager
-def files_in_messages(names: Sequence[str], collection: str = "motions") -> Iterator[None]:
-    """Name files in the errors about a collection, which name motions by their index."""
-    try:
-        yield
-    except ValueError as error:
-        message = re.sub(rf"(?<![\w.]){collection}\[(\d+)\]", lambda found: names[int(found[1])], str(error))
-        raise ValueError(message) from None
-
-
-def read_labelled(
-    folder: Path,
-    scale: float | Literal["auto"] | None,
-    choose: Callable[[MotionDataset], MotionDataset] = walks_and_runs,
-) -> MotionDataset:
-    """Return the motions of a folder, with labels. Those that `choose` returns are comparable.
-
-    The labels are those of an index.csv, see `load_cmu`, of files that are named as in HDM05, or of BVH files that are
-    named SUBJECT_ACTION_TRIAL.bvh.
-    """
-    check_folder(folder)
-    index, paths = folder / INDEX, []
-    if not index.is_file() and not (paths := [path for path in _files_in(folder, (".amc",)) if NAME.match(path.name)]):
-        paths = _files_in(folder, (".bvh",))
-        labels = labels_in_names(folder, paths, gait=choose is walks_and_runs)
-        motions = [motion for _, motion in Reader({"scale": scale}).read(paths)]
-        dataset = MotionDataset(motions, labels["subject"], labels["trial"], labels["action"])
-    else:
-        if scale is not None:
-            holds = f"an {INDEX}" if index.is_file() else f"{paths[0].name}"
-            raise ValueError(f"--scale is for folders of BVH files; {folder} has {holds}, which is of AMC files")
-        paths = [folder / row["file"] for row in read_index(index)] if index.is_file() else paths
-        dataset = (load_hdm05 if all(NAME.fullmatch(path.name) for path in paths) else load_cmu)(folder)
-    file_of = {id(motion): str(path) for motion, path in zip(dataset, paths, strict=True)}
-    skeletons: dict[Skeleton, str] = {}
-    for motion in choose(dataset):
-        skeletons.setdefault(motion.skeleton, file_of[id(motion)])
-    check_comparable(list(skeletons), list(skeletons.values()), ONE_REST, ONE_RIG)
-    return dataset
+def shorten(names: Sequence[str]) -> list[str]:
+    """The names of files without their folders, unless two are equal then."""
+    short = [Path(name).name for name in names]
+    return short if len(set(short)) == len(short) else list(names)

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from skpose import Motion, Skeleton, pose_distances
-from skpose._cli.compare import prepare
+from skpose._cli.studies.compare import prepare
 from skpose.datasets import MotionDataset, make_gait, walks_and_runs
 
 GAIT = make_gait(3, 1, random_state=0)

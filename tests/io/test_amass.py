@@ -410,7 +410,7 @@ def test_on_nan_on_the_command_line(write, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         assert main(["info", path]) == 1
-        assert "--on-nan drop leaves such frames out" in capsys.readouterr().err
+        assert "on_nan" in capsys.readouterr().err
         assert main(["info", path, "--on-nan", "drop"]) == 0
     assert capsys.readouterr().out.startswith("8 frames at 120 Hz")
 

@@ -489,7 +489,7 @@ def test_info_prints_a_robot(tmp_path, monkeypatch, capsys):
     assert "slide (0, 0.894, 0.447) y" in capsys.readouterr().out
     monkeypatch.setitem(sys.modules, "mujoco", None)
     assert main(["info", "robot.xml"]) == 1
-    assert capsys.readouterr().err == "skpose: robot.xml: load_robot needs MuJoCo: pip install 'skpose[robot]'\n"
+    assert capsys.readouterr().err == "skpose: load_robot needs MuJoCo: pip install 'skpose[robot]'\n"
 
 
 @pytest.mark.parametrize("robot", ["unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro"])

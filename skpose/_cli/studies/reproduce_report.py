@@ -1,10 +1,11 @@
-"""The findings of `skpose._cli.reproduce` as text, Markdown and pictures."""
+"""The findings of `skpose reproduce` as text, Markdown and figures."""
 
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure  # without pyplot: no window, no backend
 
-from skpose._cli.reproduce import DIFFERENCES, N_DRAWS, Findings
+from skpose._cli.studies.reproduce import DIFFERENCES, N_DRAWS, Findings
 from skpose.metrics._shared import METRICS
 from skpose.plot import GeodesicDisplay, MDSDisplay
 from skpose.plot._shared import COLOURS
@@ -13,7 +14,7 @@ HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences",
 
 
 def cells(findings: Findings) -> list[tuple[str, ...]]:
-    """Return the rows of the table, without its head."""
+    """The rows of the table, without its head."""
     return [
         (row.section, row.quantity, row.paper, row.first, row.draws, str(row.n_sequences), f"{row.n_poses:,}", row.test)
         for row in findings.rows
@@ -21,15 +22,15 @@ def cells(findings: Findings) -> list[tuple[str, ...]]:
 
 
 def text(findings: Findings) -> str:
-    """Return the table for a terminal, and the differences from the paper."""
+    """The table for a terminal, and the differences from the paper."""
     rows = [HEAD, *cells(findings)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return "\n".join([*lines, "", "Differences from the paper:", *(f"- {note}" for note in _notes(findings))])
 
 
-def markdown(findings: Findings, source: str, command: str) -> str:
-    """Return the same as a Markdown document with the figures."""
+def markdown(findings: Findings, source: str, seed: int) -> str:
+    """The same as a Markdown document with the figures."""
     table = ["| " + " | ".join(row) + " |" for row in [HEAD, ("---",) * len(HEAD), *cells(findings)]]
     pictures = [f"![{caption}]({name})" for name, caption in CAPTIONS.items()]
     paper = "S. Hauberg, K. S. Pedersen, AMDO 2012, [doi](https://doi.org/10.1007/978-3-642-31567-1_3)"
@@ -37,7 +38,7 @@ def markdown(findings: Findings, source: str, command: str) -> str:
         [
             "# Section 3 of the paper, repeated",
             "",
-            f"{paper}, on {source}; `{command}`. Poses at 12 Hz, ten steps to a curve.",
+            f"{paper}, on {source}; seed {seed}. Poses at 12 Hz, ten steps to a curve.",
             "",
             *table,
             "",
@@ -63,8 +64,6 @@ CAPTIONS = {
 
 def draw(findings: Findings, figure_3: Path, figure_4: Path) -> None:
     """Write figures 3 and 4 as PNG files."""
-    from matplotlib.figure import Figure  # without pyplot: no window, no backend
-
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2)
     skeleton, start, end = findings.pair

@@ -1,0 +1,48 @@
+"""`skpose convert`: a motion or keypoints in another format, cut or made a loop."""
+
+import argparse
+
+import skpose
+from skpose._cli import options
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "convert",
+        help="write a motion or keypoints in another format, cut or as a loop",
+        description="Write a motion as .bvh, for other programs, as .npz, which loses nothing, or as .csv, a table of "
+        "angles in rad and positions in m. Keypoints have no skeleton: .npz or .csv.",
+        parents=[options.writing(*options.MOTION_SUFFIXES), options.reading(skip=False)],
+    )
+    parser.add_argument("file", type=options.one_file, metavar="FILE", help="motion, markers or keypoints; -: stdin")
+    group = parser.add_argument_group("changes, in this order")
+    options.add_part(group, "the result")
+    options.add_rotations(group)
+    options.add_frame_rate(group)
+    group.add_argument(
+        "--cycle", action="store_true", help="make a loop: the last frame becomes the first, moved along the floor"
+    )
+    group.add_argument(
+        "--endpoint",
+        action="store_true",
+        help="with --cycle: the last frame repeats the first; default: it precedes it",
+    )
+    parser.set_defaults(func=run)
+
+
+def run(args: argparse.Namespace) -> None:
+    from skpose._cli import inputs, outputs
+
+    ((_, content),) = inputs.read(args, [args.file], inputs.load_moving)
+    if args.begins is not None or args.ends is not None:
+        content = content[inputs.rows_between(content, args.begins, args.ends)]
+    if not isinstance(content, skpose.Motion) and (args.rotations or args.cycle):
+        raise ValueError("--rotations and --cycle need a skeleton, got keypoints")
+    if args.rotations:
+        content = content.to_rotvec()
+    content = inputs.resample(content, args.frame_rate)
+    if args.cycle:
+        content = content.to_cycle(endpoint=args.endpoint)
+    outputs.save_motion(content, args.out, args.out_scale)
+    if args.out.suffix.lower() == ".bvh" and args.out_scale != 1.0:
+        print(f"BVH files do not state their unit: read this one with --scale {args.out_scale:g}")

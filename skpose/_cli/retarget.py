@@ -1,0 +1,90 @@
+"""`skpose retarget`: a motion on the skeleton of another file, which may be a robot."""
+
+import argparse
+
+import skpose
+from skpose._cli import options
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "retarget",
+        help="bring a motion onto the skeleton of another file",
+        description="Bring a motion onto another skeleton. Print the method, how many joints have counterparts, and "
+        "the remaining error; without --out print this alone.",
+        parents=[
+            options.writing(*options.MOTION_SUFFIXES, required=False),
+            options.computing(None),
+            options.reading(),
+        ],
+    )
+    options.add_files(parser, "motions; one if there is --out")
+    group = parser.add_argument_group("retargeting")
+    group.add_argument(
+        "--onto",
+        type=options.one_file,
+        required=True,
+        metavar="OTHER",
+        help="target skeleton: a motion file, an ASF file or a robot (MJCF, URDF)",
+    )
+    group.add_argument(
+        "--method",
+        choices=["auto", "numbers", "orientations", "positions", "limbs", "unchecked"],
+        default="auto",
+        help="auto: the first method that succeeds; numbers: the angles; orientations: directions of bones; positions: "
+        "of joints; limbs: within the joint limits of a robot; unchecked: the angles, without checks; default: auto",
+    )
+    group.add_argument(
+        "--joints",
+        type=_pair,
+        nargs="+",
+        metavar="OTHER=FILE",
+        help="a joint of OTHER and its counterpart in FILE, as left_knee=LeftLeg; default: by their names",
+    )
+    group.add_argument(
+        "--factor", type=_factor, metavar="F", help="factor of positions in the world; lengths: the ratio of the bones"
+    )
+    options.add_frame_rate(group)
+    parser.set_defaults(func=run)
+
+
+def run(args: argparse.Namespace) -> None:
+    from skpose._cli import inputs, outputs
+
+    files = inputs.expand(args.files, inputs.MOTIONS)
+    if args.out is not None and len(files) > 1:
+        raise ValueError(f"--out is for one motion, got {len(files)} files")
+    ((name, target),) = inputs.read(args, [args.onto], required=1)
+    if isinstance(target, skpose.Keypoints):
+        raise ValueError(f"{name} has points, and no skeleton")
+    skeleton = getattr(target, "skeleton", target)
+    for name, motion in inputs.read(args, files, inputs.load_poses):
+        moved, report = _retarget(inputs.resample(motion, args.frame_rate), skeleton, args)
+        print(f"{name}: by {report}")
+        if args.out is not None:
+            outputs.save_motion(moved, args.out, args.out_scale)
+
+
+def _retarget(
+    motion: "skpose.Motion", skeleton: "skpose.Skeleton", args: argparse.Namespace
+) -> tuple["skpose.Motion", str]:
+    """The motion on a skeleton or robot, and a report."""
+    moved = skpose.datasets.MotionDataset([motion]).retarget(
+        skeleton,
+        method=args.method,
+        joints=None if args.joints is None else dict(args.joints),
+        scale=args.factor,
+        n_jobs=args.jobs,
+    )
+    return moved.motions[0], moved.retargeting[0]
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, _, counterpart = text.partition("=")
+    if not (name and counterpart):
+        raise argparse.ArgumentTypeError(f"expected two joints, as left_knee=LeftLeg, got {text!r}")
+    return name, counterpart
+
+
+def _factor(text: str) -> float | str:
+    return text if text == "lengths" else options.positive(text)

@@ -1,0 +1,1 @@
+"""The studies of `skpose compare` and `skpose reproduce`."""
