@@ -121,9 +121,7 @@ class Metric(BaseEstimator):
                 continue
             functions = ("encode",) if member == "n_codes" else ("encode", "measure")
             if any(getattr(owner, name, None) is not getattr(cls, name, None) for name in functions):
-                raise TypeError(
-                    f"{cls.__name__} must define {member}, which {owner.__name__} has for another distance"
-                )
+                raise TypeError(f"{cls.__name__} must define {member}, which {owner.__name__} has for another distance")
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Parameters by name.
@@ -138,7 +136,7 @@ class Metric(BaseEstimator):
         dict
             The parameters.
         """
-        return {name: getattr(self, name) for name in _parameter_names(type(self))}
+        return {name: getattr(self, name) for name in _parameter_names(type(self))}  # type: ignore[arg-type]
 
     @property
     def label(self) -> str:

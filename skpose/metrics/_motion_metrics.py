@@ -71,9 +71,7 @@ class MotionMetric(Metric):
 
     def _require_times(self, times: np.ndarray | None) -> np.ndarray:
         if times is None:
-            raise ValueError(
-                f"{self.name!r} needs a frame rate: pass Motion(skeleton, array, frame_rate)"
-            )
+            raise ValueError(f"{self.name!r} needs a frame rate: pass Motion(skeleton, array, frame_rate)")
         return times
 
 

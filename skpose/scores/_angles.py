@@ -119,8 +119,7 @@ def mean_angle_error(
     else:
         norms = np.linalg.norm(np.where(dropped, 0.0, gaps), axis=1)
         errors = np.where(dropped.all(axis=1), np.nan, norms)[:, None]
-    factor = ANGLES[data_unit] / ANGLES[unit]
-    result = mean_of(errors, read_weights(sample_weight, true), average) * factor
+    result = mean_of(errors, read_weights(sample_weight, true), average) * (ANGLES[data_unit] / ANGLES[unit])
     return result[:, 0] if average is None and kind == "norm" else result
 
 

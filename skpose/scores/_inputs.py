@@ -109,8 +109,8 @@ def read_columns(values: ArrayLike, name: str, allows_vector: bool = True) -> Mo
 
 def check_equal(true: Motions, pred: Motions) -> None:
     if true.frames.shape != pred.frames.shape or true.lengths != pred.lengths:
-        shapes = f"{true.frames.shape} and {pred.frames.shape} in {len(true.lengths)} and {len(pred.lengths)} motions"
-        raise ValueError(f"y_true and y_pred must have equal shapes, got {shapes}")
+        shapes = f"{true.frames.shape} and {pred.frames.shape}"
+        raise ValueError(f"y_true and y_pred must have equal shapes, also of each motion, got {shapes}")
 
 
 def read_weights(sample_weight: ArrayLike | None, motions: Motions) -> np.ndarray:

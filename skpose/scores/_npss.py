@@ -102,8 +102,7 @@ def npss(
     weight = np.stack(powers) * weights[np.cumsum(true.lengths) - 1][:, None]
     if not weight.any():
         raise ValueError("y_true must not be zero or unknown in all columns of motions of positive weight")
-    counted = np.stack(distances)[weight > 0.0]
-    return float(np.average(counted, weights=weight[weight > 0.0]))
+    return float(np.average(np.stack(distances)[weight > 0.0], weights=weight[weight > 0.0]))
 
 
 def _spectra(series: np.ndarray, spectrum: str) -> np.ndarray:
