@@ -28,8 +28,7 @@ def test_after_an_error_nothing_is_left(tmp_path, error):
 
 def test_an_existing_file_stays(tmp_path):
     path = tmp_path / "a"
-    with pytest.raises(FileExistsError, match="a already exists"), new_file(path) as new:
-        new.write_text("ours")
+    with pytest.raises(FileExistsError, match="a already exists"), new_file(path):
         path.write_text("theirs")
     assert path.read_text() == "theirs"
     with pytest.raises(FileExistsError), new_file(path):
