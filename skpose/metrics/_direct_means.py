@@ -42,7 +42,7 @@ class ArithmeticMeans:
         pose = weights @ self.X / weights.sum()
         gaps = pose - self.X
         variance = weights @ (gaps**2).sum(axis=1) / weights.sum()
-        gradient_norm = np.linalg.norm(weights @ gaps) / weights.sum()  # zero, but for rounding
+        gradient_norm = np.linalg.norm(weights @ gaps) / weights.sum()  # zero up to rounding
         return DirectMean(pose, pose, float(variance), float(gradient_norm), 0, True)
 
 

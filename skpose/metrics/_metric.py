@@ -38,13 +38,13 @@ class CoarseBound(NamedTuple):
     encode: Callable
     measure: Callable
     n_codes: Callable[[Tree], int]
-    slack: Callable[[Tree], float]  # by how much rounding may lengthen the bound, m
+    slack: Callable[[Tree], float]  # largest effect of rounding on the bound, m
 
 
 class Metric(BaseEstimator):
     """A distance between poses, with its parameters.
 
-    A metric does not hold a skeleton: skeletons come with the data. Its parameters are those of its constructor, as in
+    A metric does not hold a skeleton: skeletons come with the data. Parameters are arguments of the constructor, as in
     scikit-learn, so that a grid search can use ``metric__n_steps``. Two metrics are equal if their classes and
     parameters are equal.
 

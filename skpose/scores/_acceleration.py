@@ -64,7 +64,7 @@ def acceleration_error(
     skeleton : Skeleton, default=None
         The skeleton, if `y_true` and `y_pred` are poses.
     sample_weight : array-like of shape (n_frames,), default=None
-        Weights of the frames, where an acceleration has that of its middle frame; or of the motions if there are
+        Weights of the frames, for an acceleration the weight of its middle frame; or of the motions if there are
         several.
 
     Returns

@@ -58,9 +58,9 @@ def dtw_mje(
     r"""Mean joint error of motions after dynamic time warping (DTW-MJE).
 
     Of all monotone paths from the first to the last frames of both motions, the path with the least sum of costs [1]_
-    is taken. The errors along it are averaged, and then those of all motions. Published programs differ in almost every
-    respect; by default the cost and the error are the mean distance of the joints, and the sum is divided by the number
-    of pairs of frames on the path.
+    is taken. The errors along it are averaged, and then the errors of all motions. Published programs differ in almost
+    every respect; by default the cost and the error are the mean distance of the joints, and the sum is divided by the
+    number of pairs of frames on the path.
 
     Parameters
     ----------

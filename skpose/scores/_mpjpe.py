@@ -69,7 +69,7 @@ def mpjpe(
     -------
     float or ndarray of shape (n_frames, n_joints)
         The error. The array, for ``average=None``, has NaN where the truth is unknown, and no weights; its
-        ``nanmean(axis=0)`` is the error of each joint, its ``nanmean(axis=1)`` that of each frame.
+        ``nanmean(axis=0)`` is the error of each joint, its ``nanmean(axis=1)`` the error of each frame.
 
     Raises
     ------
