@@ -56,9 +56,7 @@ def resolve(
 def warn_of_no_skeleton(metric: str | Metric, skeleton: Skeleton | None) -> None:
     """Warn where "auto" means "angle", after the arguments have been checked."""
     if skeleton is None and isinstance(metric, str) and metric == "auto":
-        warn(
-            'metric="auto" without a skeleton means "angle": distances are in rad. Pass skeleton= for distances in space'
-        )
+        warn('metric="auto" without a skeleton means "angle": distances in rad. Pass skeleton= for distances in space')
 
 
 def require(metric: Metric, user: str, need: str, why_not: Callable[[Metric], str]) -> None:

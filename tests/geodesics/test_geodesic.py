@@ -392,7 +392,7 @@ def test_a_matrix_counts_those_that_did_not_converge(monkeypatch):
             {"metric": Geodesic(1)},
             r"shortest paths, which 'Geodesic\(n_steps=1\)' does not have .* 2 or more, got 1",
         ),
-        ({"metric": "spatial"}, "geodesic needs shortest paths, .* 'spatial' does not have .its curves are not geodesics"),
+        ({"metric": "spatial"}, "geodesic needs shortest paths, .* 'spatial' does not have .its curves are not"),
         ({"max_iter": 0}, "The 'max_iter' parameter of geodesic must be"),
         ({"metric": Geodesic(wrap="maybe")}, "The 'wrap' parameter of Geodesic must be"),
         ({"tol": -1.0}, "The 'tol' parameter of geodesic must be"),
