@@ -38,8 +38,7 @@ PoseDisplay.from_pose(X[medoid], skeleton, projection="zxy")
 plt.show()
 
 # %%
-# A matrix on disk is written tile by tile. After an interruption, open the file again in mode "r+" and make the same
-# call: it computes the missing tiles.
+# A matrix on disk is written tile by tile, and never as a whole in memory.
 with tempfile.TemporaryDirectory() as scratch:
     path = Path(scratch, "D.npy")
     out = np.lib.format.open_memmap(path, mode="w+", dtype=X.dtype, shape=(len(X), len(X)))

@@ -1,10 +1,10 @@
-"""Tasks in processes or on a cluster, where the user's joblib configuration asks for that.
+"""Tasks in processes or on a cluster, if the user's joblib configuration says so.
 
-The payload, which all tasks need, is sent once to each worker and unpacked there once. Tasks that do not come back, as
-when a worker dies, are sent again, as long as some come back in between.
+The payload, which all tasks need, is sent to each worker once. Tasks that do not come back, because a worker died for
+example, are sent again as long as some come back in between.
 
-The tasks are joblib's, except with dask: there joblib (1.6) waits forever for a task that dask gives up, such as one
-that killed its workers or could not be loaded, so these tasks are given to the client of joblib's configuration.
+With dask, joblib (1.6) waits forever for a task that dask gives up, such as one that killed its workers or could not be
+loaded. Such tasks are therefore submitted to the client of joblib's configuration, without joblib.
 """
 
 import collections
@@ -30,10 +30,10 @@ from skpose._compat.joblib import (
 )
 
 Task = TypeVar("Task", bound=Hashable)
-ATTEMPTS = 3  # in a row from which nothing comes back
-UNFINISHED = 4  # tasks per worker that are computed or wait to be taken, at most
+ATTEMPTS = 3  # in a row without any result
+UNFINISHED = 4  # maximum number of tasks per worker that are computed or wait to be taken
 UNPACKED_AT_ONCE = 2
-SMALL = 2**26  # bytes, to be copied by a worker of joblib's, which waits for a second for mapped ones to be freed
+SMALL = 2**26  # bytes that a worker copies: joblib waits a second for mapped arrays to be freed
 
 
 class BackendError(RuntimeError):
@@ -41,7 +41,7 @@ class BackendError(RuntimeError):
 
 
 def in_processes(n_jobs: int | None) -> bool:
-    """Return whether the user's joblib configuration sends tasks to other processes, and to more than one."""
+    """Whether joblib's configuration sends tasks to more than one other process."""
     return not shares_memory(active_backend()) and joblib.effective_n_jobs(n_jobs) > 1
 
 
@@ -50,7 +50,7 @@ def from_workers(
 ) -> Generator[tuple[Task, Any], None, None]:
     """Yield each task with ``function(shared, task)``, in the order in which they come back.
 
-    No more than a few tasks per worker are unfinished at any time, however slowly they are taken.
+    At most `UNFINISHED` tasks per worker are unfinished at any time, however slowly the results are taken.
     """
     payload = _Payload(shared)
     left = dict.fromkeys(tasks)
@@ -71,8 +71,7 @@ def from_workers(
             failed = failed + 1 if len(left) == n_left else 1
             if failed >= ATTEMPTS:
                 raise BackendError(
-                    f"{len(left)} tasks did not come back from joblib's workers in {failed} attempts; the last one "
-                    f"ended with {type(error).__name__}: {error}"
+                    f"joblib's workers failed {failed} times: {type(error).__name__}: {error}"
                 ) from error
             continue
         raise result.error
@@ -86,7 +85,7 @@ def _from_joblib(
     limit = UNFINISHED * joblib.effective_n_jobs(n_jobs)
     waiting, n_sent, n_taken = collections.deque(tasks), 0, 0
 
-    # joblib takes calls in another thread, and stops while that waits: so this generator ends, and is started again.
+    # joblib takes calls in another thread, and stops while that waits: so this generator ends and is started again.
     def calls() -> Iterator:
         nonlocal n_sent
         while waiting and n_sent - n_taken < limit:
@@ -117,7 +116,7 @@ def _from_joblib(
 def _from_dask(
     backend: Any, function: Callable, payload: "_Payload", tasks: list[Task], n_jobs: int | None
 ) -> Generator[tuple[Task, Any], None, None]:
-    """Yield tasks and their results or failures; the first that dask gives up is an error."""
+    """Yield tasks and their results or failures; a task that dask gives up is an error."""
     from dask.distributed import as_completed
 
     client, submit_options = dask_client(backend)
@@ -159,7 +158,7 @@ def _run(function: Callable, token: str, task: Task, *parts: Any) -> tuple[Task,
 
 
 class _Payload:
-    """The part that all tasks share, as arrays of bytes, without a copy of its arrays."""
+    """What all tasks share, as arrays of bytes, without a copy of its arrays."""
 
     def __init__(self, content: Any):
         buffers: list[pickle.PickleBuffer] = []
@@ -169,7 +168,7 @@ class _Payload:
         self.token = uuid.uuid4().hex
 
     def for_ray(self) -> list:
-        """Return references to the parts; loky maps arrays by itself."""
+        """References to the parts; loky maps arrays by itself."""
         import ray
 
         return [ray.put(part) for part in self.parts]
@@ -180,7 +179,7 @@ _unpacking = threading.Lock()
 
 
 def _unpack(token: str, parts: Sequence[Any]) -> Any:
-    """Return the content of a payload, kept for the next task."""
+    """Content of a payload, which is kept for the next task."""
     with _unpacking:
         if token not in _contents:
             if not all(isinstance(part, np.ndarray) for part in parts):

@@ -1,4 +1,4 @@
-"""scikit-learn's callback protocol where the installed version has it (1.9), and nothing in its place before."""
+"""scikit-learn's callback protocol, if the installed version has it (1.9)."""
 
 import functools
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ class FitReport:
     estimator : CallbackSupportMixin
         The estimator that fits.
     n_steps : int or None
-        Number of steps at most; None where that is not known.
+        Maximum number of steps; None if unknown.
     X : array-like
         The training data.
 
@@ -38,7 +38,7 @@ class FitReport:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Report one step of the fit; all `progress` within it is reported as steps of this step."""
+        """Report one step of the fit; `progress` inside it is reported as its steps."""
         with stage(name):
             if self._context is None:
                 yield

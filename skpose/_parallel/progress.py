@@ -1,4 +1,4 @@
-"""Progress of long work: a bar where rich is installed and there is a terminal, plain lines elsewhere."""
+"""Progress of long work: a bar if rich is installed and there is a terminal, else plain lines."""
 
 import sys
 import time
@@ -17,7 +17,7 @@ _stage_reporter: ContextVar[StageReporter | None] = ContextVar("stage_reporter",
 
 
 def report_to(reporter: Reporter) -> AbstractContextManager[None]:
-    """Report all progress in this context to the reporter too; it is called with the name and the number of steps."""
+    """Also report all progress in this context to the reporter, which is called with the name and number of steps."""
     return _set(_reporter, reporter)
 
 
@@ -37,14 +37,14 @@ def _set(variable: ContextVar, value: Any) -> Iterator[None]:
 
 
 def stage(what: str) -> AbstractContextManager[object]:
-    """Return a context for work that has no steps that can be counted; the command line shows what it is."""
+    """A context for work without steps."""
     reporter = _stage_reporter.get()
     return nullcontext() if reporter is None else reporter(what)
 
 
 @contextmanager
 def progress(what: str, n_steps: int, verbose: int) -> Iterator[Advance]:
-    """Show the progress of work of so many steps, if requested; yields the function to call after each step."""
+    """Show the progress of work if `verbose`; yields the function to call after each step."""
     with ExitStack() as stack:
         reporters = [_reporter.get() if n_steps > 1 else None, _bar if verbose else None]
         reports = [stack.enter_context(reporter(what, n_steps)) for reporter in reporters if reporter is not None]
@@ -77,7 +77,7 @@ def _rich(what: str, n_steps: int, console: Any) -> Iterator[Advance]:
 
 @contextmanager
 def plain_lines(what: str, n_steps: int, least: float = 0.0) -> Iterator[Advance]:
-    """Print lines on the progress, on stderr, every ten seconds, and one at the end of what takes some seconds."""
+    """Print a line on stderr every ten seconds, and one at the end if the work took at least `least` seconds."""
     start = printed = time.monotonic()
     n_done = 0
 
@@ -95,7 +95,7 @@ def plain_lines(what: str, n_steps: int, least: float = 0.0) -> Iterator[Advance
 
 
 def clock(seconds: float) -> str:
-    """Return a duration in words."""
+    """A duration as text."""
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, seconds = divmod(round(seconds), 60)

@@ -1,19 +1,18 @@
 """Tasks in threads."""
 
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from typing import TypeVar
 
 T = TypeVar("T")
-Item = TypeVar("Item")
 
 
 def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
-    """Return the results of the tasks, in the order in which they end; each free thread takes the next task.
+    """Results of the tasks, in the order in which they end; each free thread takes the next task.
 
-    Threads, not processes, as the kernels release the GIL and write parts of one array; and not joblib's, which take 15
-    ms to start and to end. After a task fails, or on Ctrl-C, no other one starts.
+    Threads, not processes, since the kernels release the GIL and write parts of one array; and not joblib's, which take
+    15 ms to start and to end. After a task fails, or on Ctrl-C, no other task starts.
     """
     waiting = iter(tasks)
     taking = Lock()
@@ -43,15 +42,3 @@ def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
             waiting = iter(())
             raise
     return results
-
-
-def one_behind(function: Callable[[Item], T], items: Iterable[Item]) -> Generator[T, None, None]:
-    """Yield the function of each item; another thread computes it while this one makes the next item."""
-    previous = None
-    with ThreadPoolExecutor(1) as pool:
-        for item in items:
-            if previous is not None:
-                yield previous.result()
-            previous = pool.submit(function, item)
-        if previous is not None:
-            yield previous.result()

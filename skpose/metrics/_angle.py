@@ -1,4 +1,4 @@
-"""The metric "angle": differences of the columns, as other tools have it."""
+"""The metric "angle": differences of the columns, as in other tools."""
 
 from typing import ClassVar
 
@@ -17,13 +17,13 @@ from skpose.skeleton import Skeleton
 class Angle(Metric):
     r"""Distance between the columns of two poses, :math:`\|a - b\|_2`, rad (eq. 1 of [1]_).
 
-    It needs no skeleton, and does not know how far a joint moves anything.
+    It needs no skeleton, and ignores how far a joint moves the body.
 
     Parameters
     ----------
     wrap : bool, default=False
-        Whether each difference is wrapped to [−π, π], so that a file's jump by 360° is no movement. Its mean is then
-        one of directions, and searches have no lower bound.
+        Whether each difference is wrapped to [−π, π], so that a jump by 360° in a file does not count. Means are then
+        means of directions, and searches have no lower bound.
 
     See Also
     --------
@@ -59,23 +59,23 @@ class Angle(Metric):
 
     @property
     def steps(self) -> Steps:
-        """No steps; whether differences are wrapped."""
+        """One step; whether differences are wrapped."""
         return Steps.of(1, bool(self.wrap))
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return the number of columns."""
+        """The number of columns."""
         return n_dofs
 
     def lower_bound(self) -> Metric | None:
-        """Return this metric itself; None where differences are wrapped, which makes them no Euclidean distance."""
+        """This metric itself; None if differences are wrapped: the distance is then not Euclidean."""
         return None if self.wrap else self
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return poses as points whose coordinates are the columns; wrapped ones are points of a torus."""
+        """Poses as points in the space of the columns, a torus if they are wrapped."""
         return _AngleSample(X, weights, bool(self.wrap))
 
     def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> ArithmeticMeans | None:
-        """Return arithmetic means; None where differences are wrapped."""
+        """Arithmetic means; None if differences are wrapped."""
         return None if self.wrap else ArithmeticMeans(X)
 
 
@@ -85,7 +85,7 @@ class _AngleSample(Sample):
         self.wrap = wrap
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the weighted arithmetic mean of the columns, of wrapped ones the mean direction."""
+        """The weighted mean of the columns, if wrapped the mean direction."""
         if self.wrap:
             mean = np.arctan2(self.weights @ np.sin(self.dofs), self.weights @ np.cos(self.dofs))
         else:
@@ -93,7 +93,7 @@ class _AngleSample(Sample):
         return mean, mean
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
-        """Return distances and gradients, both exact."""
+        """Distances and gradients, both exact."""
         gaps = pose - self.dofs
         if self.wrap:
             gaps -= TWO_PI * np.rint(gaps / TWO_PI)

@@ -1,4 +1,4 @@
-"""Lazy distances between poses in dask arrays: a tile for each pair of chunks."""
+"""Lazy distances between poses in dask arrays, one tile for each pair of chunks."""
 
 import sys
 from typing import Any
@@ -14,15 +14,15 @@ from skpose.skeleton import Skeleton
 
 
 def is_lazy(X: Any) -> bool:
-    """Return whether this is a dask array, without importing dask."""
+    """Whether this is a dask array, without importing dask."""
     arrays = sys.modules.get("dask.array")
     return arrays is not None and isinstance(X, arrays.Array)
 
 
 def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) -> Any:
-    """Return a dask array of the distances between X and Y, or among X.
+    """Dask array of the distances between X and Y, or among X.
 
-    Shapes are checked at once, the numbers themselves when a tile is computed.
+    Shapes are checked at once, numbers when a tile is computed.
     """
     import dask.array as da
     from dask.delayed import delayed
@@ -43,13 +43,13 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) ->
 
 
 def _rechunk_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
-    """Return an array in which every chunk has whole poses."""
+    """Make each chunk hold whole poses."""
     check_is_array(X, name)
     X = da.asarray(X)
     if skeleton is not None:
         check_dimensions(X, skeleton, name)
     if X.ndim != 2 or np.isnan(X.shape[1]):
-        raise ValueError(f"{name} must be a two-dimensional array with a known number of columns, got {X}")
+        raise ValueError(f"{name} must have two dimensions and a known number of columns, got {X}")
     if np.isnan(X.shape[0]):
         raise ValueError(f"{name} has chunks of unknown length; call {name}.compute_chunk_sizes() first")
     if skeleton is not None:
@@ -60,7 +60,7 @@ def _rechunk_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
 
 
 def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
-    """Return the distances between two chunks, or among one if Y is None; the second is a part of the array `name`."""
+    """Distances between two chunks, or among one if Y is None; `name` is the array of the second chunk."""
     metric, skeleton = shared
     X, Y = check_poses(X, skeleton, "X"), None if Y is None else check_poses(Y, skeleton, name)
     matrix = DistanceMatrix(X, Y, metric, skeleton)
@@ -70,7 +70,7 @@ def _distances(X: Any, Y: Any, shared: tuple, name: str = "Y") -> np.ndarray:
 
 
 def _upper_distances(X: Any, Y: Any, row: Any, column: Any, shared: tuple) -> np.ndarray:
-    """Return a tile on the diagonal or above it; below it zeros, which `_mirror_below_diagonal` does not read."""
+    """A tile on the diagonal or above it; below it zeros, which `_mirror_below_diagonal` does not read."""
     if row[0] > column[0]:
         return np.broadcast_to(np.zeros((), X.dtype), (len(X), len(Y)))
     return _distances(X, None if row[0] == column[0] else Y, shared, name="X")

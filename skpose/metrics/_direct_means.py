@@ -1,4 +1,4 @@
-"""Means of poses that take no search from pose to pose: by a formula, or by Newton's method on one pose."""
+"""Means of poses by a formula, or by Newton's method on one pose."""
 
 from typing import NamedTuple, Protocol
 
@@ -25,34 +25,34 @@ class DirectMean(NamedTuple):
 
 
 class DirectMeans(Protocol):
-    """Means of any weightings of some poses."""
+    """Means of some poses under any weights."""
 
     def mean(self, weights: np.ndarray, max_iter: int = ..., tol: float = ...) -> DirectMean:
-        """Return the mean under weights (n_poses,) that are not negative and not all zero."""
+        """The mean under weights (n_poses,) that are not negative and not all zero."""
 
 
 class ArithmeticMeans:
-    """Poses, for the means of the columns under many weightings."""
+    """Means of the columns under any weights."""
 
     def __init__(self, X: np.ndarray):
         self.X = X
 
     def mean(self, weights: np.ndarray, max_iter: int = 1, tol: float = 0.0) -> DirectMean:
-        """Return the weighted mean of the columns."""
+        """The weighted mean of the columns."""
         pose = weights @ self.X / weights.sum()
         gaps = pose - self.X
         variance = weights @ (gaps**2).sum(axis=1) / weights.sum()
-        gradient_norm = np.linalg.norm(weights @ gaps) / weights.sum()  # zero, but for rounding
+        gradient_norm = np.linalg.norm(weights @ gaps) / weights.sum()  # zero up to rounding
         return DirectMean(pose, pose, float(variance), float(gradient_norm), 0, True)
 
 
 class ExtrinsicMeans:
-    """Poses whose positions are computed once, for the means of many weightings of them.
+    """Poses whose positions are computed once, for their means under any weights.
 
     Parameters
     ----------
     X : ndarray of shape (n_poses, n_dofs)
-        Poses that are checked already, float64, rad.
+        Poses, float64, rad.
     skeleton : Skeleton
         Their skeleton.
 
@@ -71,10 +71,9 @@ class ExtrinsicMeans:
         self.scale = np.repeat(self.tree.scale, 3)  # square roots of the weights of the joints
 
     def mean(self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL) -> DirectMean:
-        """Return the mean under weights (n_poses,) that are not negative and not all zero.
+        """The mean under weights (n_poses,) that are not negative and not all zero.
 
-        Newton's method starts at the nearest of the poses with weight. Those without cost nothing. What moves no joint
-        is as in that pose.
+        Newton's method starts at the nearest pose of positive weight; columns that move no joint keep its values.
         """
         rows = np.flatnonzero(weights)
         positions = self.positions if len(rows) == len(weights) else self.positions[rows]
@@ -97,7 +96,7 @@ class ExtrinsicMeans:
 
 
 def positions_of(tree: Tree, dofs: np.ndarray) -> np.ndarray:
-    """Return the positions of the joints of poses, both in the tree's order."""
+    """Positions of the joints of poses, both in the order of the tree."""
     positions = np.empty((len(dofs), 3 * len(tree.offset)))
     place_all(tree, dofs, positions)
     return positions

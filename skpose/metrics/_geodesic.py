@@ -27,16 +27,16 @@ SHARE = 0.04  # of the gradient of the mean, which the error of a path may have
 class Geodesic(Metric):
     r"""Length of the shortest curve that the joints can trace, :math:`\min_c \int \|\dot F(c)\| dt`, m (eq. 3 of [1]_).
 
-    See `skpose.geodesic` for one such curve, and for how it is found. It is a local minimum, measured by chords: never
-    shorter than `Position` nor longer than `Spatial`.
+    `skpose.geodesic` finds one such curve, and describes how. It is a local minimum, measured by chords: never shorter
+    than `Position` or longer than `Spatial`.
 
     Parameters
     ----------
     n_steps : int, default=10
         Chords along the curve. With one it is `Position`.
     wrap : bool, default=True
-        Whether the search starts from the line whose differences of angles are wrapped to [−π, π]. It makes no
-        difference to ball joints.
+        Whether the search starts from the line whose differences of angles are wrapped to [−π, π]. It has no effect on
+        ball joints.
 
     See Also
     --------
@@ -81,28 +81,28 @@ class Geodesic(Metric):
         return Steps.of(self.n_steps, bool(self.wrap))
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return five for each angle, four for each ball joint and three for each joint."""
+        """Five per angle, four per ball joint and three per joint."""
         return count_curve_codes(tree)
 
     def lower_bound(self) -> Metric:
-        """Return the chord."""
+        """The chord."""
         return Position()
 
     def upper_bound(self) -> Metric:
-        """Return the length along the straight line."""
+        """The length along the straight line."""
         return Spatial(self.n_steps, self.wrap)
 
     def why_no_means(self) -> str:
-        """Return why a path of one step has no means; else nothing."""
+        """Why a path of one step has no means; empty for more steps."""
         return no_means_of_one_step(self.n_steps)
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return poses with the geodesics to them from where the search stood last; the mean is Karcher's."""
+        """Poses with the geodesics to them from the current pose of the search; the mean is Karcher's."""
         return _GeodesicSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
 def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:
-    """Return room for the paths to n poses, none of which is kept yet."""
+    """Empty arrays for the paths to n poses."""
     return KeptPaths(
         np.empty((n, MOST_NODES * n_steps + 1, len(tree.column))),  # memory that is not written to is not used
         np.empty((n, len(tree.frame_parent), 4)),
@@ -112,7 +112,7 @@ def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:
 
 
 def no_geodesics(tree: Tree, n: int) -> Geodesics:
-    """Return room for what is computed of the geodesics to n poses."""
+    """Empty arrays for the results of the geodesics to n poses."""
     return Geodesics(np.empty(n), np.empty(n), np.empty((n, len(tree.column))), np.empty(n, dtype=bool))
 
 
@@ -143,10 +143,10 @@ class _GeodesicSample(JointSample):
         return Linearization(found.lengths, found.energies, found.gradients, jacobian.T @ jacobian, n_unconverged)
 
     def remeasure(self, pose: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the distances with those that `pose_distances` finds along paths that are refined.
+        """The distances, with those along refined paths computed anew, as `pose_distances` finds them.
 
-        A path that was refined at one pose stays so at the next, where a new one may need no refinement. Its length is
-        then by some 0.1 % another.
+        A path that was refined at one pose stays refined at the next, where a new path may need no refinement; the
+        lengths differ by about 0.1 %.
         """
         rows = np.flatnonzero(self.kept.substeps > 1)
         if not len(rows):

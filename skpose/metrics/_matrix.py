@@ -12,8 +12,7 @@ from skpose._parallel.threads import in_threads
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._metric import Metric
 from skpose.metrics._mirror import mirror
-from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint
-from skpose.metrics._tiles import Tile
+from skpose.metrics._tiled import Tile, TiledMatrix
 from skpose.skeleton import Skeleton
 
 ENCODED_AT_ONCE = 4096  # poses, 12 MB for "spatial" and 56 dofs: the longest edge of a tile
@@ -48,16 +47,8 @@ class DistanceMatrix(TiledMatrix):
         n_codes = self.metric.n_codes(self.metric.tree_for(self.skeleton), self.X.shape[1])
         return max(1.0, n_codes * self.metric.measure_work)
 
-    def fingerprint(self) -> dict[str, Any]:
-        return metric_fingerprint(self.metric) | {
-            "dtype": self.dtype.str,
-            "X": digest(self.X),
-            "Y": "X" if self.Y is None else digest(self.Y),
-            "skeleton": digest(*self.metric.tree_for(self.skeleton)),
-        }
-
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
-        """Return the distances of a tile, in `out` if that is given, and how many of them did not converge."""
+        """The distances of a tile, in `out` if given, and how many geodesics did not converge."""
         out = np.empty(tile.shape, self.dtype) if out is None else out
         diagonal = self.symmetric and tile.top == tile.left
         unconverged = Unconverged.join(in_threads(self._tasks(tile, diagonal, n_jobs, out), n_jobs))
@@ -68,7 +59,7 @@ class DistanceMatrix(TiledMatrix):
     def _tasks(
         self, tile: Tile, diagonal: bool, n_jobs: int, out: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
-        """Yield the tasks of a tile as functions to call."""
+        """The tasks of a tile, as functions to call."""
         tree, loop = self.metric.tree_for(self.skeleton, self.dtype), loops.pair_distances_loop(self.dtype)
         latest = self._rows
         if latest is None or latest[0] != (tile.top, tile.bottom):
@@ -90,7 +81,7 @@ class DistanceMatrix(TiledMatrix):
 def _pair_ranges(
     n_rows: int, n_groups: int, width: int, triangle: bool, pairs_per_task: int
 ) -> Iterator[loops.PairRange]:
-    """Yield ranges of no more than so many pairs each, in groups of `width` columns."""
+    """Ranges of at most `pairs_per_task` pairs each, in groups of `width` columns."""
     group_step = min(n_groups, max(1, pairs_per_task // width))
     row_step = max(1, pairs_per_task // (group_step * width))
     for first in range(0, n_rows, row_step):

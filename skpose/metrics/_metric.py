@@ -1,10 +1,10 @@
-"""The base class of metrics: what the floors above ask of one, and what a metric of one's own has to say."""
+"""The base class of metrics."""
 
+import functools
 import inspect
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any, ClassVar, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numba import config
@@ -23,18 +23,13 @@ from skpose.skeleton import Skeleton
 
 NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
 _COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Dispatcher
-_COMPILED = "encode", "measure", "measure_within"
-# What stays true of a class that measures anew: the rest is of the metric that it inherits from, and refused.
-_INHERITABLE = {"encode", "measure", "steps", "unit", "needs_skeleton", "encode_work", "measure_work"}
+# Members that are true only together with the `encode` and `measure` of their class.
+_DEPENDENT = "n_codes", "measure_within", "coarse_bound", "lower_bound", "upper_bound", "sample", "direct_means"
 
 
-# Names of the parameters of each class: scikit-learn inspects the constructor at each call, for some 10 µs.
-_PARAMETERS: "WeakKeyDictionary[type[Metric], tuple[str, ...]]" = WeakKeyDictionary()
-
-
-def _find_member(cls: type, name: str) -> Any:
-    """Return a member of a class as it is written there."""
-    return inspect.getattr_static(cls, name, None)
+@functools.cache  # scikit-learn inspects the constructor at each call, for some 10 µs
+def _parameter_names(cls: type["Metric"]) -> tuple[str, ...]:
+    return tuple(cls._get_param_names())
 
 
 class CoarseBound(NamedTuple):
@@ -43,25 +38,24 @@ class CoarseBound(NamedTuple):
     encode: Callable
     measure: Callable
     n_codes: Callable[[Tree], int]
-    slack: Callable[[Tree], float]  # by how much rounding may lengthen the bound, m
+    slack: Callable[[Tree], float]  # largest effect of rounding on the bound, m
 
 
 class Metric(BaseEstimator):
     """A distance between poses, with its parameters.
 
-    A metric says what is measured, not on which skeleton: skeletons come with the data. It has the parameters of its
-    constructor as a scikit-learn estimator has them, so that ``metric__n_steps`` can be searched over. Two metrics are
-    equal if their classes and parameters are.
+    A metric does not hold a skeleton: skeletons come with the data. Parameters are arguments of the constructor, as in
+    scikit-learn, so that a grid search can use ``metric__n_steps``. Two metrics are equal if their classes and
+    parameters are equal.
 
-    To define a metric of one's own, derive from this class; see the page "A metric of one's own". `encode` and
-    `measure` are two compiled functions, and `n_codes` is how many numbers the first one writes for a pose. All other
-    members have defaults.
+    To define your own metric, derive a class from this one; see the page "A metric of one's own". It needs two compiled
+    functions, `encode` and `measure`, and `n_codes`, the length of the code of a pose. All other members have defaults.
 
     Attributes
     ----------
     name : str
-        The name in tables, plots and pages, by default that of the class; for the metrics of this package also the
-        short form, ``metric="spatial"``.
+        The name in tables, plots and pages. The default is the name of the class. For the metrics of this package it is
+        also the short form, as in ``metric="spatial"``.
     unit : str
         The unit of a distance.
     equation : str
@@ -71,20 +65,20 @@ class Metric(BaseEstimator):
     needs_skeleton : bool
         Whether the poses must have a skeleton.
     iterative : bool
-        Whether each pair is solved by iterations, in float64, and may not converge.
+        Whether each pair is solved iteratively, in float64, and may not converge.
     has_gradients : bool
-        Whether distances have gradients everywhere: if not, means are searched by BFGS, and there are none of motions.
+        Whether distances have gradients everywhere. If not, means are found by BFGS, and motions have no means.
     encode : callable
-        Compiled: writes the code of a pose, all that the metric needs of it; see `compile_encode`.
+        Compiled function that writes the code of a pose; see `compile_encode`.
     measure : callable
-        Compiled: computes the distances from one code to others; see `compile_measure`.
+        Compiled function that computes the distances from one code to others; see `compile_measure`.
     measure_within : callable or None
-        The same up to a limit, and above it any lower bound that is above it.
+        Like `measure`, but distances above a limit may be replaced by any lower bound above the limit.
     coarse_bound : CoarseBound or None
         A lower bound that is cheaper than the metric, for searches.
     encode_work, measure_work : float
-        Cost for each number of a code, of a pose and of a pair. Adding one square to a sum is 1, some 0.2 ns. They
-        choose between methods that give the same result.
+        Cost per number of a code, of encoding a pose and of measuring a pair, in units of about 0.2 ns. They only
+        affect the choice between methods that give the same result.
 
     Examples
     --------
@@ -112,55 +106,41 @@ class Metric(BaseEstimator):
     _parameter_constraints: ClassVar[dict] = {}
 
     def __init_subclass__(cls) -> None:
-        """Keep compiled functions as they are, which would become methods; refuse the bounds and means of another one.
-
-        Raises
-        ------
-        TypeError
-            For a class that measures anew, but inherits from another metric what is true of that only.
-        """
+        """Make compiled functions static, and refuse bounds and means that are inherited from another distance."""
         super().__init_subclass__()
-        for name in _COMPILED:
+        for name in ("encode", "measure", "measure_within"):
             function = inspect.getattr_static(cls, name, None)
-            if isinstance(function, Dispatcher | FunctionType):  # and no property
+            if isinstance(function, Dispatcher | FunctionType):  # and not a property
                 setattr(cls, name, staticmethod(function))
         above = cls.__mro__[1 : cls.__mro__.index(Metric)]
         if "name" not in vars(cls) and getattr(cls, "name", None) in (None, *(base.__name__ for base in above)):
             cls.name = cls.__name__
-        for member in sorted(vars(Metric).keys() | {"name"}):
-            if member.startswith("_") or member in _INHERITABLE:
+        for member in _DEPENDENT:
+            owner = next(base for base in cls.__mro__ if member in vars(base))
+            if owner in (cls, Metric) or not issubclass(owner, Metric):
                 continue
-            of = next(base for base in cls.__mro__ if member in vars(base) or base is Metric)
-            functions = ["encode"] if member == "n_codes" else ["encode", "measure"]
-            own = of is cls or of is Metric or not issubclass(of, Metric)
-            if not own and any(_find_member(of, name) is not _find_member(cls, name) for name in functions):
-                raise TypeError(
-                    f"{cls.__name__} measures another distance than {of.__name__}, but inherits {member} from it: "
-                    f"derive {cls.__name__} from Metric; it may use {of.__name__}.encode"
-                )
+            functions = ("encode",) if member == "n_codes" else ("encode", "measure")
+            if any(getattr(owner, name, None) is not getattr(cls, name, None) for name in functions):
+                raise TypeError(f"{cls.__name__} must define {member}, which {owner.__name__} has for another distance")
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return the parameters by name.
+        """Parameters by name.
 
         Parameters
         ----------
         deep : bool, default=True
-            Not used, as no parameter of a metric has parameters of its own.
+            Not used: no parameter of a metric has parameters of its own.
 
         Returns
         -------
         dict
-            The parameters; numpy's numbers are Python's.
+            The parameters.
         """
-        cls = type(self)
-        if cls not in _PARAMETERS:
-            _PARAMETERS[cls] = tuple(super().get_params(deep=False))
-        given = {name: getattr(self, name) for name in _PARAMETERS[cls]}
-        return {name: value.item() if isinstance(value, np.generic) else value for name, value in given.items()}
+        return {name: getattr(self, name) for name in _parameter_names(type(self))}  # type: ignore[arg-type]
 
     @property
     def label(self) -> str:
-        """The name, and the parameters where they are not the defaults: for tables, plots and pages."""
+        """The name, with the parameters that are not the defaults."""
         signature = inspect.signature(type(self)).parameters
         changed = [(key, value) for key, value in self._parameters() if value != signature[key].default]
         given = ", ".join(f"{key}={value!r}" for key, value in changed)
@@ -168,7 +148,7 @@ class Metric(BaseEstimator):
 
     @property
     def steps(self) -> Steps:
-        """The steps of the line from pose to pose, which `encode` and `measure` get."""
+        """The steps of the line between two poses, an argument of `encode` and `measure`."""
         return NO_STEPS
 
     @property
@@ -177,14 +157,14 @@ class Metric(BaseEstimator):
         return None
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return the length of the code of a pose.
+        """Length of the code of a pose.
 
         Parameters
         ----------
         tree : Tree
-            The skeleton as compiled code has it.
+            The arrays of the skeleton.
         n_dofs : int
-            Number of the columns of a pose.
+            Number of columns of a pose.
 
         Returns
         -------
@@ -194,46 +174,46 @@ class Metric(BaseEstimator):
         raise NotImplementedError(f"{type(self).__name__} must define n_codes(tree, n_dofs), the length of a code")
 
     def lower_bound(self) -> "Metric | None":
-        """Return a metric that is never more than this one and is the Euclidean distance of codes; None for none.
+        """Metric that is never greater than this one and is the Euclidean distance of codes.
 
-        Searches rest on it. Without one they measure all pairs.
+        Searches use it. Without one they measure all pairs.
 
         Returns
         -------
         Metric or None
-            The bound.
+            The bound, None if there is none.
         """
         return None
 
     def upper_bound(self) -> "Metric | None":
-        """Return a metric that is never less than this one and takes far less time; None for none.
+        """Metric that is never less than this one and far cheaper.
 
         Returns
         -------
         Metric or None
-            The bound.
+            The bound, None if there is none.
         """
         return None
 
     def why_no_means(self) -> str:
-        """Return why no mean can be found under this metric; empty where one can.
+        """Reason why this metric has no means, for error messages.
 
         Returns
         -------
         str
-            The reason, for an error.
+            The reason; empty if the metric has means.
         """
         return "it defines no Metric.sample" if type(self).sample is Metric.sample else ""
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return weighted poses, for the search for their mean or median.
+        """Weighted poses, for the search for their mean or median.
 
         Parameters
         ----------
         X : ndarray of shape (n_poses, n_dofs)
             Poses: joint angles, rad.
         weights : ndarray of shape (n_poses,)
-            Their weights, of sum 1.
+            Their weights, which sum to 1.
         skeleton : Skeleton or None
             Their skeleton; None where the metric needs none.
         n_jobs : int
@@ -242,12 +222,12 @@ class Metric(BaseEstimator):
         Returns
         -------
         Sample
-            What the search asks of the metric.
+            What the search needs from the metric.
         """
         raise ValueError(f"{self!r} has no means: {self.why_no_means()}")
 
     def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> DirectMeans | None:
-        """Return the means of any weightings of poses, where they take no search from pose to pose; else None.
+        """Means of poses under any weights, where they need no search from pose to pose.
 
         Parameters
         ----------
@@ -259,55 +239,35 @@ class Metric(BaseEstimator):
         Returns
         -------
         DirectMeans or None
-            The means, by weights.
+            The means, None if they need a search.
         """
         return None
 
     def check_params(self) -> None:
-        """Refuse parameters that are not as `_parameter_constraints` says, as scikit-learn's estimators do."""
-        given = self.get_params(deep=False)
-        try:
-            validate_parameter_constraints(self._parameter_constraints, given, type(self).__name__)
-        except InvalidParameterError as error:  # in which scikit-learn would put the name of the function called
-            raise ValueError(str(error)) from None
+        """Refuse invalid parameters, as scikit-learn's estimators do."""
         name = type(self).__name__
-        for key, value in given.items():
-            if isinstance(value, bool) and "boolean" not in self._parameter_constraints.get(key, ["boolean"]):
-                raise ValueError(f"{key} of {name} must be a number, got {value}")
-            if words := self._why_not_hashable(key, value):
-                raise ValueError(words)
+        try:
+            validate_parameter_constraints(self._parameter_constraints, self.get_params(deep=False), name)
+        except InvalidParameterError as error:  # whose text scikit-learn would change to name the calling function
+            raise ValueError(str(error)) from None
         for function in ("encode", "measure"):
             if not isinstance(getattr(self, function, None), _COMPILED_TYPE):
-                raise ValueError(
-                    f"{name}.{function} must be a compiled function: make it with skpose.metrics.compile_{function}, "
-                    "or take that of another metric"
-                )
+                raise ValueError(f"{name}.{function} must be compiled: make it with metrics.compile_{function}")
 
     def _parameters(self) -> list[tuple[str, Any]]:
-        """Return the parameters by name, in their order."""
         return sorted(self.get_params(deep=False).items())
 
     def _check_functions(self, tree: Tree, n_dofs: int) -> None:
-        """Refuse functions of a metric of one's own that would write beyond a code, or give what is no distance."""
-        try:
-            n_codes = self.n_codes(tree, n_dofs)
-        except TypeError as error:
-            raise ValueError(
-                f"{type(self).__name__}.n_codes must be a method, n_codes(self, tree, n_dofs), that returns the length "
-                f"of a code: {error}"
-            ) from error
-        check_integer(n_codes, 0, f"what {type(self).__name__}.n_codes returns, the length of a code,")
-        if (owner := _OWNERS.get(self.encode)) is not None:
-            expected = owner.n_codes(self, tree, n_dofs)
-            if n_codes != expected:
-                raise ValueError(
-                    f"{type(self).__name__}.n_codes gives {n_codes}, but its encode, that of {owner.__name__}, writes "
-                    f"{expected} numbers: return as many"
-                )
+        """Refuse functions of a user's metric that would write beyond a code, or do not measure a distance."""
+        n_codes = self.n_codes(tree, n_dofs)
+        check_integer(n_codes, 0, f"{type(self).__name__}.n_codes()")
+        owner = _OWNERS.get(self.encode)
+        if owner is not None and n_codes != (expected := owner.n_codes(self, tree, n_dofs)):
+            raise ValueError(f"{type(self).__name__}.n_codes() must be {expected}, as encode writes, got {n_codes}")
         check_functions(self, tree, n_dofs, n_codes)
 
     def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
-        """Return the skeleton as compiled code has it; an empty one where the metric needs none.
+        """Arrays of the skeleton for compiled code.
 
         Parameters
         ----------
@@ -319,13 +279,13 @@ class Metric(BaseEstimator):
         Returns
         -------
         Tree
-            The arrays of the skeleton.
+            The arrays of the skeleton, empty where the metric needs none.
         """
         used = skeleton if self.needs_skeleton else None
         return tree_of(used) if dtype is None else tree_of(used, dtype)
 
     def encode_poses(self, poses: np.ndarray, skeleton: Skeleton | None) -> np.ndarray:
-        """Return the codes of poses, in float64.
+        """Codes of poses, in float64.
 
         Parameters
         ----------
@@ -349,34 +309,19 @@ class Metric(BaseEstimator):
         return isinstance(other, Metric) and type(self) is type(other) and self._parameters() == other._parameters()
 
     def __hash__(self) -> int:
-        for key, value in self._parameters():
-            if words := self._why_not_hashable(key, value):
-                raise TypeError(words)
         return hash((type(self), *self._parameters()))
 
-    def _why_not_hashable(self, key: str, value: Any) -> str:
-        """Return in words what is wrong with a parameter that has no hash; nothing if it has one."""
-        try:
-            hash(value)
-        except TypeError:
-            return (
-                f"parameters of metrics are numbers, words or tuples of them, so that metrics can be compared, but "
-                f"{key} of {type(self).__name__} is {value!r}, a {type(value).__name__}: pass a tuple"
-            )
-        return ""
 
-
-_OWNERS: dict[Any, type[Metric]] = {}  # of the library's own encodes: whose codes have the length that they write
+_OWNERS: dict[Any, type[Metric]] = {}  # the metric whose `n_codes` belongs to each of the library's encodes
 
 
 def own_encode(cls: type[Metric]) -> type[Metric]:
-    """Note, as a decorator, that the length of what a class's encode writes is what its `n_codes` states."""
+    """Class decorator: the length of what this class's `encode` writes is its `n_codes`."""
     _OWNERS[cls.encode] = cls
     return cls
 
 
 def require_skeleton(skeleton: Skeleton | None) -> Skeleton:
-    """Return the skeleton of a metric that needs one, which `resolve` has seen to."""
     if skeleton is None:
         raise ValueError("the metric needs a skeleton, got None")
     return skeleton

@@ -1,4 +1,4 @@
-"""The mirror image of a triangle of distances, in squares that fit into the cache and on threads."""
+"""The lower triangle of a symmetric matrix, copied in squares that fit into the cache, by threads."""
 
 import functools
 

@@ -1,7 +1,7 @@
-"""Metrics of motions, which compare frames by what comes before and after them: velocities, jerks, centred positions.
+"""Metrics of motions, which compare frames by their neighbours: velocities, jerks, centred positions.
 
-They turn a motion into rows of numbers, one row a frame, whose Euclidean distance is the distance of two frames. All
-that compares whole motions takes these rows in the place of poses.
+They turn a motion into one row of numbers per frame; the Euclidean distance of two rows is the distance of two frames.
+Functions that compare whole motions use these rows instead of poses.
 """
 
 from numbers import Real
@@ -18,9 +18,9 @@ from skpose.skeleton import Skeleton
 
 
 class MotionMetric(Metric):
-    """A distance between frames of motions: the Euclidean one of the rows that `encode_motion` makes of a motion."""
+    """A distance between frames of motions: the Euclidean distance of the rows of `encode_motion`."""
 
-    of_windows: ClassVar[bool]  # whether windows of a long motion have the rows that they have in it
+    of_windows: ClassVar[bool]  # whether a row depends on nearby frames only
     least_frames: ClassVar[int] = 2
 
     encode = Angle.encode
@@ -28,19 +28,19 @@ class MotionMetric(Metric):
     encode_work = Angle.encode_work
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return the number of columns of the rows."""
+        """The number of columns of the rows."""
         return n_dofs
 
     def lower_bound(self) -> Metric:
-        """Return this metric itself."""
+        """This metric itself."""
         return self
 
     def tree_for(self, skeleton: Skeleton | None, dtype: np.dtype | None = None) -> Tree:
-        """Return an empty tree: `encode_motion` has placed the joints."""
+        """An empty tree, since `encode_motion` has placed the joints."""
         return super().tree_for(None, dtype)
 
     def encode_motion(self, poses: np.ndarray, skeleton: Skeleton, times: np.ndarray | None) -> np.ndarray:
-        """Return the rows of a motion.
+        """The rows of a motion.
 
         Parameters
         ----------
@@ -49,32 +49,29 @@ class MotionMetric(Metric):
         skeleton : Skeleton
             Their skeleton.
         times : ndarray of shape (n_frames,) or None
-            Time of each frame, s; None is not known.
+            Time of each frame, s; None if unknown.
 
         Returns
         -------
         ndarray of shape (n_frames, 3 n_joints)
-            A row for each frame, in float64.
+            One row per frame, in float64.
 
         Raises
         ------
         ValueError
-            For a motion that has no rows.
+            For a motion with too few frames, or without times where they are needed.
         """
         if (n := len(poses)) < self.least_frames:
-            least = {2: "two", 4: "four"}[self.least_frames]
-            raise ValueError(f"{self.name!r} needs {least} frames or more, got {'one' if n == 1 else n}")
+            raise ValueError(f"{self.name!r} needs {self.least_frames} frames or more, got {n}")
         return self._rows(weighted_positions(poses, skeleton), times)
 
     def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
-        """Return the rows (n_frames, 3 n_joints) of joint positions (n_frames, 3 n_joints)."""
+        """The rows (n_frames, 3 n_joints) of joint positions (n_frames, 3 n_joints)."""
         raise NotImplementedError
 
     def _require_times(self, times: np.ndarray | None) -> np.ndarray:
         if times is None:
-            raise ValueError(
-                f"{self.name!r} needs a frame rate, and arrays have none: pass Motion(skeleton, array, frame_rate)"
-            )
+            raise ValueError(f"{self.name!r} needs a frame rate: pass Motion(skeleton, array, frame_rate)")
         return times
 
 
@@ -83,30 +80,30 @@ class Velocity(MotionMetric):
 
     F stacks the joint positions, in the axes of the root, times the square roots of the joints' weights. The velocity
     at a frame is the difference of the positions half a `span` after and before it, over the time between them; near
-    the ends of a motion of what there is of the span.
+    the ends of a motion the span is cut.
 
     Parameters
     ----------
     span : float, default=0.25
-        The time over which velocities are measured, s, to the next whole number of frames on each side of a frame: at
-        12 Hz 0.25 s are 0.333 s, at 30 Hz 0.267 s. No less than the time from the frame before to the frame after.
-        Noise of σ m in the positions becomes one of √2 σ / span m/s.
+        The time over which velocities are measured, s, rounded up to a whole number of frames on each side: 0.25 s are
+        0.333 s at 12 Hz and 0.267 s at 30 Hz. At least the time from the previous to the next frame. Noise of σ m in
+        the positions becomes √2 σ / span m/s.
 
     See Also
     --------
     Centered : Positions less their mean.
-    skpose.motion_distances : What takes it.
+    skpose.motion_distances : Distances between motions.
 
     Notes
     -----
-    Motions need a frame rate and two frames, so that arrays are refused. Where frames are missing, as after
-    ``on_nan="drop"``, the velocity is that across the gap: `Motion.times` count. How fast a person goes through the
-    room is not part of it, as positions are those in the axes of the root.
+    Motions need a frame rate and two frames, so arrays are refused. Where frames are missing, as after
+    ``on_nan="drop"``, the velocity is that across the gap. Positions are in the axes of the root, so the speed of the
+    root does not count.
 
     Examples
     --------
-    There and back: the same poses, and velocities of opposite directions, about 1 m/s each. Half of 2 m/s, as a path
-    of n frames counts 2 n:
+    There and back: the same poses with opposite velocities of about 1 m/s. The result is half of 2 m/s, since distances
+    are divided by the frames of both motions:
 
     >>> import numpy as np
     >>> from skpose import Motion, Skeleton, motion_distances
@@ -128,7 +125,7 @@ class Velocity(MotionMetric):
         self.span = span
 
     def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
-        """Return velocities, m/s."""
+        """Velocities, m/s."""
         times = self._require_times(times)
         frames, last = np.arange(len(times)), len(times) - 1
         step = np.diff(times).min()
@@ -143,20 +140,20 @@ class Jerk(MotionMetric):
 
     F stacks the joint positions, in the axes of the root, times the square roots of the joints' weights. The jerk is
     their third derivative in time, of the cubic polynomial through four consecutive frames: the one before a frame, it,
-    and the two after it; at the ends of a motion the first and the last four. Noise has much of it, and the movements
-    of people little: jittery and smoothed motions differ from recorded ones by it.
+    and the two after it; at the ends of a motion the first and the last four. Jitter has high jerks, human movement
+    has low ones.
 
     See Also
     --------
-    Velocity : Velocities of the joints, over a time that is chosen.
-    skpose.statistics.outlier_test : Tell generated motions from real ones by it.
+    Velocity : Velocities of the joints.
+    skpose.statistics.outlier_test : Tell generated from recorded motions.
     skpose.motion_distances : Whole motions by dynamic time warping.
 
     Notes
     -----
-    Independent noise of σ m in the positions becomes one of 4.5 σ r³ m/s³ at a frame rate of r Hz: jitter of 2 mm at
-    30 Hz 240 m/s³. So jerks depend on the frame rate, and figures at two frame rates cannot be compared. Motions need a
-    frame rate and four frames, so that arrays are refused. Where frames are missing, `Motion.times` count.
+    Independent noise of σ m in the positions becomes 4.5 σ r³ m/s³ at a frame rate of r Hz: jitter of 2 mm at 30 Hz
+    becomes 240 m/s³. Do not compare jerks at two frame rates. Motions need a frame rate and four frames, so arrays are
+    refused; missing frames are taken into account.
 
     Examples
     --------
@@ -181,7 +178,7 @@ class Jerk(MotionMetric):
     equation = r"\|\dddot F(a) - \dddot F(b)\|_2"
 
     def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
-        """Return jerks, m/s³: six times the third divided differences."""
+        """Jerks, m/s³: six times the third divided differences."""
         times, rows = self._require_times(times), positions
         for order in (1, 2, 3):
             rows = order * np.diff(rows, axis=0) / (times[order:] - times[:-order])[:, np.newaxis]
@@ -191,15 +188,14 @@ class Jerk(MotionMetric):
 class Centered(MotionMetric):
     r"""Distance between joint positions less their mean, :math:`\|F(a) - \bar F_a - F(b) + \bar F_b\|_2`, m.
 
-    It is of motions only. F stacks the joint positions, in the axes of the root, times the square roots of the joints'
-    weights, and the mean is that over all frames of a motion: how a person stands and holds the arms in general does
-    not count, only what moves. Of whole motions only: the mean of a window is not known before the window is found, so
-    that `find_motion` and ``alignment="subsequence"`` refuse it.
+    For motions only. F stacks the joint positions, in the axes of the root, times the square roots of the joints'
+    weights, and the mean is over all frames of a motion: posture does not count, only movement. `find_motion` and
+    ``alignment="subsequence"`` refuse it, since the mean of a window is unknown before the window is found.
 
     See Also
     --------
     Velocity : Velocities of the joints.
-    skpose.motion_distances : What takes it.
+    skpose.motion_distances : Distances between motions.
 
     Examples
     --------
@@ -219,5 +215,5 @@ class Centered(MotionMetric):
     of_windows = False
 
     def _rows(self, positions: np.ndarray, times: np.ndarray | None) -> np.ndarray:
-        """Return positions less their mean, m."""
+        """Positions less their mean, m."""
         return positions - positions.mean(axis=0)

@@ -1,7 +1,5 @@
-"""Compilation of the two functions of a metric of one's own, written for one pose and for two."""
+"""Compilation of the two functions of a user's metric, which are written for one pose and for two codes."""
 
-import hashlib
-import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -20,15 +18,15 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     Parameters
     ----------
     function : callable
-        ``function(pose, positions, code)``, which numba can compile. `pose` of shape (n_dofs,) are the columns, rad.
-        `positions` of shape (n_joints, 3) are the joints that have weight, in the order of the skeleton and in the axes
-        of the root, m, times the square roots of their weights; of shape (0, 3) without a skeleton. It writes into
-        `code` of shape (n_codes,), which is NaN before: all numbers, each finite.
+        ``function(pose, positions, code)``, which numba can compile. `pose` has shape (n_dofs,), rad. `positions` has
+        shape (n_joints, 3): the joints with positive weight, in the order of the skeleton and in the axes of the root,
+        m, times the square roots of their weights; without a skeleton its shape is (0, 3). The function fills `code`,
+        of shape (n_codes,), with finite numbers.
 
     Returns
     -------
     callable
-        A function of vector registers, for the class attribute `encode`.
+        The class attribute `encode`.
 
     See Also
     --------
@@ -37,8 +35,8 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
 
     Notes
     -----
-    It is compiled in every process that uses it, in a second or two. Metrics whose codes are positions or angles can
-    take ``Position.encode`` or ``Angle.encode``, which are faster.
+    Each process compiles it anew, in a second or two. Metrics whose codes are positions or angles can use
+    ``Position.encode`` or ``Angle.encode``, which are faster.
 
     Examples
     --------
@@ -50,10 +48,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     """
     plain = getattr(function, "py_func", function)
     one = njit(plain, nogil=True)
-    unwritten = (
-        f"{plain.__qualname__}, which encodes poses, leaves a number of some pose's code unwritten, or writes NaN or "
-        "infinity: it must write as many numbers as n_codes states, for every pose"
-    )
+    unwritten = f"{plain.__qualname__} must write as many finite numbers as n_codes() states, for every pose"
 
     @njit(nogil=True)
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
@@ -88,12 +83,12 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     ----------
     function : callable
         ``function(a, b) -> float``, which numba can compile, on codes of shape (n_codes,), float32 or float64. It must
-        give zero for equal codes, elsewhere a finite number, nowhere negative, and the same for (b, a).
+        be symmetric, finite, not negative, and zero for equal codes.
 
     Returns
     -------
     callable
-        A function of vector registers, for the class attribute `measure`.
+        The class attribute `measure`.
 
     See Also
     --------
@@ -110,10 +105,7 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     """
     plain = getattr(function, "py_func", function)
     one = njit(plain, nogil=True)
-    no_distance = (
-        f"{plain.__qualname__}, which measures codes, gives NaN, infinity or less than zero for some poses: a distance "
-        "is finite and not negative"
-    )
+    no_distance = f"{plain.__qualname__} must be finite and not negative for all poses"
 
     @njit(nogil=True)
     def measure(x: Any, Y: Any, first: Any, last: Any, tree: Any, steps: Any, scratch: Any, results: Any) -> None:
@@ -132,14 +124,14 @@ def compile_measure(function: Callable[[np.ndarray, np.ndarray], float]) -> Any:
     return measure
 
 
-_checked: set[tuple] = set()  # metrics whose functions have been checked, on so many dofs and joints
+_checked: set[tuple] = set()  # metrics whose functions have been checked, with the numbers of dofs and joints
 
 
 def check_functions(metric: Any, tree: Tree, n_dofs: int, n_codes: int) -> None:
-    """Refuse functions of a metric of one's own that do not fit its `n_codes`, or give what is no distance.
+    """Refuse functions of a user's metric that do not fit its `n_codes`, or do not measure a distance.
 
-    They run as plain Python, which sees when they leave an array, on two poses that are made up. Compiled, they would
-    write into other memory without a word.
+    They run as plain Python on two made-up poses, where leaving an array is an error. Compiled, they would silently
+    write into other memory.
     """
     encode, measure = (getattr(function, "plain", None) for function in (metric.encode, metric.measure))
     key = (metric, n_dofs, n_codes, tree.n_joints)
@@ -154,62 +146,25 @@ def check_functions(metric: Any, tree: Tree, n_dofs: int, n_codes: int) -> None:
         positions = np.empty((2, 3 * tree.n_joints))
         if tree.n_joints:
             encode_poses(poses, encode_positions, tree, metric.steps, positions)
-        given = (
-            f"encode(pose, positions, code) was called with a pose of {n_dofs} numbers, positions of {tree.n_joints} "
-            f"rows, and a code of the {n_codes} numbers that {name}.n_codes states"
-        )
         for pose, placed, code in zip(poses, positions.reshape(2, tree.n_joints, 3), codes, strict=True):
-            _run(f"{name}.encode", given, encode, pose, placed, code)
-        if n_missing := int(np.isnan(codes).sum(axis=1).max()):
-            raise ValueError(
-                f"{name}.encode leaves {n_missing} of the {n_codes} numbers of a code unwritten, or NaN: it must write "
-                f"as many as {name}.n_codes states"
-            )
+            _run(f"{name}.encode", encode, pose, placed, code)
+        if np.isnan(codes).any():
+            raise ValueError(f"{name}.encode must write all {n_codes} numbers of a code that n_codes() states")
     if measure is not None:
-        given = f"measure(a, b) was called with codes of {n_codes} numbers, and must return a number"
-        found = [[_run(f"{name}.measure", given, measure, a.copy(), b.copy()) for b in codes] for a in codes]
-        try:
-            (same, there), (back, again) = np.array(found, dtype=float).tolist()
-        except (TypeError, ValueError):
-            raise ValueError(f"{name}.measure returns no number, got {found[0][1]!r}") from None
+        found = [[_run(f"{name}.measure", measure, a.copy(), b.copy()) for b in codes] for a in codes]
+        (same, there), (back, again) = np.array(found, dtype=float).tolist()
         if same != 0.0 or again != 0.0 or not there >= 0.0 or not np.isfinite(there):
-            raise ValueError(
-                f"{name}.measure gives {same or again:g} between equal poses and {there:g} between two others: a "
-                "distance is zero between equal poses, finite, and nowhere negative"
-            )
+            raise ValueError(f"{name}.measure must be zero for equal poses, else finite and not negative, got {found}")
         if abs(there - back) > 1e-9 * abs(there):
-            raise ValueError(
-                f"{name}.measure gives {there:g} from one pose to another and {back:g} back: a distance is symmetric"
-            )
+            raise ValueError(f"{name}.measure must be symmetric, got {there:g} and {back:g}")
     _checked.add(key)
 
 
-def _run(name: str, given: str, function: Callable, *arguments: np.ndarray) -> Any:
-    """Return what a function of a user's returns; its errors say how it was called."""
+def _run(name: str, function: Callable, *arguments: np.ndarray) -> Any:
+    """Call a user's function; errors say with which shapes."""
     try:
         with np.errstate(all="ignore"):
             return function(*arguments)
     except Exception as error:
-        raise ValueError(f"{name} failed: {type(error).__name__}: {error}; {given}") from error
-
-
-def fingerprint_of_functions(metric: Any) -> list[str]:
-    """Return what identifies the functions of a metric of one's own, which may be edited while files are kept."""
-    plain = [getattr(function, "plain", None) for function in (metric.encode, metric.measure)]
-    described = [_describe(function, set()) for function in plain if function is not None]
-    return [hashlib.sha256(repr(one).encode()).hexdigest() for one in described]
-
-
-def _describe(value: Any, seen: set[int]) -> Any:
-    """Return what identifies a function or a value that a function uses by name: code, numbers; of modules the name."""
-    value = getattr(value, "py_func", value)
-    if isinstance(value, np.ndarray):
-        return value.dtype.str, value.shape, value.tobytes()
-    if inspect.ismodule(value):
-        return value.__name__
-    if not inspect.isfunction(value) or id(value) in seen:
-        return value.__qualname__ if inspect.isfunction(value) else value
-    seen.add(id(value))
-    code, used = value.__code__, inspect.getclosurevars(value)
-    names = sorted({**used.globals, **used.nonlocals}.items())
-    return code.co_code, code.co_consts, code.co_names, [(name, _describe(one, seen)) for name, one in names]
+        shapes = ", ".join(str(one.shape) for one in arguments)
+        raise ValueError(f"{name} failed on arrays of shapes {shapes}: {type(error).__name__}: {error}") from error

@@ -1,4 +1,4 @@
-"""Distances between poses row by row."""
+"""Distances between corresponding rows."""
 
 from functools import partial
 
@@ -16,7 +16,7 @@ TILE = 16  # rows whose full matrix costs less than as many calls
 def paired_distances(
     X: np.ndarray, Y: np.ndarray, skeleton: Skeleton | None, metric: Metric, n_jobs: int
 ) -> np.ndarray:
-    """Return the distances (n_poses,) from each row of X to the same row of Y: poses that are checked already."""
+    """Distances (n_poses,) from each row of X to the same row of Y, without checks."""
     distances, tile = np.empty(len(X)), 1 if metric.iterative else TILE
     unconverged: list[Unconverged] = []
 

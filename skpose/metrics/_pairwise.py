@@ -1,8 +1,4 @@
-"""Matrices of distances between poses: the public functions and their arguments.
-
-`_pairwise` checks the arguments, `_matrix` computes tiles, `_output` has them written; `_dask` does the first two
-lazily.
-"""
+"""Matrices of distances between poses: the public functions and their arguments."""
 
 from collections.abc import Callable, Iterator
 from numbers import Integral, Real
@@ -57,57 +53,47 @@ def pose_distances(
     ----------
     X : array-like of shape (n_x, n_dofs)
         Poses: joint angles, and rotation vectors of ball joints, rad. With a skeleton, one column per name in
-        ``skeleton.dof_names``; the columns of a data frame must have these names.
+        ``skeleton.dof_names``; a dataframe must have these columns in this order.
     Y : array-like of shape (n_y, n_dofs), default=None
-        Other poses; None is X, of which one triangle is then computed.
+        Other poses. None is X; each pair is then computed once.
     skeleton : Skeleton, default=None
-        The skeleton of all poses; `Skeleton.mean` makes one of several. Needed by all but "angle".
+        The skeleton of all poses; `Skeleton.mean` makes one of several. Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
-        A metric of `skpose.metrics` with its parameters, such as ``Spatial(n_steps=20)``, or its name, "angle",
-        "position", "rotation", "spatial" or "geodesic", for that with the defaults. "auto" is "spatial" with a
-        skeleton, else "angle" and a warning.
+        A metric of `skpose.metrics` with its parameters, such as ``Spatial(n_steps=20)``, or the name of one with its
+        defaults: "angle", "position", "rotation", "spatial" or "geodesic". "auto" is "spatial" with a skeleton, else
+        "angle" and a warning.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
-        a backend of processes or a cluster ("loky", "dask", "ray"), tiles are computed there. The result does not
-        depend on it.
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. If that context names a
+        backend of processes or a cluster ("loky", "dask", "ray"), tiles are computed there. The result does not depend
+        on it.
     out : array of shape (n_x, n_y), default=None
-        Array for the result, of its dtype: an ndarray, a ``numpy.memmap``, a zarr array. If writing into a whole
-        memmap or a zarr array is interrupted, the same call continues it. Workers write into these themselves, see
-        Notes.
+        Array for the result, of the dtype of the result: an ndarray, ``numpy.memmap``, h5py dataset, zarr array, or any
+        other object that supports ``out[i:j, k:l] = block``. Each tile is written once it is computed.
     verbose : int, default=0
-        Whether to show the progress: a bar where rich is installed, else some lines on stderr.
+        Whether to show the progress: a bar if rich is installed, else some lines on stderr.
 
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        The distances, or `out`; float32 where all poses are, computed in float32 (but for "geodesic"), else float64.
-        float32 has an absolute error, see Notes.
-        Without Y exactly symmetric, with an exactly zero diagonal. Equal poses are at distance zero also between X and
-        Y.
+        The distances, or `out`. The dtype is float32 if all poses are float32, and computations are in float32 then
+        except for "geodesic"; else float64. Without Y, exactly symmetric with a zero diagonal. Equal poses are at
+        distance zero also between X and Y.
 
     Raises
     ------
     ValueError
-        For poses of the wrong width, out of order by column name, or not finite; for a metric that needs a skeleton
-        and got none; for an `out` of another shape or dtype, that holds the beginning of other distances, or whose
-        file was moved or deleted after it was opened.
+        For poses that are not finite or do not fit the skeleton; for a metric that needs a skeleton and got none; for
+        `out` of another shape or dtype.
     RuntimeError
-        If joblib's workers die, or fail, several times in a row; if another process or thread writes into `out`,
-        or something else changes it meanwhile.
-    OSError
-        If the file of `out` cannot be written, for example as the disk is full.
+        If joblib's workers die, or fail, several times in a row.
 
     Warns
     -----
     ConvergenceWarning
         If geodesics did not converge, with their number.
     UserWarning
-        If `metric` is "auto" and there is no skeleton, so that the distances are those of "angle", in rad.
-        If a skeleton is given and the angles look like degrees: 15 % of the columns go beyond three whole turns. Angles
-        may leave [−π, π] by some turns, as those of recordings do that are continuous in time. Those in a
-        ``dask.array`` are not looked at.
-        If workers cannot write into `out`: they do not see its file, two of them would share a chunk of zarr's, or
-        two computers a file on NFS.
+        If `metric` is "auto" and there is no skeleton. If there is a skeleton and the angles look like degrees: 15 % of
+        the columns exceed three whole turns. A ``dask.array`` is not checked for that.
 
     See Also
     --------
@@ -118,34 +104,19 @@ def pose_distances(
 
     Notes
     -----
-    Distances in float32 have an absolute error, for near poses as for far ones: for "position" and "rotation" less than
-    1e-6 S, with S = √Σ w r² over the joints, r the length of the bones from the root to a joint, m, and w its weight;
-    for "spatial" 1 + n_steps/2 times as much; for "angle" 1e-6 times the norm of the longer row, rad. For a person of
-    22 joints S is 4.6 m: the error is below 5e-6 m, and 3e-5 m for "spatial" with ten steps. Smaller distances mean
-    nothing; pass such poses as float64.
+    float32 has an absolute error: for "position" and "rotation" less than 1e-6 S, with S = √Σ w r² over the joints, r
+    the length of the bones from the root to a joint, m, and w its weight; for "spatial" 1 + n_steps/2 times as much;
+    for "angle" 1e-6 times the norm of the longer row, rad. A person of 22 joints has S = 4.6 m, so the error is below
+    5e-6 m, and 3e-5 m for "spatial" with ten steps. For smaller distances, pass float64.
 
-    "position" ≤ "geodesic" ≤ "spatial": a chord is no longer than a curve, and the geodesic is the shortest one.
-    Neither "spatial" nor "geodesic", which is a local minimum and measured by chords, need obey the triangle
-    inequality. F does not depend on a twist about a bone that ends the chain, so all but "angle" are pseudo-metrics.
+    "position" ≤ "geodesic" ≤ "spatial": a chord is no longer than a curve, and the geodesic is the shortest curve.
+    "spatial" and "geodesic", which is a local minimum, need not obey the triangle inequality. F does not depend on a
+    twist about a bone at the end of a chain, so all metrics except "angle" are pseudo-metrics.
 
     Time O(n_x · n_y · n_dofs), for "spatial" times n_steps; no sine or cosine is computed per pair. "geodesic" takes
-    some milliseconds a pair, and a hundred for poses very far apart; pairs whose chord and straight line agree to 1e-6
-    are not solved. Memory beyond the poses and the result: the codes of some 4096 poses at a time, 12 MB for "spatial"
-    and 56 dofs, a few times. A file that is written does not stay resident, except for two or three tiles of 4096 by
-    4096: less than 0.5 GB for a matrix of any size. Workers hold the poses and a tile or two of 32 MB, and this
-    process, where they do not write themselves, no more than four such tiles per worker.
-
-    A matrix in a file is written tile by tile. When the disk has a tile, it is noted with the checksum of its bytes:
-    for a memmap in a file of the same name with ".progress" at the end, for a zarr array in a folder in the file
-    "skpose.progress" there, for one elsewhere among its attributes. The same call on the array, opened again with mode
-    "r+", computes only the tiles that are not noted or whose bytes have another checksum. The notes are removed when
-    the matrix is complete.
-
-    Workers of joblib's backends write tiles into the file or the folder of `out` themselves, if they see it under the
-    same path. They recognise it by a token in the file of the lock (".lock", "skpose.lock"), which excludes all other
-    calls on the same `out` and ends with the process. If they do not see it, or if tiles cannot be made of whole
-    chunks, this process writes, after a warning. Other stores of zarr's, parts of a memmap and plain arrays are
-    written by this process, and have no lock.
+    some milliseconds per pair, and up to 0.1 s for poses very far apart; pairs whose chord and straight line agree to
+    1e-6 are not solved. Memory in addition to the poses and the result: a few times the codes of 4096 poses, which are
+    12 MB for "spatial" and 56 dofs. Other arrays than ndarrays are written from tiles of at most 128 MB.
 
     Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
     and ignores `n_jobs` and `verbose`, and its warnings appear where it is computed.
@@ -177,9 +148,7 @@ def pose_distances(
     chosen = resolve(metric, skeleton)
     if is_lazy(X) or is_lazy(Y):
         if out is not None:
-            raise ValueError(
-                "out is for distances that are computed at once; store those of a dask array with da.store"
-            )
+            raise ValueError("out is not supported for dask arrays: use da.store")
         lazy = lazy_distances(X, Y, skeleton, chosen)
         warn_of_no_skeleton(metric, skeleton)
         return lazy
@@ -206,9 +175,7 @@ def pose_distances_chunked(
     working_memory: float | None = None,
     verbose: int = 0,
 ) -> Iterator[Any]:
-    """Distances chunk by chunk, each chunk of rows as large as memory allows, with an optional reduction.
-
-    What scikit-learn's ``pairwise_distances_chunked`` is for its distances.
+    """Distances chunk by chunk, with an optional reduction, like scikit-learn's ``pairwise_distances_chunked``.
 
     Parameters
     ----------
@@ -219,29 +186,29 @@ def pose_distances_chunked(
     reduce_func : callable, default=None
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
         index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
-        these, or None where it keeps its result elsewhere. None gives the chunks themselves.
+        these, or None if it keeps its result elsewhere. None gives the chunks themselves.
     skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all but "angle".
+        The skeleton of all poses. Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
         The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
     working_memory : float, default=None
-        Memory for a chunk, MiB; at least one row. None takes scikit-learn's ``working_memory``, 1 GiB unless set.
+        Memory for a chunk, MiB; at least one row. None is scikit-learn's ``working_memory``, by default 1 GiB.
     verbose : int, default=0
         Whether to show the progress.
 
     Yields
     ------
     D_chunk : ndarray, sparse matrix, list or tuple
-        A chunk of distances, or the result of `reduce_func`, None too.
+        A chunk of distances, or the result of `reduce_func`.
 
     Raises
     ------
     ValueError
-        As `pose_distances`; and if `reduce_func` returns something of another length.
+        As `pose_distances`; if the length of a result of `reduce_func` is not n_chunk.
     TypeError
-        If `reduce_func` returns something without a length.
+        If a result of `reduce_func` has no length.
 
     See Also
     --------
@@ -250,9 +217,8 @@ def pose_distances_chunked(
 
     Notes
     -----
-    Each chunk has whole rows, so that without Y each pair is computed twice, once from either end; under "spatial" the
-    two may differ in the last bits. Time as of `pose_distances`, memory `working_memory` and the codes of some
-    4096 poses at a time.
+    Chunks have whole rows, so without Y each pair is computed twice; under "spatial" the two results may differ in the
+    last bits. Time as for `pose_distances`; memory `working_memory`, and the codes of some 4096 poses.
 
     Examples
     --------
@@ -287,7 +253,7 @@ def pose_distances_chunked(
 
 
 def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the poses as arrays; Y is None where it is X."""
+    """The poses as arrays; Y is None if it is X."""
     if Y is X:
         Y = None
     X = check_poses(X, skeleton, "X")
@@ -300,21 +266,10 @@ def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tupl
 
 
 def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
-    """Return what the user's function returns for a chunk, whose length it must have."""
-    n_rows = len(chunk)
     result = reduce_func(chunk, start)
-    if result is None:  # nothing to keep; the chunk itself would pass for a result where a return was forgotten
-        return None
-    for part in result if isinstance(result, tuple) else (result,):
-        if not hasattr(part, "__len__") and not hasattr(part, "shape"):
-            raise TypeError(
-                "reduce_func must return a sequence, an array or a sparse matrix with one entry for each row of the "
-                f"chunk, or a tuple of these, got {part!r}"
-            )
-        length = part.shape[0] if hasattr(part, "shape") else len(part)
-        if length != n_rows:
-            raise ValueError(
-                f"reduce_func returned {length} entries for a chunk of {n_rows} rows that starts at row {start}; it "
-                "must return one for each row"
-            )
+    if result is not None:
+        for part in result if isinstance(result, tuple) else (result,):
+            n = part.shape[0] if hasattr(part, "shape") else len(part)
+            if n != len(chunk):
+                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
     return result

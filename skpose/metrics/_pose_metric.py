@@ -21,24 +21,23 @@ def pose_metric(
 ) -> Callable[[np.ndarray, np.ndarray], float]:
     """A metric as one function of two poses, compiled by numba.
 
-    For a matrix of distances `skpose.pose_distances` is many times faster, since it does the work of a pose once and
-    not once per pair. The function is for estimators that take a callable: ``KNeighborsClassifier(metric=f)``,
-    ``pairwise_distances(metric=f)``, UMAP, pynndescent, and for one's own numba code, which can call it.
+    It is for estimators that take a callable, such as ``KNeighborsClassifier(metric=f)``, UMAP and pynndescent, and for
+    your own numba code. For a matrix, `skpose.pose_distances` is many times faster, since it does the work of each pose
+    once and not once per pair.
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        Needed by all but "angle".
+        Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. A
-        "geodesic" that does not converge is the length of the best curve found, without a warning, which compiled code
-        cannot give.
+        "geodesic" that does not converge gives the length of the best curve found, without a warning.
 
     Returns
     -------
     callable
         ``f(x, y) -> float`` on arrays of shape (n_dofs,), rad; a numba dispatcher that releases the GIL. The distance
-        is in m, or in rad for "angle". It can be pickled and cloned; equal arguments give the same function.
+        is in m, for "angle" in rad. It can be pickled and cloned; equal arguments give the same function.
 
     Raises
     ------
@@ -53,11 +52,10 @@ def pose_metric(
 
     Notes
     -----
-    One function for all skeletons comes from numba's disk cache; what is compiled in every process takes a tenth of a
-    second or two, once for each kind of rows (float32, strided). It holds an address of this process, so that numba
-    does not cache a function of one's own that calls it. Each metric and skeleton takes a megabyte or so while the
-    process lives. About 6 µs a pair of poses of 42 dofs through scikit-learn under "spatial" with ten steps, some
-    milliseconds under "geodesic".
+    About 6 µs per pair of poses of 42 dofs through scikit-learn under "spatial" with ten steps, some milliseconds under
+    "geodesic". Each process compiles a small part anew, in 0.1 to 0.2 s for each kind of rows (float32, strided). The
+    function holds an address of the process, so numba does not cache your functions that call it. Each metric and
+    skeleton takes about a megabyte while the process lives.
 
     References
     ----------
@@ -82,24 +80,21 @@ def pose_metric(
     return _compile(chosen, skeleton)
 
 
-@functools.cache  # for good, as compiled code knows the addresses of the metric's functions
+@functools.cache  # for good, as compiled code holds the addresses of the metric's functions
 def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray, np.ndarray], float]:
     steps, encode, measure = metric.steps, metric.encode, metric.measure
     tree = metric.tree_for(skeleton)
     metric._check_functions(tree, 64 if skeleton is None else skeleton.n_dofs)
     if skeleton is None:  # poses of any length
-        n_dofs, refusal = -1, "the two poses differ in length"
+        n_dofs, refusal = -1, "the two poses must have the same length"
         n_codes = metric.n_codes(tree, 0)
         n_per_dof = metric.n_codes(tree, 1) - n_codes
         if metric.n_codes(tree, 7) != n_codes + 7 * n_per_dof:
-            raise ValueError(
-                f"the code of {metric.label!r} does not grow by as many numbers with each column: pass skeleton=, "
-                "which says how many columns there are"
-            )
+            raise ValueError(f"{metric.label!r} needs skeleton=: the length of its codes is not linear in the columns")
     else:
         n_dofs, n_per_dof = skeleton.n_dofs, 0
         n_codes = metric.n_codes(tree, n_dofs)
-        refusal = f"a pose has the wrong length: the skeleton has {n_dofs} degrees of freedom, one number for each"
+        refusal = f"a pose must have {n_dofs} numbers, one for each degree of freedom of the skeleton"
 
     kept = keep_metric(PairMetric(encode, measure, tree, steps, n_codes, n_per_dof))
 

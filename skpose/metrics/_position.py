@@ -44,19 +44,19 @@ class Position(Metric):
     measure = measure_euclidean
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return three for each joint."""
+        """Three per joint."""
         return 3 * tree.n_joints
 
     def lower_bound(self) -> Metric:
-        """Return this metric itself."""
+        """This metric itself."""
         return self
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return poses whose joints are placed once."""
+        """Poses with the positions of their joints."""
         return _PositionSample(X, weights, require_skeleton(skeleton))
 
     def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> ExtrinsicMeans:
-        """Return extrinsic means."""
+        """Extrinsic means."""
         return ExtrinsicMeans(X, require_skeleton(skeleton))
 
 
@@ -66,7 +66,7 @@ class _PositionSample(JointSample):
         self.positions = weighted_positions(X, skeleton)  # (n_poses, 3 n_joints) of the joints, scaled, m
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
-        """Return distances and gradients, both exact."""
+        """Distances and gradients, both exact."""
         at = weighted_positions(self.columns(pose, self.X[0])[None], self.skeleton)
         gaps, jacobian = at - self.positions, jacobian_at(self.tree, pose, True)
         energies = (gaps**2).sum(axis=1)

@@ -16,8 +16,8 @@ class Rotation(Metric):
     r"""Distance between the world orientations of all bones, :math:`\sqrt{\sum_b \ell_b^2 \varphi_b^2}`, m.
 
     φ is the angle between the orientations of bone b in the two poses, at most π, and ℓ the length of the bone, so that
-    each term is the arc of the bone's end about its start (sec. 1.1 of [1]_). Whole turns do not change it, nor do
-    slides, which rotate nothing: in a mean they have the arithmetic mean.
+    each term is the arc of the bone's end about its start (sec. 1.1 of [1]_). Whole turns and slides do not change it;
+    in a mean, slides have their arithmetic mean.
 
     See Also
     --------
@@ -46,11 +46,11 @@ class Rotation(Metric):
     measure_work = 8
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return four for each frame of the skeleton but the root's."""
+        """Four per bone."""
         return 4 * (len(tree.frame_parent) - 1)
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return poses whose bones are oriented once."""
+        """Poses with the orientations of their bones."""
         return _RotationSample(X, weights, require_skeleton(skeleton))
 
 
@@ -60,7 +60,7 @@ class _RotationSample(JointSample):
         self.orientations = self._orientations(X)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the extrinsic mean, with the arithmetic mean of slides, which rotate nothing and stay there."""
+        """The extrinsic mean, with the arithmetic mean of slides, which do not change later."""
         dofs, pose = super().start()
         slides = self.tree.slide_dof
         dofs[slides] = self.weights @ self.dofs[:, slides]
@@ -68,7 +68,7 @@ class _RotationSample(JointSample):
         return dofs, pose
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
-        """Return distances, and gradients by the angular velocities of the bones, exact to some 1e-10."""
+        """Distances, and gradients by the angular velocities of the bones, exact to some 1e-10."""
         n = len(pose)
         columns = columns_around(self.tree, pose, np.zeros(n), STEP * np.eye(n), self.X[0], frees_angles=True)
         at, plus, minus = np.split(self._orientations(columns), [1, 1 + n])
@@ -81,12 +81,12 @@ class _RotationSample(JointSample):
         return Linearization(np.sqrt(energies), energies, gradients, tensor)
 
     def _orientations(self, X: np.ndarray) -> np.ndarray:
-        """Return the world orientations of the bones, (n_poses, n_frames, 4), unit quaternions, scalar first."""
+        """The world orientations of the bones, (n_poses, n_frames, 4), unit quaternions, scalar first."""
         return Rotation().encode_poses(X, self.skeleton).reshape(len(X), -1, 4)
 
 
 def _turns_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors (..., 3) from quaternions to others, at most π long, in the axes of the first."""
+    """The rotation vectors (..., 3) from quaternions to others, at most π long, in the axes of the first."""
     real = (first * second).sum(axis=-1, keepdims=True)
     vector = first[..., :1] * second[..., 1:] - second[..., :1] * first[..., 1:]
     vector -= np.cross(first[..., 1:], second[..., 1:])

@@ -1,8 +1,7 @@
-"""Weighted poses under one metric: what the search for their mean or median asks of the metric.
+"""Weighted poses under one metric, for the search for their mean or median.
 
-The search stands at one pose. There it needs the distances to all poses of the sample, their gradients, and a metric
-tensor that says how long a step is; and it needs to step. A metric that has means returns such a sample of its own from
-`Metric.sample`.
+At its current pose, the search needs the distances to all poses of the sample, their gradients, a metric tensor and a
+way to take a step. A metric with means returns its own kind of sample from `Metric.sample`.
 """
 
 from typing import NamedTuple
@@ -18,14 +17,14 @@ class Linearization(NamedTuple):
     """The distances from one pose to the poses of a sample, to first order."""
 
     lengths: np.ndarray  # (n_poses,) distances
-    energies: np.ndarray  # (n_poses,) their squares, or squares of other lengths that they approach
+    energies: np.ndarray  # (n_poses,) their squares, or squares of lengths that approach them
     gradients: np.ndarray  # (n_poses, n) of half the energies by the coordinates of the one pose
     tensor: np.ndarray  # (n, n) the metric tensor there
-    n_unconverged: int = 0  # distances that are not to be trusted
+    n_unconverged: int = 0  # distances that may be wrong
 
 
 class Sample:
-    """Poses of weight, in float64, under one metric.
+    """Weighted poses, in float64, under one metric.
 
     Attributes
     ----------
@@ -34,9 +33,9 @@ class Sample:
     dofs : ndarray of shape (n_poses, n)
         The same in the coordinates of the search.
     weights : ndarray of shape (n_poses,)
-        Of sum 1.
+        Their weights, which sum to 1.
     is_uneven : bool
-        Whether distances change by jumps, as where a path is refined at one pose and not at the next.
+        Whether distances may jump, as when a path is refined at one pose and not at the next.
     """
 
     is_uneven = False
@@ -46,41 +45,41 @@ class Sample:
         self.dofs = X
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pose where a search starts, and the same in the columns of the skeleton."""
+        """The pose where a search starts, in the coordinates of the search and in the columns of the skeleton."""
         raise NotImplementedError
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
-        """Return the distances to first order; a slope is the norm of the gradient that was found before it, or inf."""
+        """The distances to first order; `slope` is the norm of the previous gradient, or inf."""
         raise NotImplementedError
 
     def retract(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return a pose that is a step of its coordinates away from another one."""
+        """The pose that is a step of the coordinates away."""
         return pose + step
 
     def columns(self, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return a pose of the search in the columns of the skeleton; what moves no joint is as in the others."""
+        """A pose of the search in the columns of the skeleton; columns that move no joint are copied from `others`."""
         return pose
 
     def remeasure(self, pose: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the distances from the last pose of a search as `pose_distances` has them."""
+        """The distances from the last pose of a search, as `pose_distances` computes them."""
         return lengths
 
     def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
-        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n, k) times x (k,).
+        """The sum of powers of distances, and its gradient, at a pose plus steps (n, k) times x (k,).
 
-        For metrics without gradients, as `best_pose`.
+        Only for metrics without gradients, like `best_pose`.
         """
         raise NotImplementedError
 
     def best_pose(self, power: int) -> tuple[np.ndarray, float]:
-        """Return the pose with the least sum to all, of some of the given ones, and that sum."""
+        """The pose with the least sum of distances to all, among some of the sample, and that sum."""
         raise NotImplementedError
 
 
 class JointSample(Sample):
-    """Poses whose joints are placed by a skeleton, in the tree's order.
+    """Poses with a skeleton, in the order of the tree.
 
-    `frees_angles` is whether joints of three angles are moved as rotations, and not by their angles.
+    `frees_angles` is whether joints of three angles are moved as rotations instead of by their angles.
     """
 
     frees_angles = True
@@ -91,14 +90,14 @@ class JointSample(Sample):
         self.dofs = to_tree_order(self.tree, X)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the extrinsic mean."""
+        """The extrinsic mean."""
         mean = ExtrinsicMeans(self.X, self.skeleton).mean(self.weights)
         return mean.dofs, mean.pose
 
     def retract(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return a pose that is a step of its coordinates away from another one."""
+        """The pose that is a step of the coordinates away."""
         return retract(self.tree, pose, step, self.frees_angles)
 
     def columns(self, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return a pose of the search in the columns of the skeleton; what moves no joint is as in the others."""
+        """A pose of the search in the columns of the skeleton; columns that move no joint are copied from `others`."""
         return from_tree_order(self.tree, pose, others)

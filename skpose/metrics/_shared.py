@@ -2,6 +2,7 @@
 
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._direct_means import TOL as TOL_EXTRINSIC
+from skpose.metrics._fingerprint import digest, metric_fingerprint
 from skpose.metrics._geodesic import no_geodesics, no_paths
 from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
 from skpose.metrics._metric import CoarseBound, require_skeleton
@@ -22,8 +23,7 @@ from skpose.metrics._registry import (
     why_no_paths,
 )
 from skpose.metrics._sample import Sample
-from skpose.metrics._tiled import TiledMatrix, digest, metric_fingerprint
-from skpose.metrics._tiles import Tile
+from skpose.metrics._tiled import Tile, TiledMatrix
 
 __all__ = [
     "ENCODED_AT_ONCE",

@@ -33,8 +33,8 @@ class Spatial(Metric):
     n_steps : int, default=10
         Chords along the curve; the paper's ten. With one it is `Position`.
     wrap : bool, default=True
-        Whether each difference of angles is wrapped to [−π, π], so that a file's jump by 360° is no movement. It makes
-        no difference to ball joints.
+        Whether each difference of angles is wrapped to [−π, π], so that a jump by 360° in a file does not count. It has
+        no effect on ball joints.
 
     See Also
     --------
@@ -43,8 +43,8 @@ class Spatial(Metric):
 
     Notes
     -----
-    It need not obey the triangle inequality. Means and medians take two steps or more; they are found by BFGS, as the
-    line jumps where a difference of angles is half a turn.
+    It need not obey the triangle inequality. Means and medians need two steps or more; they are found by BFGS, since
+    the line jumps where a difference of angles is half a turn.
 
     References
     ----------
@@ -87,35 +87,35 @@ class Spatial(Metric):
 
     @property
     def coarse_bound(self) -> CoarseBound | None:
-        """The two chords over the middle of the line, where that is one of its samples and no end."""
+        """The two chords over the middle of the line, if the middle is an inner sample of it."""
         if self.n_steps % 2 or self.n_steps == 2:
             return None
         return CoarseBound(encode_middle, measure_two_chords, _count_middle, middle_slack)
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Return five for each angle, four for each ball joint and three for each joint."""
+        """Five per angle, four per ball joint and three per joint."""
         return count_curve_codes(tree)
 
     def lower_bound(self) -> Metric:
-        """Return the chord."""
+        """The chord."""
         return Position()
 
     def why_no_means(self) -> str:
-        """Return why a line of one step has no means; else nothing."""
+        """Why a line of one step has no means; empty for more steps."""
         return no_means_of_one_step(self.n_steps)
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
-        """Return poses whose distances are measured anew from every pose, gradients by differences."""
+        """Poses whose distances have gradients by differences."""
         return _SpatialSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
 def count_curve_codes(tree: Tree) -> int:
-    """Return the length of the code of an end of a curve."""
+    """The length of the code of an end of a curve."""
     return count_line_codes(tree) + 3 * tree.n_joints
 
 
 def no_means_of_one_step(n_steps: int) -> str:
-    """Return why a curve of one step has no means; empty for more steps."""
+    """Why a curve of one step has no means; empty for more steps."""
     return "" if n_steps > 1 else f'n_steps must be 2 or more, got {n_steps}: one chord is "position"'
 
 
@@ -124,7 +124,7 @@ def _count_middle(tree: Tree) -> int:
 
 
 class _SpatialSample(JointSample):
-    """Joints with three angles are moved by these angles, since they are what the line is straight in."""
+    """Joints with three angles are moved by their angles, in which the line is straight."""
 
     frees_angles = False
 
@@ -137,33 +137,33 @@ class _SpatialSample(JointSample):
             self.mean_tensor += jacobian.T @ jacobian / len(rows)
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
-        """Measure the distances from the pose, and from those a little more and less along each coordinate."""
+        """Distances, with gradients by central differences."""
         n = len(pose)
         energies = self._distances_around(pose, np.zeros(n), STEP * np.eye(n)) ** 2
         gradients = (energies[1 : n + 1] - energies[n + 1 :]).T / (4.0 * STEP)
         return Linearization(np.sqrt(energies[0]), energies[0], gradients, self._tensor(pose))
 
     def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
-        """Return the sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
+        """The sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
         n = len(x)
         sums = self._distances_around(pose, steps @ x, STEP * steps.T) ** power @ self.weights
         return float(sums[0]) / power, (sums[1 : n + 1] - sums[n + 1 :]) / (2.0 * power * STEP)
 
     def best_pose(self, power: int) -> tuple[np.ndarray, float]:
-        """Return the pose with the least sum to all, of some of the given ones, and that sum."""
+        """The pose with the least sum of distances to all, among some of the sample, and that sum."""
         rows = _sample_rows(self.X)
         sums = self._distances(self.X[rows]) ** power @ self.weights
         return self.dofs[rows[sums.argmin()]], float(sums.min())
 
     def _distances_around(self, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """Return the distances from the pose that is a step away, and from those a shift more and less."""
+        """The distances from the pose that is a step away, and from this pose plus and minus each shift."""
         return self._distances(columns_around(self.tree, pose, step, shifts, self.X[0], False))
 
     def _distances(self, columns: np.ndarray) -> np.ndarray:
         return DistanceMatrix(columns, self.X, self.metric, self.skeleton).write(None, self.n_jobs)[0]
 
     def _tensor(self, pose: np.ndarray) -> np.ndarray:
-        """Return the metric tensor of short steps, as it is at the pose and at the given ones."""
+        """The mean of the metric tensors at the pose and at the sample."""
         jacobian = jacobian_at(self.tree, pose, False)
         tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
         # A twist that moves no joint moves the lines to other poses.
@@ -171,6 +171,6 @@ class _SpatialSample(JointSample):
 
 
 def _sample_rows(X: np.ndarray) -> np.ndarray:
-    """Return the rows of some of the poses, the same poses in any order of the rows."""
+    """Rows of some of the poses; the choice does not depend on the order of the rows."""
     shares = np.linspace(0, len(X) - 1, min(len(X), SOME))
     return np.lexsort(X.T)[np.unique(shares.astype(int))]

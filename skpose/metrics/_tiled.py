@@ -1,15 +1,10 @@
-"""A matrix in tiles that is computed by threads, workers or a cluster, and written into memory or a file.
+"""A matrix of distances that is computed tile by tile, and written into memory or into any other array.
 
-Of the matrix only its shape, the numbers of one tile and an estimate of the work are known here: `DistanceMatrix` is
-one of distances between poses, `skpose.motions._matrix.MotionMatrix` one of distances between motions.
+`DistanceMatrix` has the distances between poses, `skpose.motions._matrix.MotionMatrix` those between motions.
 """
 
-import hashlib
-import json
-from collections.abc import Generator
 from contextlib import closing
-from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -18,15 +13,28 @@ from skpose._parallel.backends import from_workers, in_processes
 from skpose._parallel.progress import progress
 from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
 from skpose.metrics._convergence import Unconverged
-from skpose.metrics._metric import Metric
-from skpose.metrics._output import Destination
-from skpose.metrics._own import fingerprint_of_functions
-from skpose.metrics._run import Computed, WorkerOutput
-from skpose.metrics._tiles import Tile, Tiling
 
-LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; the tiles that workers send back wait here to be written
-WORK_PER_TILE = 50 * WORK_PER_TASK  # lost if it is interrupted
+LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; tiles that workers send back wait here to be written
+WORK_PER_TILE = 50 * WORK_PER_TASK
 WORTH_SENDING = 5 * WORK_PER_TASK  # to other processes
+TRANSPOSED_EDGE = 512  # of the squares that are transposed at once, which fit into the cache
+
+
+class Tile(NamedTuple):
+    """Rows top:bottom and columns left:right of a matrix."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.bottom - self.top, self.right - self.left
 
 
 class TiledMatrix:
@@ -42,7 +50,7 @@ class TiledMatrix:
 
     @property
     def symmetric(self) -> bool:
-        """True where one triangle is computed, and the diagonal is zero."""
+        """Whether only one triangle is computed; the diagonal is then zero."""
         raise NotImplementedError
 
     @property
@@ -59,23 +67,19 @@ class TiledMatrix:
         """The mean work, in the unit of `skpose._parallel.tasks`."""
         raise NotImplementedError
 
-    def fingerprint(self) -> dict[str, Any]:
-        """Return what identifies the matrix to the last bit: digests of all that its distances depend on, by name."""
-        raise NotImplementedError
-
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
-        """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
+        """The distances of a tile, in `out` if given, and how many geodesics did not converge."""
         raise NotImplementedError
 
-    def tiling(self, n_threads: int, n_workers: int = 1, chunk: int = 1) -> Tiling:
-        """Return square tiles that take some seconds each, some for each worker; their edge is a power of two.
+    def tiles(self, n_threads: int, n_workers: int = 1, chunks: tuple[int, ...] = (1,)) -> list[Tile]:
+        """Square tiles that take some seconds each, with several for each worker.
 
-        Where the edge of a chunk of the destination is no longer than that, it is a multiple of the chunk's edge; for
-        workers also where it is no longer than the tiles of one process are.
+        Their edge is a power of two, or a multiple of the edges of the chunks in which `out` is stored, unless these
+        are longer than a tile. Of a symmetric matrix, only the tiles on the diagonal and above it.
         """
         most_bytes = LARGEST_TILE if n_workers == 1 else LARGEST_SENT
         most_pairs = min(WORK_PER_TILE * n_threads / self.work_per_pair, most_bytes / self.dtype.itemsize)
-        edge, smallest = self.largest_edge, self.smallest_edge
+        edge, smallest, chunk = self.largest_edge, self.smallest_edge, int(np.lcm.reduce(chunks))
         while edge > smallest and edge * edge > most_pairs:
             edge //= 2
         longest = edge
@@ -83,59 +87,76 @@ class TiledMatrix:
             enough = self.n_pairs / (TASKS_PER_WORKER * n_workers)
             while edge > smallest and edge * edge > enough and edge * edge * self.work_per_pair > WORK_PER_TASK:
                 edge //= 2
-        return Tiling(self.shape, edge, self.symmetric).in_chunks(chunk, longest)
+        if chunk <= longest:
+            edge = max(chunk, edge // chunk * chunk)
+        n_rows, n_columns = self.shape
+        return [
+            Tile(top, min(top + edge, n_rows), left, min(left + edge, n_columns))
+            for top in range(0, n_rows, edge)
+            for left in range(top if self.symmetric else 0, n_columns, edge)
+        ]
 
     def write(self, out: Any, n_jobs: int | None, verbose: int = 0) -> tuple[Any, list[Unconverged]]:
-        """Compute all tiles that are not in `out` yet, None for a new array; return it and the unconverged."""
-        destination = Destination(out, self.shape, self.result_dtype)
+        """Write each tile into `out` once it is computed, None for a new array; return it and the unconverged."""
+        out = np.empty(self.shape, self.result_dtype) if out is None else out
+        self._check_out(out)
         n_workers = effective_n_jobs(n_jobs)
         remote = self.n_pairs * self.work_per_pair > WORTH_SENDING and in_processes(n_jobs)
-        n_threads = 1 if remote else n_workers
-        tiling = self.tiling(n_threads, n_workers if remote else 1, destination.chunk)
-        with destination.start_run(tiling, self.fingerprint() if destination.resumable else None) as run:
-            run.resume(n_jobs, n_threads, remote)
-            results: Generator[tuple[Tile, Computed], None, None]
-            if remote:
-                results = from_workers(_compute_in_worker, (self, run.output), run.tiles, n_jobs)
-            else:
-                results = ((t, self._compute(t, n_workers, destination.view(t, self.dtype))) for t in run.tiles)
-            with (
-                progress(str(self), len(run.tiles), verbose) as advance,
-                closing(results),  # an interruption here also ends the work of others for it
-                closing(run.complete(results)) as completed,
-            ):
-                for _ in completed:
-                    advance()
-        return destination.array, run.unconverged
+        chunks = getattr(out, "shards", None) or getattr(out, "chunks", None) or (1,)  # of zarr or h5py
+        tiles = self.tiles(1, n_workers, chunks) if remote else self.tiles(n_workers, 1, chunks)
+        array = np.asarray(out) if isinstance(out, np.ndarray) else None
+        if remote:
+            results = from_workers(type(self).distances, self, tiles, n_jobs)
+        else:
+            results = ((tile, self.distances(tile, n_workers, self._part(array, tile))) for tile in tiles)
+        unconverged = []
+        with progress(str(self), len(tiles), verbose) as advance, closing(results):  # which also stops the workers
+            for tile, (distances, count) in results:
+                self._write_tile(out if array is None else array, tile, distances)
+                unconverged.append(count)
+                advance()
+        return out, unconverged
 
-    def _compute(self, tile: Tile, n_jobs: int, out: np.ndarray | None) -> Computed:
-        distances, unconverged = self.distances(tile, n_jobs, out)
-        return Computed(unconverged, distances)
+    def _check_out(self, out: Any) -> None:
+        shape, dtype = tuple(getattr(out, "shape", self.shape)), getattr(out, "dtype", self.result_dtype)
+        if shape != self.shape or dtype != self.result_dtype:
+            raise ValueError(
+                f"out must have shape {self.shape} and dtype {self.result_dtype}, got shape {shape} and dtype {dtype}"
+            )
+        if isinstance(out, np.ndarray) and not out.flags.writeable:
+            raise ValueError("out must be writeable, got a read-only array")
+
+    def _part(self, array: np.ndarray | None, tile: Tile) -> np.ndarray | None:
+        """The part of an array into which the distances of a tile can be computed, None if they must be copied."""
+        return array[tile.slices] if array is not None and array.dtype == self.dtype and array.flags.aligned else None
+
+    def _write_tile(self, out: Any, tile: Tile, distances: np.ndarray) -> None:
+        """Write a tile, unless it was computed in place, and its mirror image."""
+        rows, columns = tile.slices
+        mirrored = self.symmetric and tile.top != tile.left
+        if not isinstance(out, np.ndarray):
+            distances = distances.astype(self.result_dtype, copy=False)
+            out[rows, columns] = distances
+            if mirrored:
+                out[columns, rows] = np.ascontiguousarray(distances.T)
+            return
+        if not np.may_share_memory(distances, out):
+            out[rows, columns] = distances
+        if mirrored:
+            _transpose(distances, out[columns, rows])
 
 
-def _compute_in_worker(shared: tuple[TiledMatrix, WorkerOutput | None], tile: Tile) -> Computed:
-    """Compute a tile in a worker, and write it there where that is possible."""
-    matrix, output = shared
-    distances, unconverged = matrix.distances(tile)
-    return Computed(unconverged, distances) if output is None else output.write(tile, distances, unconverged)
+def _transpose(distances: np.ndarray, target: np.ndarray) -> None:
+    """Copy the transpose, one square at a time.
 
-
-def metric_fingerprint(metric: Metric) -> dict[str, Any]:
-    """Return the part of a fingerprint that is of the version and the metric."""
-    kind = type(metric)
-    return {
-        "version of skpose": version("skpose"),
-        "metric or parameters of it": [
-            f"{kind.__module__}.{kind.__qualname__}",
-            *map(repr, metric._parameters()),
-            *fingerprint_of_functions(metric),
-        ],
-    }
-
-
-def digest(*arrays: np.ndarray) -> str:
-    known = hashlib.sha256()
-    for array in arrays:
-        known.update(json.dumps([array.dtype.str, array.shape]).encode())
-        known.update(np.ascontiguousarray(array))
-    return known.hexdigest()
+    Each square is first copied to rows whose distance is not a power of two, which would share a few places of the
+    cache and take twice as long.
+    """
+    edge = min(TRANSPOSED_EDGE, max(target.shape))
+    square = np.empty((edge, edge + 16), target.dtype)
+    for top in range(0, len(target), edge):
+        for left in range(0, target.shape[1], edge):
+            part = distances[left : left + edge, top : top + edge]
+            copied = square[: part.shape[0], : part.shape[1]]
+            copied[...] = part
+            target[top : top + edge, left : left + edge] = copied.T

@@ -15,8 +15,7 @@ class PoseDistanceTransformer(
 ):
     r"""Transform poses to their distances from the training poses, or to a kernel of these distances.
 
-    The result is what scikit-learn calls precomputed, so that every estimator that takes a precomputed matrix works on
-    poses::
+    Every estimator of scikit-learn that takes a precomputed matrix then works on poses::
 
         make_pipeline(PoseDistanceTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
         make_pipeline(PoseDistanceTransformer(skeleton, kernel="rbf"), SVC(kernel="precomputed"))
@@ -24,7 +23,7 @@ class PoseDistanceTransformer(
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle".
+        The skeleton of all poses. Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
         The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
     kernel : {"rbf", "laplacian"} or None, default=None
@@ -33,10 +32,10 @@ class PoseDistanceTransformer(
         they need not be, see `psd`.
     gamma : "scale" or float, default="scale"
         The γ of the kernel, in the inverse unit of d² ("rbf") or of d ("laplacian"). "scale" is 2 / m and √(2 / m)
-        with m the mean squared distance between training poses (of at most 500, evenly spread over them): for
-        Euclidean distances of standardised features that of SVC's "scale".
+        with m the mean squared distance between at most 500 training poses, evenly spread. For Euclidean distances
+        of standardised features it equals SVC's "scale".
     psd : {"ignore", "clip", "shift"}, default="ignore"
-        Treatment of negative eigenvalues of the kernel, with which an SVM may stop at a point that is not optimal.
+        Treatment of negative eigenvalues of the kernel, which may keep an SVM from the optimum.
         "ignore" gives the kernel by its formula. "clip" sets them to zero in the kernel of the training poses, which
         gives the nearest positive semidefinite matrix, and projects the kernel of other poses on the eigenvectors that
         remain. "shift" adds the magnitude of the least eigenvalue to the kernel of a pose with itself, and changes no
@@ -57,8 +56,8 @@ class PoseDistanceTransformer(
     gamma_ : float
         The γ in use. Only with a kernel.
     negative_share_ : float
-        Sum of the magnitudes of the negative eigenvalues of the training poses' kernel, before its repair, over that of
-        all: zero for Euclidean distances. Only with `psd` "clip" and "shift".
+        Sum of the magnitudes of the negative eigenvalues of the training poses' kernel before its repair, divided by
+        the sum over all eigenvalues: zero for Euclidean distances. Only with `psd` "clip" and "shift".
     n_samples_fit_ : int
         Number of training poses.
     n_features_in_ : int
@@ -78,11 +77,10 @@ class PoseDistanceTransformer(
 
     Rows of other poses are repaired consistently [2]_: `transform` of the training poses gives what `fit_transform`
     gave, up to rounding. "clip" changes the kernel of any two poses, so that it is no longer one on the diagonal.
-    "shift" regularises an SVM, as a smaller C does. The default leaves the kernel alone: the formula is what the name
-    of a kernel promises, SVMs work in most cases with a few negative eigenvalues, and a repair has its cost. `fit` then
-    computes the kernel of all training poses and its eigenvalues, in time O(n_samples_fit³) and memory for
-    some four such matrices in float64, or two for "shift". "clip" keeps the eigenvectors of the negative eigenvalues,
-    mostly less than half such a matrix, and multiplies each row by them twice in `transform`.
+    "shift" regularises an SVM, as a smaller C does. The default leaves the kernel alone, since SVMs usually work with a
+    few negative eigenvalues. For a repair, `fit` computes the kernel of all training poses and its eigenvalues, in time
+    O(n_samples_fit³) and memory for four such matrices in float64, or two for "shift". "clip" keeps the eigenvectors of
+    the negative eigenvalues and multiplies each row by them twice in `transform`.
 
     References
     ----------
@@ -147,7 +145,7 @@ class PoseDistanceTransformer(
 
     @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
-        """Return distances among the training poses, or their kernel; each pair is computed once.
+        """Distances among the training poses, or their kernel; each pair is computed once.
 
         Parameters
         ----------
@@ -165,7 +163,7 @@ class PoseDistanceTransformer(
         return self._similarity(self._distances(self.X_fit_, None)) if kernel is None else kernel
 
     def transform(self, X):
-        """Return distances from poses to the training poses, or their kernel.
+        """Distances from poses to the training poses, or their kernel.
 
         Parameters
         ----------
@@ -181,7 +179,7 @@ class PoseDistanceTransformer(
         return self._similarity(self._distances(self._check_X(X, reset=False), self.X_fit_))
 
     def _learn(self, X):
-        """Learn from the training poses; return their kernel where it is needed for that, else None."""
+        """Learn from the training poses; the result is their kernel if it had to be computed, else None."""
         self._check_kernel()
         self.X_fit_ = self._check_X(X, reset=True, copy=True)
 

@@ -39,7 +39,7 @@ class Kernel:
     gamma: float
 
     def of(self, distances):
-        """Return the kernel of distances, overwriting them."""
+        """Turn distances into the kernel, in place."""
         if self.name == "rbf":
             np.square(distances, out=distances)
         distances *= -self.gamma
@@ -57,7 +57,7 @@ class Repair:
     shift : float
         The λ of "shift"; zero with "clip".
     negative_share : float
-        Sum of the magnitudes of the negative eigenvalues over that of all.
+        Share of the negative eigenvalues in the sum of all magnitudes.
     """
 
     vectors: np.ndarray
@@ -65,7 +65,7 @@ class Repair:
     negative_share: float
 
     def rows(self, kernel, equal):
-        """Return rows of the repaired kernel, overwriting them; `equal` is True where the two poses are equal."""
+        """Repair rows of the kernel in place; `equal` is True for two equal poses."""
         if self.vectors.shape[1]:
             kernel -= (kernel @ self.vectors) @ self.vectors.T
         if self.shift:
@@ -74,7 +74,7 @@ class Repair:
 
 
 def repair_kernel(kernel, equal, psd):
-    """Return a symmetric kernel repaired, overwriting it, and its `Repair`.
+    """Repair a symmetric kernel in place; also its `Repair`.
 
     The diagonal of a kernel of distances is one, so rounding changes an eigenvalue by no more than some n times the
     precision of its numbers. Negative eigenvalues of that size count as zero.
@@ -106,7 +106,7 @@ class KernelMixin:
     gamma_ : float
         The γ in use. Only with a kernel.
     negative_share_ : float
-        Sum of the magnitudes of the negative eigenvalues before the repair, over that of all. Only with a repair.
+        Share of the negative eigenvalues in the sum of all magnitudes before the repair. Only with a repair.
     """
 
     kernel: str | None
@@ -114,17 +114,14 @@ class KernelMixin:
     psd: str
 
     def _check_kernel(self):
-        """Refuse the repair of a kernel where there is none."""
+        """Refuse the repair of distances."""
         if self.psd != "ignore" and self.kernel is None:
-            raise ValueError(
-                f'psd="{self.psd}" repairs a kernel, got kernel=None, which gives distances: choose a kernel, "rbf" or '
-                '"laplacian", or psd="ignore"'
-            )
+            raise ValueError(f'psd="{self.psd}" repairs a kernel, got kernel=None: choose "rbf" or "laplacian"')
 
     def _learn_kernel(self, n: int, among: Callable[[np.ndarray | None], np.ndarray]) -> np.ndarray | None:
-        """Learn γ and the repair from n training samples; return their kernel where that computes it, else None.
+        """Learn γ and the repair from n training samples; the result is their kernel if it was computed, else None.
 
-        `among` returns the distances among some of the training samples, or all if None.
+        `among` computes the distances among some of the training samples, or all if None.
         """
         self._kernel = self._repair = distances = None
         if self.kernel is None:
@@ -144,14 +141,14 @@ class KernelMixin:
         return kernel
 
     def _scale_of(self, distances: np.ndarray) -> float:
-        """Return the γ of gamma="scale" from distances among training samples."""
+        """The γ of gamma="scale", from distances among training samples."""
         squared = np.square(distances, dtype=np.float64).mean()
-        if squared == 0:  # all samples equal: every scale gives the same
+        if squared == 0:  # all samples are equal: every scale gives the same
             return 1.0
         return float(2.0 / squared if self.kernel == "rbf" else np.sqrt(2.0 / squared))
 
     def _similarity(self, distances: np.ndarray) -> np.ndarray:
-        """Return the kernel of distances, overwriting them; without a kernel the distances."""
+        """Turn distances into the kernel in place, if there is one."""
         if self._kernel is None:
             return distances
         if self._repair is None:

@@ -19,7 +19,7 @@ from skpose.skeleton import Motion, Skeleton
 
 
 class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
-    """Transform positions of joints to poses, each row by itself, by inverse kinematics.
+    """Transform positions of joints to poses, row by row, by inverse kinematics.
 
     With it a pipeline begins with keypoints::
 
@@ -32,10 +32,9 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all poses, such as that of `fit_skeleton`. It is needed: None fails in `fit`.
+        The skeleton of all poses, such as the result of `fit_skeleton`. Required: None fails in `fit`.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps angles inside ``skeleton.limits``. Those of float32 are rounded inwards; a range in which
-        float32 has no number gives the next one below.
+        "enforce" keeps angles inside ``skeleton.limits``, which are rounded inwards for float32.
     regularization : float, default=0.0
         Stiffness of the joints towards the rest pose, m/rad, see `inverse_kinematics`: some 0.01 to 0.03 for noisy
         positions.
@@ -60,13 +59,12 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
 
     Notes
     -----
-    `fit` learns nothing from X, and checks it. A pose depends on its own row alone, so that poses are the same in any
-    fold of a cross-validation, and frames may be in any order. Frames of one recording know more: `inverse_kinematics`
-    finds the pose of each from the one before, faster, and keeps angles where a joint is lost for some frames.
+    `fit` learns nothing from X, and checks it. A pose depends only on its own row, so cross-validation and the order of
+    frames do not change it. For consecutive frames `inverse_kinematics` is faster, and keeps angles if a joint is lost
+    for some frames.
 
-    The position and the orientation of the root are found too, and left out, as they are no part of a pose. So
-    `inverse_transform` gives positions relative to the root, in its axes: those that were given, moved and turned as a
-    whole. To make the orientation of the root a part of the poses, use `inverse_kinematics`,
+    The position and the orientation of the root are not part of a pose: `inverse_transform` gives positions relative to
+    the root, in its axes. To make the orientation of the root part of the poses, use `inverse_kinematics`,
     ``FittedPoses.to_motion`` and ``Motion.with_root``.
 
     Some 1 ms a row of 30 joints and 56 dofs, on one thread.
@@ -136,7 +134,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         return self
 
     def transform(self, X):
-        """Return the poses whose joints are nearest to given positions.
+        """Poses whose joints are nearest to the positions.
 
         Parameters
         ----------
@@ -151,8 +149,8 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         Warns
         -----
         ConvergenceWarning, UserWarning
-            As `inverse_kinematics`: for rows that do not converge, or in which nothing is seen, whose pose is the rest
-            pose; for positions that are likely in another unit than the skeleton.
+            As `inverse_kinematics`: for rows that do not converge; for rows without a joint, which get the rest pose;
+            for positions that are likely in another unit than the skeleton.
         """
         check_is_fitted(self, "skeleton_")
         positions = self._check_X(X, reset=False)
@@ -169,7 +167,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         return _clip_rounded(poses, self.skeleton_.limits) if self.joint_limits == "enforce" else poses
 
     def inverse_transform(self, X):
-        """Return the positions of the joints of poses, relative to the root and in its axes.
+        """Positions of the joints of poses, relative to the root and in its axes.
 
         Parameters
         ----------
@@ -187,7 +185,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         return forward_kinematics(X, self.skeleton_).reshape(len(X), -1)
 
     def get_feature_names_out(self, input_features=None):
-        """Return the names of the columns of poses, ``skeleton.dof_names``.
+        """Names of the columns of poses, ``skeleton.dof_names``.
 
         Parameters
         ----------
@@ -204,7 +202,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         return np.asarray(self.skeleton_.dof_names, dtype=object)
 
     def _check_X(self, X, *, reset):
-        """Return X as positions (n_samples, n_joints, 3); with `reset` learn the skeleton."""
+        """X as positions (n_samples, n_joints, 3); with `reset` also learn the skeleton."""
         if reset:
             self._forget()
         else:
@@ -222,8 +220,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
     def _given_skeleton(self):
         if self.skeleton is None:
             raise ValueError(
-                f"{type(self).__name__} needs a skeleton, got None: pass skeleton=, such as "
-                "skpose.keypoints.fit_skeleton(keypoints, layout)"
+                f"{type(self).__name__} needs skeleton=, got None: skpose.keypoints.fit_skeleton makes one"
             )
         if self.joint_limits == "enforce":
             limits_of(self.skeleton)  # refused in fit already
@@ -249,12 +246,8 @@ def _clip_rounded(poses, limits):
 
 
 def _check_is_positions(X):
-    """Refuse keypoints, a motion and a skeleton where an array of positions belongs."""
-    remedies = {
-        Keypoints: "keypoints.select(skeleton.joint_names).positions.reshape(len(keypoints), -1)",
-        Motion: "motion.angles to the next step, as they are poses",
-        Skeleton: "it as skeleton=",
-    }
-    for kind, remedy in remedies.items():
-        if isinstance(X, kind):
-            raise TypeError(f"X must be an array of positions, got {kind.__name__}: pass {remedy}")
+    """Refuse keypoints, a motion and a skeleton instead of an array of positions."""
+    if isinstance(X, Keypoints):
+        raise TypeError("X must be an array of positions, got Keypoints: select the joints and reshape .positions")
+    if isinstance(X, Motion | Skeleton):
+        raise TypeError(f"X must be an array of positions, got a {type(X).__name__}")

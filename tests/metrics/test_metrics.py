@@ -1,74 +1,47 @@
 """Every metric against its definition, and the facts that the library is built on."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 import reference
-from conftest import SKELETONS, metric_of, whole_turns, with_either_wrap
+from conftest import SKELETONS, whole_turns, with_either_wrap
 
 from skpose import Skeleton, pose_distances
-from skpose.metrics import Angle, Spatial
+from skpose.metrics import Angle, Position, Spatial
 from skpose.metrics._registry import METRICS
 
-DEFINED = [name for name in METRICS if name != "geodesic"]  # has no formula, and tests of its own
-WITH_SKELETON = [name for name in DEFINED if METRICS[name].needs_skeleton]
+DEFINED = with_either_wrap(name for name in METRICS if name != "geodesic")  # has tests of its own
+STEPS = [Spatial(n, wrap) for n in (1, 2, 3, 100) for wrap in (True, False)]
 
 
-@pytest.mark.parametrize("metric", with_either_wrap(DEFINED), ids=repr)
-def test_agrees_with_its_definition(metric, skeleton, poses):
-    expected = reference.distances(poses[:4], poses, skeleton, metric.name, **metric.get_params())
-    distances = pose_distances(poses[:4], poses, skeleton=skeleton, metric=metric)
-    np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12)
-
-
-@pytest.mark.parametrize("n_steps", [1, 2, 3, 100])
-@pytest.mark.parametrize("wrap", [True, False])
-def test_spatial_with_any_number_of_steps(n_steps, wrap, skeleton, poses):
-    expected = reference.distances(poses[:2], poses, skeleton, "spatial", n_steps=n_steps, wrap=wrap)
-    distances = pose_distances(poses[:2], poses, skeleton=skeleton, metric=Spatial(n_steps, wrap))
-    np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12)
-
-
-def test_spatial_with_one_step_is_position(skeleton, poses):
+def test_agrees_with_its_definition(skeleton, poses):
+    for metric in [*DEFINED, *STEPS]:
+        expected = reference.distances(poses[:2], poses, skeleton, metric.name, **metric.get_params())
+        distances = pose_distances(poses[:2], poses, skeleton=skeleton, metric=metric)
+        np.testing.assert_allclose(distances, expected, rtol=1e-10, atol=1e-12, err_msg=repr(metric))
     one_step, chord = (pose_distances(poses, skeleton=skeleton, metric=metric) for metric in (Spatial(1), "position"))
     np.testing.assert_allclose(one_step, chord, rtol=1e-12)
-
-
-@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
-def test_angles_of_many_turns(skeleton, poses):
-    turns = whole_turns(poses, skeleton, np.random.default_rng(3).integers(-20, 20, size=poses.shape))
-    for metric in DEFINED if not any(bone.is_ball for bone in skeleton.bones) else WITH_SKELETON:
-        wound, plain = (
-            pose_distances(X, poses, skeleton=skeleton, metric=metric_of(metric, wrap=True))
-            for X in (poses + turns, poses)
-        )
-        np.testing.assert_allclose(wound, plain, atol=1e-11)
-    literal = pose_distances(poses[:2] + turns[:2], poses, skeleton=skeleton, metric=Spatial(50, wrap=False))
-    expected = reference.distances(poses[:2] + turns[:2], poses, skeleton, "spatial", n_steps=50)
-    np.testing.assert_allclose(literal, expected, rtol=1e-10, atol=1e-10)
 
 
 def test_fact_1_a_chord_is_no_longer_than_a_curve(skeleton, poses):
     chord, *curves = (
         pose_distances(poses, skeleton=skeleton, metric=metric)
-        for metric in ("position", Spatial(), Spatial(wrap=False), Spatial(3))
+        for metric in (Position(), Spatial(), Spatial(wrap=False), Spatial(3))
     )
     for curve in curves:
         assert (chord <= curve * (1 + 1e-12)).all()
 
 
-def test_fact_2_a_jump_by_a_full_turn_is_no_movement(skeleton, poses):
-    first = skeleton.bones[0] if skeleton.bones[0].dofs else skeleton.bones[1]
-    jump = whole_turns(poses, skeleton, np.arange(skeleton.n_dofs) == np.full((len(poses), 1), first.n_dofs - 1))
-    jumped = poses + jump
-    for metric in WITH_SKELETON:
-        assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, metric=metric)).max() < 1e-12
-    np.testing.assert_allclose(np.diag(pose_distances(poses, jumped, metric="angle")), 2 * np.pi)
-    if first.is_ball:
-        return
-    assert np.diag(pose_distances(poses, jumped, metric=Angle(wrap=True))).max() < 1e-12
-    assert np.diag(pose_distances(poses, jumped, skeleton=skeleton, metric=Spatial(wrap=False))).max() > 0.1
+@pytest.mark.filterwarnings("ignore:values of .* reach:UserWarning")
+def test_fact_2_whole_turns_do_not_count(skeleton, poses):
+    turns = whole_turns(poses, skeleton, np.random.default_rng(3).integers(-20, 20, size=poses.shape))
+    has_balls = any(bone.is_ball for bone in skeleton.bones)
+    metrics = [Position(), METRICS["rotation"](), Spatial(), *([] if has_balls else [Angle(wrap=True)])]
+    for metric in metrics:
+        wound, plain = (pose_distances(X, poses, skeleton=skeleton, metric=metric) for X in (poses + turns, poses))
+        np.testing.assert_allclose(wound, plain, atol=1e-11)
+    literal = pose_distances(poses[:2] + turns[:2], poses, skeleton=skeleton, metric=Spatial(50, wrap=False))
+    expected = reference.distances(poses[:2] + turns[:2], poses, skeleton, "spatial", n_steps=50)
+    np.testing.assert_allclose(literal, expected, rtol=1e-10, atol=1e-10)
 
 
 def test_a_half_turn_is_as_far_from_either_end():
@@ -98,7 +71,7 @@ def test_fact_4_a_twist_of_the_last_bone_moves_nothing():
     assert pose_distances(X, skeleton=skeleton, metric="rotation")[0, 1] > 0.1
 
 
-@pytest.mark.parametrize("angle", [1e-9, 1e-4, 0.5, 3.0, np.pi - 1e-6, np.pi])
+@pytest.mark.parametrize("angle", [1e-9, 0.5, np.pi])
 def test_rotation_of_one_bone_is_its_length_times_the_angle(angle):
     skeleton = Skeleton([("a", None, (0, 2, 0), "x"), ("b", "a", (0, 1, 0))])
     distance = pose_distances([[0.3]], [[0.3 + angle]], skeleton=skeleton, metric="rotation")
@@ -106,28 +79,18 @@ def test_rotation_of_one_bone_is_its_length_times_the_angle(angle):
 
 
 def test_the_line_of_one_joint_is_its_arc():
-    """With one joint of a planar arm moving, the curve is an arc, whose chords have a closed form."""
-    skeleton = Skeleton.chain(4)
+    """The chords of the arc have a closed form."""
     radii = np.sqrt(1**2 + 2**2 + 3**2 + 4**2)
     for n_steps in (1, 10, 100):
-        distance = pose_distances([[0.0, 0, 0, 0]], [[2.0, 0, 0, 0]], skeleton=skeleton, metric=Spatial(n_steps))
+        metric = Spatial(n_steps)
+        distance = pose_distances([[0.0, 0, 0, 0]], [[2.0, 0, 0, 0]], skeleton=Skeleton.chain(4), metric=metric)
         np.testing.assert_allclose(distance, radii * n_steps * 2 * np.sin(1.0 / n_steps), rtol=1e-12)
-
-
-def test_rigid_joints_and_shared_frames_weigh_what_their_bones_weigh():
-    """A rigid bone rotates with the joint before it, and one fixed to the root not at all."""
-    skeleton = Skeleton(
-        [("fixed", None, (5, 0, 0)), ("a", "fixed", (0, 1, 0), "x"), ("b", "a", (0, 2, 0)), ("c", "a", (0, 0, 3))]
-    )
-    distance = pose_distances([[0.0]], [[0.7]], skeleton=skeleton, metric="rotation")
-    np.testing.assert_allclose(distance, 0.7 * np.sqrt(1 + 4 + 9), rtol=1e-12)
 
 
 @pytest.mark.slow
 def test_cmu_poses_against_the_naive_definition(cmu):
-    """Real poses of all files; of 35_19 and 35_26, whose rhand z jumps by 360°, those on either side of the jump."""
-    skeleton = cmu.skeleton
-    rng = np.random.default_rng(0)
+    """Two poses of each recording; of two recordings also those on either side of a jump by 360°."""
+    skeleton, rng = cmu.skeleton, np.random.default_rng(0)
     X, sequence = cmu.poses()
     chosen = np.concatenate([rng.choice(np.flatnonzero(sequence == i), 2) for i in range(len(cmu))])
     for trial in ("19", "26"):
@@ -137,9 +100,8 @@ def test_cmu_poses_against_the_naive_definition(cmu):
         assert np.ptp(X[by_angle, skeleton.dof_names.index("rhand_rz")]) > 2 * np.pi
         chosen = np.concatenate([chosen, by_angle[[0, -1, 1, -2]]])
     X = X[chosen]
-    for metric in with_either_wrap(DEFINED):
-        pairs = rng.integers(len(X), size=(60, 2))
-        pairs = np.concatenate([pairs, len(X) - np.array(list(combinations(range(1, 9), 2)))])
+    pairs = np.concatenate([rng.integers(len(X), size=(60, 2)), len(X) - 1 - np.argwhere(np.tri(8, k=-1))])
+    for metric in DEFINED:
         expected = [reference.distance(X[i], X[j], skeleton, metric.name, **metric.get_params()) for i, j in pairs]
         distances = pose_distances(X, skeleton=skeleton, metric=metric)[tuple(pairs.T)]
         np.testing.assert_allclose(distances, expected, rtol=0, atol=1e-9)

@@ -1,12 +1,14 @@
-"""Scores a second time: what papers and public programs compute, written anew, slowly and by the definition.
+"""What papers and public programs compute, by the definition, with loops over frames and joints.
 
-Nothing here is shared with `skpose`. Rotations and Procrustes alignment are scipy's, loops go over frames and joints.
+Only the names of the scores are from `skpose`; rotations and Procrustes alignment are from scipy.
 """
 
 import numpy as np
 from scipy.linalg import orthogonal_procrustes
 from scipy.spatial.transform import Rotation
 from scipy.stats import wasserstein_distance
+
+from skpose import scores
 
 N_JOINTS = 24
 MAJOR = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19, 20, 21)  # joints of SMPL that 3DPW counts
@@ -122,7 +124,7 @@ def angle_between(a, b):
 
 
 def checks(data):
-    """Yield signatures, who computes it, truth, prediction, and the number."""
+    """Yield who computes it, the score, its options, truth, prediction, and the number."""
     yield from position_checks(data)
     yield from motion_checks(data)
     yield from angle_checks(data)
@@ -130,73 +132,80 @@ def checks(data):
 
 def position_checks(data):
     true, pred, moved, gaps = data.true, data.pred, data.moved, distances(data.true, data.pred)
-    yield "MPJPE|mm", "VideoPose3D's loss", true, pred, 1e3 * gaps.mean()
-    yield "MPJPE|mm", "mmpose, mask", data.unseen(), pred, 1e3 * gaps[data.seen].mean()
+    yield "VideoPose3D's loss", scores.mpjpe, {}, true, pred, 1e3 * gaps.mean()
+    yield "mmpose, mask", scores.mpjpe, {}, data.unseen(), pred, 1e3 * gaps[data.seen].mean()
     frames = [gap[seen].mean() for gap, seen in zip(gaps, data.seen, strict=True)]
-    yield "MPJPE|mm|average=frames", "ROMP, by sample", data.unseen(), pred, 1e3 * np.mean(frames)
+    yield "ROMP, by sample", scores.mpjpe, {"average": "frames"}, data.unseen(), pred, 1e3 * np.mean(frames)
     joints = [gap[seen].mean() for gap, seen in zip(gaps.T, data.seen.T, strict=True)]
-    yield "MPJPE|mm|average=joints", "hand3d", data.unseen(), pred, 1e3 * np.mean(joints)
-    for root, who in (((0,), "3DPW"), ((2, 3), "hmr, VIBE, TCMR"), ((1, 2), "GVHMR, WHAM")):
+    yield "hand3d", scores.mpjpe, {"average": "joints"}, data.unseen(), pred, 1e3 * np.mean(joints)
+    for root, who in (([0], "3DPW"), ([2, 3], "hmr, VIBE, TCMR")):
         of_root = distances(relative(true, root), relative(pred, root))
-        yield f"MPJPE|mm|root={','.join(map(str, root))}", who, true, pred, 1e3 * of_root.mean()
-    yield "N-MPJPE|mm", "VideoPose3D's loss", true, moved, 1e3 * distances(true, scaled(true, moved)).mean()
-    for word, with_scale in (("scale", True), ("rigid", False)):
-        for more, reflection in (("", False), ("|reflection", True)):
-            theirs = 1e3 * distances(true, aligned(true, moved, with_scale, reflection)).mean()
-            who = "PoseAug, freihand" if reflection else "hmr, SPIN, VIBE, mmpose" if with_scale else "3DMPPE, WHAM"
-            yield f"PA-MPJPE|mm|{word}{more}", who, true, moved, theirs
-    yield "PCK|%|150mm", "MPI-INF-3DHP, mmpose", true, pred, 100 * share(gaps, 0.15)
-    yield "PA-PCK|%|50mm|scale", "mmpose", true, moved, 100 * share(distances(true, aligned(true, moved, True)), 0.05)
+        yield who, scores.mpjpe, {"root": root}, true, pred, 1e3 * of_root.mean()
+    yield "N-MPJPE", scores.mpjpe, {"align": "scale"}, true, moved, 1e3 * distances(true, scaled(true, moved)).mean()
+    for align in ("similarity", "rigid"):
+        for reflection in (False, True):
+            theirs = 1e3 * distances(true, aligned(true, moved, align == "similarity", reflection)).mean()
+            yield (
+                f"PA-MPJPE {reflection}",
+                scores.mpjpe,
+                {"align": align, "reflection": reflection},
+                true,
+                moved,
+                theirs,
+            )
+    yield "MPI-INF-3DHP, mmpose", scores.pck, {}, true, pred, 100 * share(gaps, 0.15)
+    close = 100 * share(distances(true, aligned(true, moved, True)), 0.05)
+    yield "mmpose", scores.pck, {"align": "similarity", "threshold": 50}, true, moved, close
     of_major = distances(relative(true, (0,)), relative(pred, (0,)))[:, MAJOR]
-    major = f"root=0|joints={','.join(map(str, MAJOR))}"
-    yield f"PCK|%|50mm|inclusive|{major}", "3DPW", true, pred, 100 * share(of_major, 0.05, True)
+    major = {"root": 0, "joints": list(MAJOR), "inclusive": True}
+    yield "3DPW", scores.pck, {"threshold": 50, **major}, true, pred, 100 * share(of_major, 0.05, True)
     by_joint = [share(gap[seen], 0.1) for gap, seen in zip(gaps.T, data.seen.T, strict=True)]
-    yield "PCK|%|100mm|average=joints", "mmpose, keypoints", data.unseen(), pred, 100 * np.mean(by_joint)
+    options = {"threshold": 100, "average": "joints"}
+    yield "mmpose, keypoints", scores.pck, options, data.unseen(), pred, 100 * np.mean(by_joint)
     curve = [100 * share(gaps, limit) for limit in np.linspace(0, 0.15, 31)]
-    yield "PCK-AUC|%", "MPI-INF-3DHP, mmpose", true, pred, np.mean(curve)
+    yield "MPI-INF-3DHP, mmpose", scores.pck_auc, {}, true, pred, np.mean(curve)
     limits = np.arange(200.0)
     curve = [100 * share(of_major, limit / 1e3, True) for limit in limits]
-    text = f"PCK-AUC|%|199mm|n_thresholds=200|rule=trapezoid|inclusive|{major}"
-    yield text, "3DPW", true, pred, np.trapezoid(curve, limits / limits[-1])
+    options = {"threshold": 199, "n_thresholds": 200, "rule": "trapezoid", **major}
+    yield "3DPW", scores.pck_auc, options, true, pred, np.trapezoid(curve, limits / limits[-1])
 
 
 def motion_checks(data):
     true, pred, known = data.true, data.pred, np.ones(len(data.true), dtype=bool)
-    yield "Accel|mm", "human_dynamics, VIBE", true, pred, 1e3 * accelerations(true, pred, known).mean()
+    score = scores.acceleration_error
+    yield "human_dynamics, VIBE", score, {}, true, pred, 1e3 * accelerations(true, pred, known).mean()
     unknown = np.where(data.frames[:, None, None], true, np.nan)
-    yield "Accel|mm", "VIBE, vis", unknown, pred, 1e3 * accelerations(true, pred, data.frames).mean()
-    yield "Accel|m/s²|frame_rate=30", "GVHMR", true, pred, 900 * accelerations(true, pred, known).mean()
-    for of, who in (("power", "Gopalakrishnan et al."), ("real", "their program, LAFAN1")):
-        yield f"NPSS|spectrum={of}", who, *data.motions, npss(*data.motions, of)
-    lists = [list(one) for one in zip(*data.pairs, strict=True)]
+    yield "VIBE, vis", score, {}, unknown, pred, 1e3 * accelerations(true, pred, data.frames).mean()
+    yield "GVHMR", score, {"unit": "m", "frame_rate": 30}, true, pred, 900 * accelerations(true, pred, known).mean()
+    for of in ("power", "real"):
+        yield "Gopalakrishnan et al.", scores.npss, {"spectrum": of}, *data.motions, npss(*data.motions, of)
+    lists, score = [list(one) for one in zip(*data.pairs, strict=True)], scores.dtw_mje
     found = [warp(t, p, lambda a, b: np.abs(a - b).sum()) for t, p in data.pairs]
     l1 = np.mean([total / len(t) for (total, _), (t, _) in zip(found, data.pairs, strict=True)])
-    yield "DTW-MJE|mm|cost=l1|divide=true", "Saunders et al.", *lists, 1e3 * l1
+    yield "Saunders et al.", score, {"cost": "l1", "divide": "true"}, *lists, 1e3 * l1
     found = [warp(t, p, joint_error) for t, p in data.pairs]
-    yield "DTW-MJE|mm|cost=joints|divide=None", "SOKE", *lists, 1e3 * np.mean([total for total, _ in found])
-    means = [total / len(path) for total, path in found]
-    yield "DTW-MJE|mm|cost=joints|divide=path", "by default", *lists, 1e3 * np.mean(means)
+    yield "SOKE", score, {"divide": None}, *lists, 1e3 * np.mean([total for total, _ in found])
+    yield "by default", score, {}, *lists, 1e3 * np.mean([total / len(path) for total, path in found])
     found = [warp(t, p, lambda a, b: np.linalg.norm(a - b)) for t, p in data.pairs]
     pooled = [joint_error(t[i], p[j]) for (_, path), (t, p) in zip(found, data.pairs, strict=True) for i, j in path]
-    yield "DTW-MJE|mm|cost=norm|error=joints|divide=path|pool=True", "SLRTP", *lists, 1e3 * np.mean(pooled)
+    yield "SLRTP", score, {"cost": "norm", "error": "joints", "average": "pairs"}, *lists, 1e3 * np.mean(pooled)
     of_joint = [np.mean([warp(t[:, [j]], p[:, [j]], joint_error)[0] for j in range(t.shape[1])]) for t, p in data.pairs]
-    yield "DTW-MJE|mm|cost=joints|divide=None|warp=joint", "Ham2Pose", *lists, 1e3 * np.mean(of_joint)
+    yield "Ham2Pose", score, {"divide": None, "warp": "joint"}, *lists, 1e3 * np.mean(of_joint)
     true, pred = (relative(one[:4], (0,)) for one in (data.true, data.moved))
     total, path = warp(true, pred, lambda a, b: joint_error(a, aligned([a], [b], True)[0]))
-    yield "PA-DTW-MJE|mm|scale|cost=joints|divide=path", "SOKE, DTW-PA-JPE", true, pred, 1e3 * total / len(path)
+    yield "SOKE, DTW-PA-JPE", score, {"align": "similarity"}, true, pred, 1e3 * total / len(path)
 
 
 def angle_checks(data):
-    true, pred = data.angles
-    gaps = true - pred
-    text = "Angle|rad|norm|wrap=False"
-    yield text, "LearnTrajDep, STSGCN", true, pred, np.mean([np.sqrt(sum(gap**2)) for gap in gaps])
-    for of, angles, who in (("true", true, "SPL, fairmotion"), ("pred", pred, "Martinez et al.")):
+    (true, pred), score = data.angles, scores.mean_angle_error
+    gaps, options = true - pred, {"kind": "norm", "wrap": False}
+    yield "LearnTrajDep, STSGCN", score, options, true, pred, np.mean([np.sqrt(sum(gap**2)) for gap in gaps])
+    for of, angles in (("true", true), ("pred", pred)):
         moving = [k for k in range(angles.shape[1]) if angles[:, k].std() > 1e-4]
-        yield f"{text}|drop_constant={of}", who, true, pred, np.mean([np.sqrt(sum(gap[moving] ** 2)) for gap in gaps])
+        expected = np.mean([np.sqrt(sum(gap[moving] ** 2)) for gap in gaps])
+        yield "Martinez et al.", score, {**options, "drop_constant": of}, true, pred, expected
     wrapped = [abs((gap + np.pi) % (2 * np.pi) - np.pi) for gap in gaps.ravel()]
-    yield "Angle|deg|each|wrap=True", "Human3.6M, MPJAE", true, pred, np.degrees(np.mean(wrapped))
+    yield "Human3.6M, MPJAE", score, {"unit": "deg"}, true, pred, np.degrees(np.mean(wrapped))
     true, pred = data.rotations
     each = [angle_between(a, b) for a, b in zip(true.reshape(-1, 3, 3), pred.reshape(-1, 3, 3), strict=True)]
-    yield "Geodesic|rad", "RotationContinuity, SPL", true, pred, np.mean(each)
-    yield "Geodesic|deg", "3DPW, MPJAE", true, pred, np.degrees(np.mean(each))
+    yield "RotationContinuity, SPL", scores.geodesic_error, {"unit": "rad"}, true, pred, np.mean(each)

@@ -1,0 +1,203 @@
+"""What scores take: positions, poses, rotations or other columns, of one motion or several, and their weights."""
+
+import re
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from skpose._compat.sklearn import StrOptions, check_sample_weight
+from skpose._typing import ArrayLike
+from skpose._validation.columns import check_column_names, check_width
+from skpose._validation.numbers import as_numbers
+from skpose._validation.skeletons import IS_SKELETON
+from skpose._validation.units import extent_of, warn_of_degrees
+from skpose._warnings import warn
+from skpose.kinematics import forward_kinematics
+from skpose.skeleton import Skeleton
+
+Length = Literal["m", "cm", "mm"]
+AngleUnit = Literal["rad", "deg"]
+Joints = int | str | list[int] | list[str]
+
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+ANGLES = {"rad": 1.0, "deg": float(np.pi / 180.0)}
+SMALLEST, LARGEST = 0.02, 10.0  # m, between the farthest joints of a frame: from a hand to an animal
+ANGLE_NAME = re.compile(r".+_(r|rotvec_)[xyz]")  # of a column that is an angle
+
+# Constraints of the parameters that scores of positions share.
+CONSTRAINTS: dict[str, list] = {
+    "align": [StrOptions(["scale", "rigid", "similarity"]), None],
+    "reflection": ["boolean"],
+    "average": [StrOptions(["points", "frames", "joints"]), None],
+    "unit": [StrOptions(LENGTHS)],
+    "data_unit": [StrOptions(LENGTHS)],
+    "skeleton": [IS_SKELETON, None],
+}
+
+
+class Motions(NamedTuple):
+    """The frames of one or several motions, one motion after another."""
+
+    frames: np.ndarray  # (n_frames, ...)
+    lengths: tuple[int, ...]  # number of frames of each motion
+    several: bool  # whether several motions could be passed
+
+    def split(self, frames: np.ndarray | None = None) -> list[np.ndarray]:
+        """The frames of each motion, or other rows in their order."""
+        return np.split(self.frames if frames is None else frames, np.cumsum(self.lengths)[:-1])
+
+
+def read_motions(values: ArrayLike, name: str, n_axes: int, skeleton: Skeleton | None = None) -> Motions:
+    """Read one motion, or several as a list or as an array with more than `n_axes` axes."""
+    is_list = isinstance(values, list | tuple) and bool(values) and all(getattr(one, "ndim", 0) >= 2 for one in values)
+    several = is_list or (not hasattr(values, "columns") and np.ndim(values) > n_axes)
+    arrays = []
+    for i, one in enumerate(values if several else [values]):  # type: ignore[arg-type]
+        label = f"{name}[{i}]" if several else name
+        if skeleton is not None:
+            check_column_names(one, skeleton, label)
+        arrays.append(as_numbers(one, label))
+    frames = np.concatenate(arrays)
+    if not frames.size or not all(map(len, arrays)):
+        raise ValueError(f"{name} must have at least one frame in each motion, got shape {frames.shape}")
+    if np.isinf(frames).any():
+        raise ValueError(f"{name} must be finite, or NaN where the truth is unknown")
+    if name == "y_pred" and np.isnan(frames).any():
+        raise ValueError(f"y_pred must not contain NaN, got {np.isnan(frames).sum()}: only y_true may")
+    return Motions(frames, tuple(map(len, arrays)), several)
+
+
+def read_positions(values: ArrayLike, name: str, skeleton: Skeleton | None) -> Motions:
+    """Read positions (n_frames, n_joints, 3), or poses if there is a skeleton; NaN where they are unknown."""
+    if skeleton is not None:
+        motions = read_poses(values, name, skeleton)
+        known = ~np.isnan(motions.frames).any(axis=1)
+        positions = np.full((len(known), skeleton.n_joints, 3), np.nan)
+        positions[known] = forward_kinematics(motions.frames[known], skeleton)
+        return motions._replace(frames=positions)
+    if any(ANGLE_NAME.fullmatch(str(column)) for column in getattr(values, "columns", ())):
+        raise ValueError(f"the columns of {name} are named after joint angles: pass skeleton=")
+    motions = read_motions(values, name, 3)
+    shape = motions.frames.shape
+    if len(shape) == 2 and shape[1] > 3 and shape[1] % 3 == 0:
+        return motions._replace(frames=motions.frames.reshape(len(motions.frames), -1, 3))
+    if len(shape) != 3 or shape[2] != 3:
+        raise ValueError(f"{name} must have shape (n_frames, n_joints, 3) or (n_frames, 3 n_joints), got {shape}")
+    return motions
+
+
+def read_poses(values: ArrayLike, name: str, skeleton: Skeleton) -> Motions:
+    """Read poses (n_frames, n_dofs)."""
+    motions = read_motions(values, name, 2, skeleton)
+    if motions.frames.ndim == 1:  # of one column
+        motions = motions._replace(frames=motions.frames[:, None])
+    check_width(motions.frames, skeleton, name)
+    known = ~np.isnan(motions.frames).any(axis=1)
+    warn_of_degrees(**{name: motions.frames[known]}, in_estimator=True)
+    return motions
+
+
+def read_columns(values: ArrayLike, name: str, allows_vector: bool = True) -> Motions:
+    """Read other columns (n_frames, n_columns), such as the coordinates of joints; a vector is one column."""
+    motions = read_motions(values, name, 2)
+    if motions.frames.ndim == 1 and not allows_vector:
+        raise ValueError(f"{name} must have shape (n_frames, n_columns), got {motions.frames.shape}")
+    if getattr(values, "shape", ())[2:] == (3,):  # motions of three columns, or frames of joints
+        raise ValueError(f"{name} of shape {values.shape} is ambiguous: pass a list of motions")  # type: ignore[union-attr]
+    return motions._replace(frames=motions.frames.reshape(len(motions.frames), -1))
+
+
+def check_equal(true: Motions, pred: Motions) -> None:
+    if true.frames.shape != pred.frames.shape or true.lengths != pred.lengths:
+        shapes = f"{true.frames.shape} and {pred.frames.shape}"
+        raise ValueError(f"y_true and y_pred must have equal shapes, also of each motion, got {shapes}")
+
+
+def read_weights(sample_weight: ArrayLike | None, motions: Motions) -> np.ndarray:
+    """A weight for each frame, from weights of frames, or of motions if there can be several."""
+    if motions.several:
+        return np.repeat(check_sample_weight(sample_weight, np.empty((len(motions.lengths), 1))), motions.lengths)
+    return check_sample_weight(sample_weight, motions.frames)
+
+
+class Points(NamedTuple):
+    """True and predicted positions."""
+
+    true: np.ndarray  # (n_frames, n_joints, 3), zero where a joint is not seen
+    pred: np.ndarray  # (n_frames, n_joints, 3)
+    seen: np.ndarray  # (n_frames, n_joints), whether the true position is known, and the frame can be aligned
+    weights: np.ndarray  # (n_frames,)
+    joint_names: tuple[str, ...]  # empty without a skeleton
+
+
+def read_points(
+    y_true: ArrayLike, y_pred: ArrayLike, skeleton: Skeleton | None, sample_weight: ArrayLike | None, data_unit: str
+) -> tuple[Points, Motions]:
+    """Read true and predicted positions; also the motions of the truth."""
+    true, pred = read_positions(y_true, "y_true", skeleton), read_positions(y_pred, "y_pred", skeleton)
+    check_equal(true, pred)
+    check_length_unit(true.frames, skeleton, data_unit)
+    weights = read_weights(sample_weight, true)
+    names = () if skeleton is None else skeleton.joint_names
+    return points_of(true.frames, pred.frames, weights, names), true
+
+
+def points_of(true: np.ndarray, pred: np.ndarray, weights: np.ndarray, names: tuple[str, ...]) -> Points:
+    seen = ~np.isnan(true).any(axis=2)
+    return Points(np.where(seen[:, :, None], true, 0.0), pred, seen, weights, names)
+
+
+def check_length_unit(true: np.ndarray, skeleton: Skeleton | None, data_unit: str) -> None:
+    """Refuse another unit than m with a skeleton, and warn if positions seem to have another unit."""
+    if skeleton is not None and data_unit != "m":
+        raise ValueError(f"data_unit must be 'm' with a skeleton, got {data_unit!r}")
+    size = extent_of(true) * LENGTHS[data_unit]
+    if skeleton is None and size != 0.0 and not SMALLEST <= size <= LARGEST:
+        warn(f"the joints of y_true are {size:.3g} m apart with data_unit={data_unit!r}: check the unit")
+
+
+def select_joints(points: Points, joints: Joints | None) -> Points:
+    if joints is None:
+        return points
+    indices = joint_indices(joints, points, "joints")
+    return points._replace(true=points.true[:, indices], pred=points.pred[:, indices], seen=points.seen[:, indices])
+
+
+def joint_indices(joints: Joints, points: Points, name: str) -> list[int]:
+    """Indices of joints that are given by index or, with a skeleton, by name."""
+    given = [joints] if isinstance(joints, str | int | np.integer) else list(joints)
+    n_joints = points.true.shape[1]
+    known = dict(zip(points.joint_names, range(n_joints), strict=False)) | {i: i for i in range(n_joints)}
+    indices = [known[one] for one in given if one in known]
+    if not given or len(set(indices)) < len(given):
+        raise ValueError(f"{name} must be different joints, by index or with skeleton= by name, got {joints!r}")
+    return indices
+
+
+def errors_of(points: Points) -> np.ndarray:
+    """Lengths (n_frames, n_joints) of the errors; NaN where a joint is not seen."""
+    errors = points.pred - points.true
+    return np.where(points.seen, np.sqrt(np.einsum("njk,njk->nj", errors, errors)), np.nan)
+
+
+def mean_of(errors: np.ndarray, weights: np.ndarray, average: str | None) -> Any:
+    """Weighted mean of errors (n_frames, n_joints), NaN where they do not count; None for the errors themselves.
+
+    "points": of all of them; "frames": first over the joints of each frame; "joints": first over the frames of each
+    joint.
+    """
+    if average is None:
+        return errors
+    seen = ~np.isnan(errors)
+    errors, counted = np.where(seen, errors, 0.0), weights[:, None] * seen
+    if not counted.any():
+        raise ValueError("y_true must have a known value in a frame of positive weight")
+    if average == "points":
+        return float((errors * counted).sum() / counted.sum())
+    if average == "frames":
+        n_seen = seen.sum(axis=1)
+        some = n_seen > 0
+        return float(np.average(errors.sum(axis=1)[some] / n_seen[some], weights=weights[some]))
+    totals = counted.sum(axis=0)
+    some = totals > 0.0
+    return float(((errors * counted).sum(axis=0)[some] / totals[some]).mean())
