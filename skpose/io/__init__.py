@@ -8,12 +8,14 @@ and the column, or with the key.
 
 from skpose.io._amass import load_amass
 from skpose.io._amc import load_amc
-from skpose.io._asf import AsfFile, load_asf
+from skpose.io._asf import AsfFile as AsfFile
+from skpose.io._asf import load_asf
 from skpose.io._bvh import load_bvh
-from skpose.io._c3d import C3DQuantity, load_c3d, load_c3d_quantities
+from skpose.io._c3d import C3DQuantity as C3DQuantity
+from skpose.io._c3d import load_c3d, load_c3d_quantities
 from skpose.io._error import MocapFormatError
 from skpose.io._keypoints import load_keypoints
-from skpose.io._load import asf_path, file_format, load_motion
+from skpose.io._load import load_motion
 from skpose.io._qpos import motion_from_qpos, qpos_from_motion
 from skpose.io._robot import load_robot
 from skpose.io._save import save_bvh
@@ -22,11 +24,7 @@ from skpose.io._save_npz import save_npz
 from skpose.io._trc import load_trc
 
 __all__ = [
-    "AsfFile",
-    "C3DQuantity",
     "MocapFormatError",
-    "asf_path",
-    "file_format",
     "load_amass",
     "load_amc",
     "load_asf",

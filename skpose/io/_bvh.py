@@ -1,26 +1,35 @@
-"""Reader of Biovision hierarchy (BVH) files.
+"""Biovision hierarchy (BVH) files.
 
 A joint's channels rotate its children, so a bone's offset is given in the axes of the joint at its near end. Euler
 angles are intrinsic in the order in which the joint lists its channels: R = R_1 · R_2 · R_3. The root's channels are
 the global position and orientation, which are not part of a pose.
 """
 
+import re
+from itertools import pairwise
 from typing import Literal, cast
 
 import numpy as np
 
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.options import check_choice, check_positive
 from skpose.io._arguments import Readable
-from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
-from skpose.io._numbers import drop_not_finite, in_words, read_numbers
-from skpose.io._offsets import bone_offsets, longest_bone
-from skpose.io._rates import choose_rate, complaint_of_frame_time
-from skpose.io._root import choose_root, root_movement
-from skpose.io._source import Source
-from skpose.io._up import Up, check_up_of_file, stand
-from skpose.io._words import Token
+from skpose.io._bvh_skeleton import Joint, bone_offsets, choose_root, root_movement
+from skpose.io._conventions import (
+    Up,
+    check_options,
+    choose_rate,
+    complaint_of_frame_time,
+    stand,
+    unused_name,
+    warn_of_renamed,
+)
+from skpose.io._numbers import drop_not_finite, read_numbers
+from skpose.io._source import WHOLE, Source, Token, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
+
+WORD = re.compile(rb"[{}]|[^\s{}]+")
+WORD_OR_COLON = re.compile(rb"[^\s:]+")  # after MOTION, as "Frames:12" and "Frames : 12" mean the same
+NAME = re.compile(rb"[^{}\r\n]*")
+CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 
 
 def load_bvh(
@@ -120,172 +129,211 @@ def load_bvh(
     >>> load_bvh("dance.bvh", scale=0.01)  # doctest: +SKIP
     Motion(1200 frames at 60 Hz, 20.0 s, y up, Skeleton(n_joints=52, n_dofs=114))
     """
-    with Source(path, "a BVH file") as source:
-        return read_bvh(
-            source,
-            frame_rate=frame_rate,
-            scale=scale,
-            on_nan=on_nan,
-            trust=trust,
-            stretch=stretch,
-            root=root,
-            root_offset=root_offset,
-            up=up,
-        )
-
-
-def read_bvh(
-    source: Source,
-    *,
-    frame_rate: float | None = None,
-    scale: float = 1.0,
-    on_nan: str = "raise",
-    trust: str = "header",
-    stretch: str = "raise",
-    root: str | None = None,
-    root_offset: str = "replace",
-    up: Up | None = None,
-) -> Motion:
-    """Read the motion of an open BVH file."""
-    if frame_rate is not None:
-        check_frame_rate(frame_rate)
-    check_positive("scale", scale)
-    check_choice("on_nan", on_nan, ("raise", "drop"))
-    check_choice("trust", trust, ("header", "rows"))
-    check_choice("stretch", stretch, ("raise", "mean"))
-    check_choice("root_offset", root_offset, ("replace", "add"))
-    check_up_of_file(up)
+    check_options(
+        frame_rate=frame_rate, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root_offset=root_offset, up=up
+    )
+    source = open_source(path, "a BVH file")
     lexer = Lexer(source)
-    joints = read_hierarchy(lexer)
-    claimed, frame_time = read_motion_head(lexer)
-    width = sum(len(joint.channels) for joint in joints)
+    joints = _read_hierarchy(lexer)
+    claimed, frame_time = _read_motion_head(lexer)
     rate = _rate_of(source, frame_time, frame_rate)
-    numbers, frame_numbers = _read_rows(lexer, width, claimed, trust, on_nan)
+    numbers, frames = _read_rows(source, lexer.at, sum(len(joint.channels) for joint in joints), claimed, trust, on_nan)
     if frame_rate is None and len(numbers) > 1 and (complaint := complaint_of_frame_time(1.0 / rate)):
         source.warn(complaint)
 
     with source.format_errors():
-        names: dict[Joint | None, str] = dict(zip(joints[1:], _unique_names(joints[1:], source), strict=True))
+        names = _unique_names(joints[1:], source)
         chain, below = choose_root(joints, numbers, root, names, source)
-        _check_moves(joints, chain[-1], below, source)
-        offsets = bone_offsets(below, numbers, source, stretch)
-        positions, axes, angles = root_movement(chain, numbers, longest_bone(below, numbers), root_offset)
-        parents = {**names, chain[-1]: None}
+        if not any(joint.columns("rotation") for joint in below):
+            raise source.error(f"expected rotation channels below the root {chain[-1]}, found none", chain[-1].opened)
+        offsets, longest = bone_offsets(below, numbers, source, stretch)
+        positions, axes, angles = root_movement(chain, numbers, longest, root_offset)
+        parents = {joint: name for joint, name in names.items() if joint is not chain[-1]}
         bones = [
-            Bone(names[joint], parents[joint.parent], offset, "".join(joint.columns("rotation")).upper())
+            Bone(names[joint], parents.get(joint.parent), offset, "".join(joint.columns("rotation")).upper())
             for joint, offset in zip(below, scale * offsets, strict=True)
         ]
         skeleton = Skeleton(bones, offset_frame="parent")
         source.warn_of_size(skeleton, scale)
+        poses = numbers[:, [column for joint in below for column in joint.columns("rotation").values()]]
         motion = Motion(
             skeleton,
-            _radians(numbers, [column for joint in below for column in joint.columns("rotation").values()]),
+            np.radians(poses, out=poses),
             rate,
             scale * positions,
             angles,
             axes,
-            frame_numbers,
+            frames,
             root_name=chain[-1].name,
         )
     return stand(motion, up, source)
 
 
-def _check_moves(joints: list[Joint], root: Joint, below: list[Joint], source: Source) -> None:
-    """Raise an error unless a joint below the root can be rotated."""
-    if not any(joint.columns("rotation") for joint in below):
-        others = any(joint.columns("rotation") for joint in joints[1:])
-        raise source.error(
-            f"expected joints with rotation channels below the root {root.name!r}, found none: without a degree of "
-            f"freedom there is no pose; {'choose another root=' if others else 'export all joints of the skeleton'}",
-            root.opened,
-        )
+class Lexer:
+    """The words of a file, one after another."""
+
+    def __init__(self, source: Source):
+        self.source, self.at = source, 0
+
+    def next(self, what: str, pattern: re.Pattern[bytes] = WORD) -> Token:
+        match = pattern.search(self.source.data, self.at)
+        if match is None:
+            end = self.source.data.rstrip().count(b"\n") + 1
+            raise self.source.error(f"expected {what}, found the end of the file; is it cut short?", end)
+        self.at = match.end()
+        return Token(match)
+
+    def name(self) -> str:
+        """Return the rest of the line, up to a brace: names may have blanks in them."""
+        match = cast(re.Match, NAME.match(self.source.data, self.at))  # at least the empty string matches
+        self.at = match.end()
+        return Token(match).strip()
+
+
+def _read_hierarchy(lexer: Lexer) -> list[Joint]:
+    """Return the joints in the order of the file, the root first, up to the word MOTION."""
+    source, joints = lexer.source, list[Joint]()
+    first = lexer.next("HIERARCHY")
+    if first.upper() != "HIERARCHY":
+        raise source.error(f"expected HIERARCHY, found {first[:40]!r}; not a BVH file?", first)
+    joint: Joint | None = None  # the block that is open
+    while True:
+        word = lexer.next(f"the end of {joint}" if joint else "MOTION" if joints else "ROOT")
+        keyword = word.upper()
+        if keyword in ("ROOT", "JOINT", "END"):
+            joint = _open(lexer, word, joint, joints)
+            joints.append(joint)
+        elif joint is not None and keyword == "OFFSET" and not joint.offset:
+            joint.offset = [source.number(lexer.next("3 numbers"), f"OFFSET of {joint}") for _ in range(3)]
+        elif joint is not None and keyword == "CHANNELS" and not joint.channels:
+            joint.channels = _channels(lexer, joint)
+        elif joint is not None and word == "}":
+            if not joint.offset:
+                raise source.error(f"expected an OFFSET of {joint}, found none", word)
+            joint = joint.parent
+        elif joint is not None:
+            raise source.error(
+                f"expected OFFSET, CHANNELS, JOINT, End Site or }} in {joint}, found {word[:40]!r}", word
+            )
+        elif keyword == "MOTION" and joints:
+            for before, one in pairwise(joints):
+                one.first = before.first + len(before.channels)
+            return joints
+        else:
+            raise source.error(f"expected {'MOTION' if joints else 'ROOT'}, found {word[:40]!r}", word)
+
+
+def _open(lexer: Lexer, word: Token, parent: Joint | None, joints: list[Joint]) -> Joint:
+    """Return the block that a keyword begins, read up to its brace."""
+    source, keyword = lexer.source, word.upper()
+    if keyword == "ROOT" and joints:
+        raise source.error("expected one skeleton in a file, found a second ROOT", word)
+    if keyword != "ROOT" and parent is None:
+        raise source.error(f"found {word} outside a joint", word)
+    name = lexer.name()
+    brace = lexer.next("{")
+    if keyword == "END":
+        name = ""
+        if brace.upper() == "SITE":
+            brace = lexer.next("{")
+    elif not name:
+        raise source.error(f"expected a name after {word}, found none", word)
+    if brace != "{":
+        raise source.error(f"expected {{ after {name or 'End Site'!r}, found {brace[:40]!r}", brace)
+    return Joint(name, parent, word)
+
+
+def _channels(lexer: Lexer, joint: Joint) -> list[str]:
+    source, what = lexer.source, f"CHANNELS of {joint}"
+    count = lexer.next("a number")
+    if not WHOLE.fullmatch(count):
+        raise source.error(f"{what}: expected how many there are, found {count[:40]!r}", count)
+    channels: list[str] = []
+    while len(channels) < int(count):  # at most seven times, as a seventh channel is an error
+        word = lexer.next("a channel")
+        channel = word.lower()
+        if channel not in CHANNELS or channel in channels:
+            raise source.error(f"{what}: expected {count} of Xposition … Zrotation, found {word[:40]!r}", word)
+        channels.append(channel)
+    return channels
+
+
+def _read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
+    """Return the number of frames that the file states, and the duration of each, as words."""
+    found: dict[str, Token] = {}
+    while len(found) < 2:
+        missing = "Frame Time:" if "frames" in found else "Frames:"
+        word = lexer.next(missing, WORD_OR_COLON)
+        key = word.lower()
+        if key == "frame":
+            key += " " + lexer.next("Time:", WORD_OR_COLON).lower()
+        if key not in ("frames", "frame time") or key in found:
+            raise lexer.source.error(f"expected {missing} after MOTION, found {word[:40]!r}", word)
+        found[key] = lexer.next("a number", WORD_OR_COLON)
+    if not WHOLE.fullmatch(found["frames"]):
+        raise lexer.source.error(f"Frames: expected a whole number, found {found['frames'][:40]!r}", found["frames"])
+    return found["frames"], found["frame time"]
 
 
 def _rate_of(source: Source, word: Token, given: float | None) -> float:
-    """Return the frame rate, Hz, by the word after "Frame Time:", or the one that is given."""
+    """Return the frame rate, Hz, by the word after "Frame Time:", or the given one."""
     seconds = source.number(word, "Frame Time", finite=False)
     if given is None and not (seconds > 0 and np.isfinite(seconds) and np.isfinite(1.0 / seconds)):
-        raise source.error(
-            f"Frame Time: expected a positive number, found {str(word)!r}; frame_rate= chooses the rate", word
-        )
+        raise source.error(f"Frame Time: expected a positive number, found {word[:40]!r}: pass frame_rate=", word)
     if given is not None and not seconds > 0:
         return given
     return choose_rate(source, given, 1.0 / seconds, "Frame Time")
 
 
-def _read_rows(lexer: Lexer, width: int, claimed: Token, trust: str, on_nan: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers (n_frames, width) after the head of MOTION, and the numbers of these frames, from 0."""
-    source = lexer.source
+def _read_rows(
+    source: Source, start: int, width: int, claimed: Token, trust: str, on_nan: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers (n_frames, width) from a byte on, and the numbers of these frames, from 0."""
     if width == 0:
         raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
-    n_frames, counts, finite = int(claimed), list[int](), on_nan == "raise"
-    if trust == "rows":
-        numbers = read_numbers(source, lexer.rest(), width, None, finite=finite, counts=counts)
-    else:
-        numbers = read_numbers(source, lexer.rest(), width, n_frames, finite=finite)
+    numbers = read_numbers(source, start, finite=on_nan == "raise")
     frames = None
-    if len(numbers) != n_frames * width:
+    if len(numbers) != int(claimed) * width:
         if trust == "header":
             raise source.error(
-                f"expected {in_words(n_frames * width, width)}, found {in_words(len(numbers), width)}; is the file cut "
-                "short? trust='rows' reads the whole frames that there are",
+                f"expected {claimed} frames of {width} numbers, found {len(numbers) / width:.6g}; "
+                "trust='rows' reads the whole frames",
                 claimed,
             )
-        # The rest of the line of "Frame Time:", if there is any, is a line of its own.
-        numbers, frames = _by_line(numbers, counts, source.line - len(counts) + 1, width, source)
+        numbers, frames = _by_line(source, start, numbers, width)
     rows = numbers[: len(numbers) // width * width].reshape(-1, width)
-    frames = np.arange(len(rows)) if frames is None else frames
-    return (rows, frames) if finite else drop_not_finite(rows, frames, source)
+    return drop_not_finite(rows, np.arange(len(rows)) if frames is None else frames, source)
 
 
-def _by_line(
-    numbers: np.ndarray, counts: list[int], first: int, width: int, source: Source
-) -> tuple[np.ndarray, np.ndarray | None]:
+def _by_line(source: Source, start: int, numbers: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the numbers of the lines that hold one frame, and which of all lines these are.
 
-    Where such lines are not the majority, a line is no frame: all numbers and None.
+    Where such lines are not the majority, a line is not a frame: all numbers and None.
     """
+    counts = np.array([len(line.split()) for line in source.data[start:].split(b"\n")])
     lines = np.flatnonzero(counts)
-    count = np.array(counts)[lines]
-    whole = count == width
+    whole = counts[lines] == width
     if 2 * np.count_nonzero(whole) <= len(lines):
         if left := len(numbers) % width:
             source.warn(f"the last frame has {left} of {width} numbers and is left out")
         return numbers, None
     if not whole.all():
-        at = int(np.argmin(whole))
+        first = lines[int(np.argmin(whole))]
+        line = source.data.count(b"\n", 0, start) + 1 + first
         source.warn(
             f"{np.count_nonzero(~whole)} of {len(lines)} lines of numbers are left out, as they are not one frame: "
-            f"line {first + lines[at]} has {count[at]} numbers, not {width}"
+            f"line {line} has {counts[first]} numbers, not {width}"
         )
-    return numbers[np.repeat(whole, count)], np.flatnonzero(whole)
+    return numbers[np.repeat(whole, counts[lines])], np.flatnonzero(whole)
 
 
-def _radians(numbers: np.ndarray, columns: list[int]) -> np.ndarray:
-    angles = numbers[:, columns]
-    return np.radians(angles, out=angles)
-
-
-def _unique_names(joints: list[Joint], source: Source) -> list[str]:
+def _unique_names(joints: list[Joint], source: Source) -> dict[Joint, str]:
     """Return a different name for each joint: the first of a name keeps it; End Sites have none in the file."""
-    names: dict[str, Joint] = {}
+    unique, used, reserved = dict[Joint, str](), dict[str, str](), {joint.name for joint in joints}
     for joint in joints:
-        if joint.name:
-            names.setdefault(joint.name, joint)
-    counts: dict[str, int] = {}
-    unique: dict[Joint | None, str] = {joint: name for name, joint in names.items()}
-    repeated: list[str] = []  # warnings on joints that have another's name
-    for joint in joints:
-        if joint not in unique:
-            parent = cast(Joint, joint.parent)  # only the root, which is not among the joints, has none
-            stem = name = joint.name or f"{unique.get(parent, parent.name)}_end"
-            while name in names:
-                counts[stem] = counts.get(stem, 1) + 1
-                name = f"{stem}_{counts[stem]}"
-            if joint.name:
-                lines = f"{names[stem].opened.line} and {joint.opened.line}"
-                repeated.append(f"joints in lines {lines} are both named {stem!r}; the second is {name!r} here")
-            names[name], unique[joint] = joint, name
-    if repeated:
-        source.warn(repeated[0] + (f", and {len(repeated) - 1} more likewise" if len(repeated) > 1 else ""))
-    return [unique[joint] for joint in joints]
+        parent = cast(Joint, joint.parent)  # only the root, which is not among the joints, has none
+        name = joint.name or unused_name(f"{unique.get(parent, parent.name)}_end", {*used, *reserved}, ())
+        unique[joint] = unused_name(name, used, reserved)
+        used[unique[joint]] = name
+    warn_of_renamed(source, "joints", used)
+    return unique
