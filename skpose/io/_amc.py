@@ -16,7 +16,7 @@ from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile
 from skpose.io._conventions import Up, check_options, stand
 from skpose.io._numbers import drop_not_finite
-from skpose.io._source import NUMBER, WHOLE, Source, complaint, open_source
+from skpose.io._source import WHOLE, Source, open_source
 from skpose.skeleton import Motion
 
 Line = tuple[int, str]  # its number, and its text without a comment
@@ -202,8 +202,7 @@ class _Rows:
         self.source, self.asf, self.channels, self.fill, self.finite = source, asf, asf.channels, fill, finite
         self.n_words = -1
         self.names: dict[int, str] = {}  # bones by the index of their name
-        self.numbers: list[int] = []  # index of each number; -1 is a zero appended to the words
-        self.zeros: list[int] = []  # indices of the numbers of rigid bones
+        self.places: list[int] = []  # index of each number; -1 is a zero appended to the words
 
     def read(self, lines: list[Line]) -> np.ndarray:
         """Return the numbers of all frames, (n_frames, n_channels)."""
@@ -222,55 +221,42 @@ class _Rows:
     def _row(self, line: int, frame: list[Line]) -> np.ndarray:
         text = " ".join([text for _, text in frame])
         words = text.split()
-        if len(words) != self.n_words or any(words[i] != name for i, name in self.names.items()):
-            self._learn(line, frame)
-        words.append("0")
-        try:
-            row = np.array([words[i] for i in self.numbers + self.zeros], dtype=np.float64)
-        except ValueError:
-            row = None
-        is_regular = row is not None and np.isfinite(row).all() and not row[len(self.numbers) :].any()
-        if not is_regular or "_" in text or not text.isascii():  # "1_0" is a number to Python
-            self._learn(line, frame)  # an error if lines end elsewhere, so that a name is among the numbers
-            row = self._check(frame)
-        return row[: len(self.numbers)]
+        if len(words) == self.n_words and all(words[i] == name for i, name in self.names.items()):
+            words.append("0")
+            try:
+                row = np.array([words[i] for i in self.places], dtype=np.float64)
+                if np.isfinite(row).all() and "_" not in text and text.isascii():  # "1_0" is a number to Python
+                    return row
+            except ValueError:
+                pass  # the other way names the word
+        return self._read_new(line, frame)
 
-    def _learn(self, line: int, frame: list[Line]) -> None:
-        """Learn the places of the numbers from this frame, if it is complete."""
-        first: dict[str, int] = {}
-        self.names, self.n_words, self.zeros = {}, 0, []
+    def _read_new(self, line: int, frame: list[Line]) -> np.ndarray:
+        """Return the numbers of a frame, NaN where one is not finite, and learn their places for the next frames."""
+        found: dict[str, list[float]] = {}
+        starts: dict[str, int] = {}
+        self.names, n_words = {}, 0
         for at, text in frame:
             name, *values = text.split()
-            expected = self.channels.get(name, values if name in self.asf.bones else None)
-            if expected is None:
-                raise self.source.error(f"{self.asf.name} has no bone {name[:40]!r}; is it the right skeleton?", at)
-            if name in first or len(values) != len(expected):
-                raise self.source.error(f"expected {name!r} once with {len(expected)} numbers, found {len(values)}", at)
-            self.names[self.n_words], first[name] = name, self.n_words + 1
-            if name not in self.channels:
-                self.zeros += range(self.n_words + 1, self.n_words + 1 + len(values))
-            self.n_words += 1 + len(values)
-        absent = [name for name in self.channels if name not in first]
+            is_rigid = name in self.asf.bones and name not in self.channels
+            expected = len(values) if is_rigid else len(self.channels.get(name, ()))
+            if not expected or name in found or len(values) != expected:
+                raise self.source.error(
+                    f"expected a bone of {self.asf.name} with its numbers, found {name[:40]!r} with {len(values)}", at
+                )
+            numbers = [self.source.number(value, name, at, finite=self.finite, nan=not self.finite) for value in values]
+            if is_rigid and any(np.isfinite(number) and number != 0.0 for number in numbers):
+                raise self.source.error(f"expected zeros of {name!r}, which has no dofs; is it the right skeleton?", at)
+            self.names[n_words], found[name], starts[name] = name, numbers, n_words + 1
+            n_words += 1 + len(values)
+        absent = [name for name in self.channels if name not in found]
         if absent and not self.fill:
-            raise self.source.error(
-                f"the frame ends without {', '.join(absent[:5])}: missing='rest' sets their angles to zero",
-                frame[-1][0] if frame else line,
-            )
-        self.numbers = [
-            first[name] + k if name in first else -1 for name, its in self.channels.items() for k in range(len(its))
-        ]
-
-    def _check(self, frame: list[Line]) -> np.ndarray:
-        """Return the row of a frame, NaN where a number is not finite; an error names the first wrong word."""
-        words = list[str]()
-        for line, text in frame:
-            name, *values = text.split()
-            words += [name, *values]
-            for word in values:
-                if not NUMBER.fullmatch(word) or (self.finite and not np.isfinite(float(word))):
-                    remedy = "; on_nan='drop' leaves such frames out" if NUMBER.fullmatch(word) else ""
-                    raise self.source.error(f"{name}: {complaint(word)}{remedy}", line)
-                if name not in self.channels and np.isfinite(float(word)) and float(word) != 0.0:
-                    raise self.source.error(f"expected 0 for {name!r}, which has no dofs, found {word[:40]!r}", line)
-        row = np.array([[*words, "0"][i] for i in self.numbers + self.zeros], dtype=np.float64)
-        return row if np.isfinite(row).all() else np.full_like(row, np.nan)
+            at = frame[-1][0] if frame else line
+            raise self.source.error(f"expected {', '.join(absent[:5])} in the frame: missing='rest' takes zeros", at)
+        has_rigid = len(found) + len(absent) > len(self.channels)  # whose zeros are checked in every frame
+        self.n_words = -1 if has_rigid else n_words
+        channels = [(name, k) for name, its in self.channels.items() for k in range(len(its))]
+        self.places = [starts[name] + k if name in found else -1 for name, k in channels]
+        row = np.array([found[name][k] if name in found else 0.0 for name, k in channels])
+        is_whole = all(np.isfinite(numbers).all() for numbers in found.values())
+        return row if is_whole else np.full_like(row, np.nan)

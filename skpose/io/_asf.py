@@ -14,10 +14,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._validation.units import complaint_of_size
 from skpose.io._arguments import Readable
 from skpose.io._conventions import check_options
 from skpose.io._source import NUMBER, Source, Token, open_source
 from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton._shared import size_of
 
 INCH = 0.0254  # m; the unit of length of the format, divided by the file's `length`
 ROTATIONS = ("rx", "ry", "rz")
@@ -91,7 +93,7 @@ class AsfFile:
         self.parents = _read_hierarchy(source, sections["hierarchy"], self.bones)
         with source.format_errors():
             self.skeleton = self._skeleton()
-            source.warn_of_size(self.skeleton, scale)
+            source.warn(complaint_of_size(size_of(self.skeleton), scale))
 
     @property
     def channels(self) -> dict[str, list[str]]:

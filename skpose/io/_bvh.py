@@ -11,6 +11,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from skpose._validation.units import complaint_of_size
 from skpose.io._arguments import Readable
 from skpose.io._bvh_skeleton import Joint, bone_offsets, choose_root, root_movement
 from skpose.io._conventions import (
@@ -25,6 +26,7 @@ from skpose.io._conventions import (
 from skpose.io._numbers import drop_not_finite, read_numbers
 from skpose.io._source import WHOLE, Source, Token, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._shared import size_of
 
 WORD = re.compile(rb"[{}]|[^\s{}]+")
 WORD_OR_COLON = re.compile(rb"[^\s:]+")  # after MOTION, as "Frames:12" and "Frames : 12" mean the same
@@ -138,8 +140,8 @@ def load_bvh(
     claimed, frame_time = _read_motion_head(lexer)
     rate = _rate_of(source, frame_time, frame_rate)
     numbers, frames = _read_rows(source, lexer.at, sum(len(joint.channels) for joint in joints), claimed, trust, on_nan)
-    if frame_rate is None and len(numbers) > 1 and (complaint := complaint_of_frame_time(1.0 / rate)):
-        source.warn(complaint)
+    if frame_rate is None and len(numbers) > 1:
+        source.warn(complaint_of_frame_time(1.0 / rate))
 
     with source.format_errors():
         names = _unique_names(joints[1:], source)
@@ -154,7 +156,7 @@ def load_bvh(
             for joint, offset in zip(below, scale * offsets, strict=True)
         ]
         skeleton = Skeleton(bones, offset_frame="parent")
-        source.warn_of_size(skeleton, scale)
+        source.warn(complaint_of_size(size_of(skeleton), scale))
         poses = numbers[:, [column for joint in below for column in joint.columns("rotation").values()]]
         motion = Motion(
             skeleton,
@@ -292,7 +294,7 @@ def _read_rows(
     if width == 0:
         raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
     numbers = read_numbers(source, start, finite=on_nan == "raise")
-    frames = None
+    n_frames, frames = len(numbers) // width, np.arange(len(numbers) // width)
     if len(numbers) != int(claimed) * width:
         if trust == "header":
             raise source.error(
@@ -300,31 +302,14 @@ def _read_rows(
                 "trust='rows' reads the whole frames",
                 claimed,
             )
-        numbers, frames = _by_line(source, start, numbers, width)
-    rows = numbers[: len(numbers) // width * width].reshape(-1, width)
-    return drop_not_finite(rows, np.arange(len(rows)) if frames is None else frames, source)
-
-
-def _by_line(source: Source, start: int, numbers: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the numbers of the lines that hold one frame, and which of all lines these are.
-
-    Where such lines are not the majority, a line is not a frame: all numbers and None.
-    """
-    counts = np.array([len(line.split()) for line in source.data[start:].split(b"\n")])
-    lines = np.flatnonzero(counts)
-    whole = counts[lines] == width
-    if 2 * np.count_nonzero(whole) <= len(lines):
-        if left := len(numbers) % width:
-            source.warn(f"the last frame has {left} of {width} numbers and is left out")
-        return numbers, None
-    if not whole.all():
-        first = lines[int(np.argmin(whole))]
-        line = source.data.count(b"\n", 0, start) + 1 + first
-        source.warn(
-            f"{np.count_nonzero(~whole)} of {len(lines)} lines of numbers are left out, as they are not one frame: "
-            f"line {line} has {counts[first]} numbers, not {width}"
-        )
-    return numbers[np.repeat(whole, counts[lines])], np.flatnonzero(whole)
+        counts = np.array([count for line in source.data[start:].split(b"\n") if (count := len(line.split()))])
+        is_frame = counts == width
+        if 2 * np.count_nonzero(is_frame) > len(counts):  # a number that is missing in a line shifts no other line
+            numbers, frames = numbers[np.repeat(is_frame, counts)], np.flatnonzero(is_frame)
+            n_frames = len(frames)
+        if left := counts.sum() - n_frames * width:
+            source.warn(f"{left} numbers that are not a whole frame of {width} are left out")
+    return drop_not_finite(numbers[: n_frames * width].reshape(-1, width), frames, source)
 
 
 def _unique_names(joints: list[Joint], source: Source) -> dict[Joint, str]:

@@ -6,6 +6,7 @@ one child, which is moved by position channels.
 
 from collections import Counter
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -80,7 +81,7 @@ def _find_reference_chain(joints: list[Joint], numbers: np.ndarray) -> list[Join
         return root
     n_children = Counter(joint.parent for joint in joints)
     longest = _longest(*_mean_offsets(joints[1:], numbers))
-    for i, (joint, child) in enumerate(zip(joints, joints[1:], strict=False)):
+    for i, (joint, child) in enumerate(pairwise(joints)):
         if n_children[joint] != 1 or not child.name or not _is_still(joint, numbers, longest):
             return root
         positions = child.numbers("position", numbers)

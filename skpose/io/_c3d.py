@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._validation.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._c3d_file import Parameters, Recording, read_recording
 from skpose.io._conventions import UPS, Up, Zeros, check_options, number_names, read_unit, stand_markers
@@ -137,7 +138,7 @@ def load_c3d(
         usual = ("z", "") if up is not None else _up(source, parameters)
         positions, axis = stand_markers(source, recording.positions[:, chosen], labels, scale, zeros, up, usual)
         found = Keypoints(positions, labels, recording.frame_rate, up=axis)
-        source.warn_of_extent(found.positions, scale)
+        source.warn(complaint_of_extent(found.positions, scale))
         return found
 
 

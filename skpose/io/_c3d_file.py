@@ -18,7 +18,6 @@ BLOCK = 512  # bytes
 INTEL, DEC, MIPS = 84, 85, 86  # the processors whose numbers are in the file; those of MIPS have the high byte first
 SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes of one value: characters, bytes, integers, floats
 MANY_FRAMES = 65535  # the largest count of POINT:FRAMES and of the header, which stands for larger ones as well
-SAME_RATE, SAME_SCALE = 0.01, 1e-3  # relative differences between header and parameters that are rounding
 
 
 class Frames(NamedTuple):
@@ -137,14 +136,10 @@ def read_recording(source: Source) -> Recording:
     rate = parameters.number("POINT:RATE", 0.0) or header_rate
     if not (rate > 0 and np.isfinite(rate) and np.isfinite(1 / rate)):
         raise source.error(f"POINT:RATE: expected a positive number, found {rate:g}")
-    if np.isfinite(header_rate) and header_rate > 0 and not abs(rate - header_rate) <= SAME_RATE * rate:
-        source.warn(f"POINT:RATE is {rate:g} Hz, which is taken, and the header says {header_rate:g} Hz")
     scale = parameters.number("POINT:SCALE", header_scale)
     if scale == 0 or not np.isfinite(scale):
         raise source.error(f"POINT:SCALE: expected a number other than zero, found {scale:g}")
     has_scale = np.isfinite(header_scale) and header_scale != 0
-    if has_scale and scale > 0 and not abs(scale - abs(header_scale)) <= SAME_SCALE * scale:
-        source.warn(f"POINT:SCALE is {scale:g}, which is taken, and the header says {header_scale:g}")
     is_float = scale < 0, header_scale < 0 if has_scale else scale < 0
     frames = _find_frames(source, parameters, header, rate, is_float, BLOCK * data[0])
     rows = np.frombuffer(data, np.uint8, frames.n_frames * frames.n_bytes, frames.start).reshape(frames.n_frames, -1)

@@ -24,7 +24,7 @@ UPS = ("x", "y", "z", "-x", "-y", "-z")
 HALF_TURNS = {"-x": Rotation.from_rotvec([0.0, np.pi, 0.0]), "-y": Rotation.from_rotvec([np.pi, 0.0, 0.0])}
 HALF_TURNS["-z"] = HALF_TURNS["-y"]
 Zeros = Literal["seen", "missing"]
-CHOICES = {
+CHOICES: dict[str, tuple] = {
     "on_nan": ("raise", "drop"),
     "trust": ("header", "rows"),
     "stretch": ("raise", "mean"),
@@ -54,10 +54,8 @@ def check_options(**options: Any) -> None:
     for name, value in options.items():
         if name in CHOICES:
             check_choice(name, value, CHOICES[name])
-        elif name == "frame_rate" and value is not None:
-            check_frame_rate(value)
-        elif name == "scale" and value is not None:
-            check_positive(name, value)
+        elif value is not None:
+            check_frame_rate(value) if name == "frame_rate" else check_positive(name, value)
 
 
 def read_unit(source: Source, where: str, unit: str, scale: float | None, at: Any = None) -> float:
@@ -92,21 +90,14 @@ def differ(one: float, other: float) -> bool:
 
 
 def complaint_of_frame_time(seconds: float) -> str:
-    """Say why the duration of a frame is unlikely, and which rates may be meant; empty if it is likely."""
+    """Say that the duration of a frame is unlikely, and which rates may be meant; empty if it is likely."""
     rate = 1.0 / seconds
     if SLOWEST <= rate <= FASTEST:
         return ""
-    if rate < SLOWEST:
-        readings = {"in milliseconds": 1000.0 / seconds, "the number of frames a second": seconds}
-    else:
-        readings = {"a thousandth of what is meant": rate / 1000.0}
-    likely = [
-        f"if it is {what}, the rate is {hertz:.6g} Hz, frame_rate={hertz:.4g}"
-        for what, hertz in readings.items()
-        if LIKELY[0] <= hertz <= LIKELY[1]
-    ]
-    remedy = "; ".join(likely) or "pass frame_rate= if the recording has another rate"
-    return f"Frame Time is {seconds:.6g} s, which is {rate:.3g} frames a second: {remedy}"
+    readings = {1000.0 * rate, seconds} if rate < SLOWEST else {rate / 1000.0}  # in ms, or frames a second
+    likely = [f"frame_rate={hertz:.4g}" for hertz in sorted(readings) if LIKELY[0] <= hertz <= LIKELY[1]]
+    remedy = " or ".join(likely) or "frame_rate="
+    return f"Frame Time is {seconds:.6g} s, which is {rate:.3g} frames a second: pass {remedy}"
 
 
 def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -> Motion:
@@ -115,8 +106,7 @@ def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -
     If the axis points down the world is turned by half a turn: about x for y and z, about y for x.
     """
     if up is None:
-        if complaint := complaint_of_up(motion, default):
-            source.warn(complaint)
+        source.warn(complaint_of_up(motion, default))
         up = default
     if up in HALF_TURNS:
         turn = HALF_TURNS[up]
@@ -153,8 +143,8 @@ def drop_lost(
     remedy = "zeros='missing' reads them as not seen, zeros='seen' as they are"
     if zeros == "missing":
         positions[lost] = np.nan
-    elif zeros is None and (complaint := complaint_of_origin(lost, names, what, remedy)):
-        source.warn(complaint)
+    elif zeros is None:
+        source.warn(complaint_of_origin(lost, names, what, remedy))
 
 
 def stand_markers(
@@ -193,9 +183,8 @@ def check_points(
     drop_lost(source, positions, lost, names, zeros, "points")
     if zeros != "seen":
         seen[lost] = np.nan
-    if complaint := complaint_of_picture(seen, names):
-        source.warn(complaint)
-    elif up is None:
+    source.warn(complaint := complaint_of_picture(seen, names))
+    if not complaint and up is None:
         warn_of_up(source, seen, names, *usual, "points")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from skpose._validation.options import check_choice
 from skpose._validation.positions import refuse_infinite
+from skpose._validation.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
 from skpose.io._conventions import Up, Zeros, check_options, check_points, turn_up
@@ -187,7 +188,7 @@ def load_keypoints(
             check_points(source, positions, confidences, layout.names, zeros, up, usual)
             found = name_points(layout if up is None else replace(layout, up=up), positions, rate, confidences)
     if layout is None or layout.pairs:
-        source.warn_of_extent(found.positions, scale)
+        source.warn(complaint_of_extent(found.positions, scale))
     return found
 
 
@@ -230,8 +231,8 @@ def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
         of_times = np.nan if stored.times is None else stored.times.rate()
         likely = "" if np.isnan(of_times) else f"; by its times {of_times:.4g} Hz"
         raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{likely}")
-    if stored.times is not None and (complaint := stored.times.complaint(rate)):
-        source.warn(complaint)
+    if stored.times is not None:
+        source.warn(stored.times.complaint(rate))
     return rate
 
 
@@ -269,10 +270,7 @@ def _from_archive(source: Source) -> Stored:
 
 
 def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
-    found = [key for key in keys if key in file.keys]
-    if len(found) > 1:
-        raise file.source.error(f"expected one of {' and '.join(found)}, found both")
-    return found[0] if found else None
+    return next((key for key in keys if key in file.keys), None)
 
 
 def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:

@@ -14,7 +14,7 @@ from skpose.io._stored import (
     as_confidences,
     at_frames,
     frame_key,
-    frame_numbers,
+    numbers_of,
     positions_only,
     time_key,
 )
@@ -76,14 +76,15 @@ def read_csv(source: Source) -> Stored:
     frame_rate = float(rate) if NUMBER.fullmatch(rate) and 0.0 < float(rate) < np.inf else None
     up = stated.get("up") if stated.get("up") in ("x", "y", "z") else None
     stored = Stored(array[:, :n].reshape(len(rows), -1, 3), confidences, columns.names, frame_rate, up)
-    key, numbers_of_frames = frame_key(header), None
-    if key is not None:
-        numbers_of_frames = frame_numbers(source, key, [row[header.index(key)] or "nan" for row in rows])
+    numbers_of_frames = None
+    if (key := frame_key(header)) is not None:
+        numbers_of_frames = numbers_of([row[header.index(key)] for row in rows])
+        if numbers_of_frames is None:
+            raise source.error(f"{key}: expected the numbers of frames")
     if (time := time_key(header)) is not None:
         cells = [row[header.index(time)] for row in rows]
         times = np.array([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
-        at = None if numbers_of_frames is None else np.array(numbers_of_frames)
-        stored = stored._replace(times=Times(time, times, at))
+        stored = stored._replace(times=Times(time, times, numbers_of_frames))
     return at_frames(source, stored, numbers_of_frames)
 
 

@@ -12,12 +12,9 @@ from typing import Literal, Self
 
 import numpy as np
 
-from skpose._validation.units import complaint_of_extent, complaint_of_size
 from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
-from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import size_of
 
 REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
@@ -142,10 +139,11 @@ class Source:
         line = self.data.count(b"\n", 0, at.at) + 1
         return MocapFormatError(self.name, line, message, len(self.data[start : at.at].decode(errors="replace")) + 1)
 
-    def number(self, token: str, what: str, at: int | None = None, *, finite: bool = True) -> float:
-        """Return a word as a number, never NaN; `at` is its line if it is not a Token."""
-        value = float(token) if NUMBER.fullmatch(token) else np.nan
-        if np.isnan(value) or (finite and np.isinf(value)):
+    def number(self, token: str, what: str, at: int | None = None, *, finite: bool = True, nan: bool = False) -> float:
+        """Return a word as a number, finite or not, NaN or not; `at` is its line if it is not a Token."""
+        is_number = NUMBER.fullmatch(token) is not None
+        value = float(token) if is_number else np.nan
+        if not is_number or (finite and not np.isfinite(value)) or (np.isnan(value) and not nan):
             raise self.error(f"{what}: {complaint(token)}", token if isinstance(token, Token) else at)
         return value
 
@@ -153,23 +151,14 @@ class Source:
         """Return a word as a number above zero whose inverse is finite."""
         value = self.number(token, what, at)
         if value <= 0 or not np.isfinite(1.0 / value):
-            at = token if isinstance(token, Token) else at
-            raise self.error(f"{what}: expected a positive number, found {str(token)!r}", at)
+            place = token if isinstance(token, Token) else at
+            raise self.error(f"{what}: expected a positive number, found {str(token)!r}", place)
         return value
 
-    def warn(self, message: str) -> None:
-        """Emit a warning that names this file, at the line of the caller outside this library."""
-        warn(f"{Path(self.name).name}: {message}")
-
-    def warn_of_size(self, skeleton: Skeleton, scale: float) -> None:
-        """Warn if the file's skeleton, at this many metres a unit, does not have the size of a person."""
-        if message := complaint_of_size(size_of(skeleton), scale):
-            self.warn(message)
-
-    def warn_of_extent(self, positions: np.ndarray, scale: float) -> None:
-        """Warn if the file's points, at this many metres a unit, are not as far apart as those of a person."""
-        if message := complaint_of_extent(positions, scale):
-            self.warn(message)
+    def warn(self, message: str | None) -> None:
+        """Emit a warning, if there is a message, that names this file, at the caller's line outside this library."""
+        if message:
+            warn(f"{Path(self.name).name}: {message}")
 
     @contextmanager
     def format_errors(self) -> Iterator[None]:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,6 @@ TIME = re.compile(
 )
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by its first letter, except microseconds
 CLOSE, DRIFT = 0.02, 0.4  # relative difference of rates, and what it is at the end, in frames: less may be jitter
-LONG = 1.5  # steps of time over the usual one, from which a frame is left out
 
 
 class Times(NamedTuple):
@@ -36,50 +35,31 @@ class Times(NamedTuple):
 
     key: str
     values: np.ndarray  # (n_stored,)
-    numbers: np.ndarray | None  # (n_stored,)
-
-    @property
-    def steps(self) -> np.ndarray:
-        """Frames from each one to the next, by their numbers."""
-        return np.ones(len(self.values) - 1) if self.numbers is None else np.diff(self.numbers)
-
-    @property
-    def interval(self) -> float:
-        """Time from one frame to the next, in the unit of the values, where none is left out; NaN if not known."""
-        if len(self.values) < 2 or not np.isfinite(self.values).all():
-            return np.nan
-        with np.errstate(all="ignore"):
-            each = np.diff(self.values) / self.steps
-            outer = len(each) // 10  # steps at each end of their order, which may be gaps
-            usual = np.sort(each)[outer : len(each) - outer].mean()
-            near = np.abs(each - usual) < (LONG - 1.0) * usual
-        is_count = (each == 1.0).all()  # of frames, in no unit
-        return float(each[near].mean()) if near.any() and 1e-12 < usual < 1e12 and not is_count else np.nan
+    numbers: Sequence[float] | None
 
     def rate(self, near: float = 50.0) -> float:
-        """Return the frame rate, Hz, with the unit that the key states, or the one that is nearest to a rate."""
+        """Return the mean frame rate, Hz, in the unit of the key, or the one nearest to a rate; NaN if not known."""
+        n = len(self.values) - 1 if self.numbers is None else self.numbers[-1] - self.numbers[0]
+        with np.errstate(all="ignore"):
+            interval = (self.values[-1] - self.values[0]) / n if n else np.nan
+        if not 1e-12 < interval < 1e12 or interval == 1.0:  # 1 is that of counts of frames, without a unit
+            return np.nan
         match = TIME.fullmatch(self.key)
         unit = match[1].lower() if match and match[1] else ""
+        units = list(SECONDS.values())
         if unit:
-            return 1.0 / (self.interval * (1e-6 if unit.startswith("micro") else SECONDS[unit[0]]))
-        rates = [1.0 / (self.interval * seconds) for seconds in SECONDS.values()]
-        return min(rates, key=lambda rate: abs(np.log(rate / near)))
+            units = [1e-6 if unit.startswith("micro") else SECONDS[unit[0]]]
+        return float(min((1.0 / (interval * seconds) for seconds in units), key=lambda rate: abs(np.log(rate / near))))
 
     def complaint(self, frame_rate: float) -> str:
-        """Say how the times contradict a frame rate, or leave out frames that have no number; empty if they do not."""
-        if np.isnan(self.interval):
-            return ""
+        """Say that the times contradict a frame rate, by more than jitter; empty if they do not."""
         rate = self.rate(frame_rate)
         apart = abs(frame_rate / rate - 1.0)
-        if apart > CLOSE and apart * self.steps.sum() > DRIFT:
-            return f"{self.key!r} has {rate:.4g} Hz, but {frame_rate:g} Hz is taken: pass frame_rate={rate:.4g}?"
-        taken = np.diff(self.values)
-        gaps = np.flatnonzero((taken > LONG * self.interval * self.steps) | (taken <= 0.0))
-        if not len(gaps):
+        if not (apart > CLOSE and apart * len(self.values) > DRIFT):
             return ""
         return (
-            f"entry {gaps[0] + 2} is {taken[gaps[0]] / self.interval:.3g} frames after the one before by {self.key!r}, "
-            "and is taken as the next one: number the frames, as 'frame'"
+            f"frames are at {rate:.4g} Hz by {self.key!r}, but {frame_rate:g} Hz is taken: pass frame_rate={rate:.4g}, "
+            "or number the frames, as 'frame', if some are left out"
         )
 
 
@@ -105,19 +85,15 @@ def frame_key(keys: Iterable[str]) -> str | None:
     return next((found[word] for word in FRAME if word in found), None)
 
 
-def frame_numbers(source: Source, key: str, values: Sequence[float | str]) -> list[float] | None:
-    """Return the numbers of frames from numbers, or from names of images with a number in them; None if without."""
+def numbers_of(values: Sequence[Any]) -> list[float] | None:
+    """Return numbers, of frames or images, from numbers or from texts by which they differ; None if they have none."""
     texts = [str(value) for value in values]
-    is_number = [NUMBER.fullmatch(text) is not None for text in texts]
-    numbers = [float(text) for text in texts] if all(is_number) else None if any(is_number) else numbers_in(texts)
-    if numbers is None and (any(is_number) or "image" not in key.lower()):
-        raise source.error(f"{key}: expected a number, found {texts[is_number.index(False)][:40]!r}")
-    if len(set(numbers or texts)) < len(texts):
-        raise source.error(f"{key}: expected each frame once, with one person: keep the same person in every frame")
-    return numbers
+    if all(map(NUMBER.fullmatch, texts)):
+        return [float(text) for text in texts]
+    return _numbers_in(texts) if len(texts) > 1 and all(isinstance(value, str) for value in values) else None
 
 
-def numbers_in(names: Sequence[str]) -> list[float] | None:
+def _numbers_in(names: Sequence[str]) -> list[float] | None:
     """Return the number by which names differ, as of walk_08.png and walk_09.png; None if they have none.
 
     Numbers that are the same in all names, as of a camera, play no part, and neither does what follows the number.

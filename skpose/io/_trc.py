@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from skpose._validation.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._conventions import (
     Up,
@@ -142,7 +143,7 @@ def load_trc(
         usual: tuple[Up, str] = "y", "as is usual"
         positions, axis = stand_markers(source, positions, head.names, head.scale, zeros, up, usual)
         found = Keypoints(positions, head.names, rate, up=axis)
-    source.warn_of_extent(found.positions, head.scale)
+    source.warn(complaint_of_extent(found.positions, head.scale))
     return found
 
 
@@ -242,10 +243,9 @@ def _read_rows(source: Source, head: Head, lines: Iterator[Line]) -> np.ndarray:
     for line, text in lines:
         if not text.strip():
             continue  # at the end
-        if len(rows) == head.n_frames or head.n_frames is None:
-            if not "".join(text.split("\t", 2)[:2]).strip():
-                no_frames.append(line)
-                continue
+        if head.n_frames in (None, len(rows)) and not "".join(text.split("\t", 2)[:2]).strip():
+            no_frames.append(line)
+            continue
         row = _numbers(source, text, line, head.names)
         if no_frames:
             raise source.error("expected a frame, found a row without Frame# and Time", no_frames[0])
