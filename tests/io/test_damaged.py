@@ -27,10 +27,10 @@ def read(kind, data):
 @pytest.mark.parametrize("kind", damaged.FILES)
 def test_damaged_files(kind):
     rng, n_refused = np.random.default_rng(1), 0
-    for _ in range(150):
+    for _ in range(100):
         try:
             read(kind, damaged.damaged(kind, rng))
         except MocapFormatError as error:
             assert str(error).startswith("the open file")
             n_refused += 1
-    assert 20 < n_refused < 150
+    assert n_refused > 20

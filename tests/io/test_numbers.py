@@ -4,18 +4,9 @@ import random
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
-from skpose.io._words import NUMBER
 
 from skpose.io._numbers import parse, parse_fixed
-from skpose.io._source import Chunk
-
-decimal = st.builds(
-    lambda sign, whole, part: f"{sign}{whole}.{part}",
-    st.sampled_from(["", "-", "+"]),
-    st.integers(0, 10**12).map(str) | st.just(""),
-    st.integers(0, 10**6 - 1).map("{:06}".format) | st.integers(0, 99).map("{:02}".format),
-)
+from skpose.io._source import NUMBER
 
 
 def expected(text):
@@ -31,17 +22,17 @@ def assert_same(found, numbers):
 
 
 def read(text):
-    return parse(Chunk(1, 0, text.encode()))
+    return parse(text.encode())
 
 
-@pytest.mark.parametrize("form", ["%.6f", "%g", "%.4f", "%d", "%.3e", "%.15g", "%.17g", "%r", "%.18f"])
+@pytest.mark.parametrize("form", ["%.6f", "%g", "%d", "%.17g"])
 def test_numbers_as_programs_write_them(form):
     rng = random.Random(0)
     tokens = [form % (rng.gauss(0, 1) * 10 ** rng.uniform(-3, 4)) for _ in range(3000)]
     assert_same(read(" ".join(tokens)), [float(token) for token in tokens])
 
 
-@pytest.mark.parametrize("n_digits", [1, 4, 6, 9, 15])
+@pytest.mark.parametrize("n_digits", [1, 6, 15])
 def test_equally_many_digits_are_read_as_integers_exactly(n_digits):
     rng = np.random.default_rng(n_digits)
     values = rng.normal(scale=[1e-6, 1, 100, 1e5], size=(5000, 4)).ravel()

@@ -51,10 +51,10 @@ def load(tmp_path):
 @pytest.fixture
 def refused(load):
     def refused(text, **options):
-        """Return the error of a file, as (line, column, message)."""
+        """Return the line and the message of the error of a file."""
         with pytest.raises(MocapFormatError) as caught:
             load(text, **options)
-        return caught.value.line, caught.value.column, caught.value.message
+        return caught.value.line, caught.value.message
 
     return refused
 
@@ -65,16 +65,6 @@ def same(one, other):
     assert (one.frame_rate, one.root_axes) == (other.frame_rate, other.root_axes)
     for name in ("angles", "root_positions", "root_angles"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-
-
-def test_the_file_itself(load):
-    motion = load(BVH)
-    assert motion.skeleton.joint_names == ("Chest", "Chest_end")
-    assert motion.skeleton.dof_names == ("Chest_rz", "Chest_ry", "Chest_rx")
-    np.testing.assert_allclose(np.degrees(motion.angles), [[40, 50, 60], [41, 51, 61]])
-    np.testing.assert_allclose(np.degrees(motion.root_angles), [[10, 20, 30], [11, 21, 31]])
-    np.testing.assert_array_equal(motion.root_positions, [[1, 2, 3], [4, 5, 6]])
-    assert (motion.root_axes, motion.frame_rate) == ("ZXY", 25)
 
 
 # Channels
@@ -112,9 +102,8 @@ def test_positions_of_every_joint(load):
 
 def test_positions_that_vary(load, refused):
     stretched = changed(("0 10 0 41", "0 13 0 41"), text=SIX)
-    line, column, message = refused(stretched)
-    assert (line, column) == (6, 3)
-    assert message.startswith("position channels move 'Chest' by up to 3 units against 'Hips', but bones have const")
+    line, message = refused(stretched)
+    assert line == 6
     assert "stretch='mean'" in message
     np.testing.assert_array_equal(load(stretched, stretch="mean").skeleton.offsets[0], [0, 11.5, 0])
 
@@ -163,48 +152,30 @@ def test_position_channels_of_the_root_replace_its_offset(load):
 # The number of frames
 
 
-def test_fewer_frames_than_stated(load, refused):
-    text = changed(("Frames: 2", "Frames: 3"))
-    line, column, message = refused(text)
-    assert (line, column) == (17, 9)
-    assert message.startswith("expected 3 frames of 9 numbers, found 2 frames of 9 numbers; is the file cut short?")
+@pytest.mark.parametrize("stated", [1, 3])
+def test_another_number_of_frames_than_stated(stated, load, refused):
+    text = changed(("Frames: 2", f"Frames: {stated}"))
+    line, message = refused(text)
+    assert line == 17
     assert "trust='rows'" in message
     same(load(text, trust="rows"), load(BVH))
 
 
-def test_more_frames_than_stated(load, refused):
-    text = changed(("Frames: 2", "Frames: 1"))
-    line, column, message = refused(text)
-    assert (line, column) == (20, 1)
-    assert message == (
-        "expected the end of the file after 1 frame of 9 numbers, found '4': there are 2 frames of 9 numbers; "
-        "trust='rows' reads the whole frames that there are"
-    )
-    same(load(text, trust="rows"), load(BVH))
-
-
-def rows(n_frames, *changes):
-    """Return a file with equal lines 1 2 3 … of frames, some of them changed: (index, line)."""
+def rows(n_frames, i, line):
+    """Return a file with equal lines 1 2 3 … of frames, one of them changed."""
     lines = [f"{i} 2 3 10 20 30 40 50 {i}" for i in range(n_frames)]
-    for i, line in changes:
-        lines[i] = line
+    lines[i] = line
     return BVH[: BVH.index("Frames:")] + f"Frames: {n_frames}\nFrame Time: 0.04\n" + "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize("short", ["5 2 3 10", "5 2 3 10 20 30 40 50 5 6", "5 2 3\n10 20"])
-def test_a_line_of_another_length_does_not_shift_those_after_it(short, load, refused):
-    text, n_lines = rows(20, (5, short)), 1 + short.count("\n")
-    count = len(short.split("\n")[0].split())
-    message = f"{n_lines} of {19 + n_lines} lines of numbers are left out, .*: line 24 has {count} numbers, not 9"
-    with pytest.warns(UserWarning, match=rf"a\.bvh: {message}"):
-        motion = load(text, trust="rows")
+@pytest.mark.parametrize("line", ["5 2 3 10", "5 2 3 10 20 30 40 50 5 6"])
+def test_a_line_of_another_length_does_not_shift_those_after_it(line, load):
+    with pytest.warns(UserWarning, match="are left out"):
+        motion = load(rows(20, 5, line), trust="rows")
     kept = [i for i in range(20) if i != 5]
     np.testing.assert_array_equal(motion.root_positions[:, 0], kept)
     np.testing.assert_allclose(np.degrees(motion.angles[:, 2]), kept)
-    if n_lines == 1:  # each line is a frame, so that the others keep their times
-        np.testing.assert_allclose(motion.times, np.array(kept) * 0.04)
-    assert "20 frames of 9 numbers" in refused(text)[2]
-    assert "19 frames of 9 numbers" in refused(text)[2] or count == 10
+    np.testing.assert_allclose(motion.times, np.array(kept) * 0.04)
 
 
 # Layout
@@ -245,56 +216,29 @@ def test_layout_does_not_matter(change, load):
     same(load(change(BVH)), load(BVH))
 
 
-@pytest.mark.parametrize("written", ["4.0e+001", "4E+1", "+40", "40.", "400e-1", "0040"])
+@pytest.mark.parametrize("written", ["4.0e+001", "+40", "40."])
 def test_notations_of_a_number(written, load):
     same(load(changed((" 40 ", f" {written} "))), load(BVH))
 
 
-@pytest.mark.parametrize(
-    ("written", "message"),
-    [
-        ("0.0-7.509", "found '0.0-7.509': numbers without a blank between them"),
-        ("40,5", "found '40,5', which has a decimal comma: write it with a point"),
-        ("nan", "expected a finite number, found 'nan'; on_nan='drop' leaves such frames out"),
-        ("-inf", "expected a finite number, found '-inf'; on_nan='drop' leaves such frames out"),
-        ("1e999", "expected a finite number, found '1e999'"),
-        ("4_0", "expected a number, found '4_0'"),
-        ("0x28", "expected a number, found '0x28'"),
-        ("-1.#IND", "expected a number, found '-1.#IND'"),
-        ("４０", "expected a number, found '４０'"),
-        ("\0", r"expected a number, found '\x00'"),
-        ("4\x1c", r"expected a number, found '4\x1c'"),  # a blank to numpy
-        ("}", "expected a number, found '}'"),
-    ],
-)
-@pytest.mark.parametrize("ragged", [False, True])
-def test_words_that_are_not_numbers(written, message, ragged, refused):
-    text = changed((" 40 ", f" {written} "))
-    if ragged:  # for the other of numpy's two parsers
-        text = changed((" 61\n", "\n61\n"), text=text)
-    line, column, found = refused(" " * 9000 + text)  # a zero byte near the start would make it a binary file
-    assert (line, column) == (19, 16)
-    assert message in found
+@pytest.mark.parametrize("word", ["0.0-7.509", "40,5", "nan", "1e999", "4_0", "-1.#IND", "４０", "4\x1c"])
+def test_words_that_are_not_numbers(word, refused):
+    line, message = refused(changed((" 40 ", f" {word} ")))
+    assert line == 19
+    assert repr(word) in message
 
 
 def test_frames_with_nan_may_be_left_out(load):
-    with pytest.warns(
-        UserWarning, match=r"a\.bvh: 1 of 2 frames have a number that is NaN or infinite and are left out"
-    ):
+    with pytest.warns(UserWarning, match="1 of 2 frames"):
         kept = load(changed((" 50 ", " NaN ")), on_nan="drop")
     np.testing.assert_array_equal(kept.angles, load(BVH).angles[1:])
     np.testing.assert_array_equal(kept.times, [0.04])
-    same(load(BVH, on_nan="drop"), load(BVH))
-    with pytest.warns(UserWarning, match="2 of 2 frames"):
-        assert len(load(changed((" 50 ", " NaN "), (" 51 ", " inf ")), on_nan="drop")) == 0
 
 
 # Names
 
 
-@pytest.mark.parametrize(
-    "name", ["Bip01 L Foot", "mixamorig:Hips", "arm.L", "left-arm", "Brücke", "a  b", "MOTION", "1"]
-)
+@pytest.mark.parametrize("name", ["Bip01 L Foot", "mixamorig:Hips", "Brücke", "MOTION"])
 def test_names_are_the_rest_of_the_line(name, load):
     assert load(changed(("JOINT Chest", f"JOINT {name} "))).skeleton.joint_names == (name, f"{name}_end")
     assert load(changed(("JOINT Chest\n  {", f"JOINT {name} {{"))).skeleton.joint_names[0] == name
@@ -307,7 +251,7 @@ def test_two_joints_of_one_name(load):
         ("30 40", "30 7 8 9 40"),
         ("31 41", "31 7 8 9 41"),
     )
-    with pytest.warns(UserWarning, match=r"joints in lines 6 and 11 are both named 'Arm'; the second is 'Arm_3' here"):
+    with pytest.warns(UserWarning, match="'Arm_3'"):
         motion = load(text)
     assert motion.skeleton.joint_names == ("Arm", "Arm_3", "Arm_2", "Chest", "Chest_end")
     np.testing.assert_allclose(np.degrees(motion.angles[0, :3]), [7, 8, 9])
@@ -317,22 +261,11 @@ def test_two_joints_of_one_name(load):
 
 
 @pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("", "the file is empty, not a BVH file"),
-        (" \n", "the file is empty, not a BVH file"),
-        ("version https://git-lfs.github.com/spec/v1\noid 4d\n", "this is a pointer of Git LFS; get the file itself"),
-        ("<!DOCTYPE html>", "this is a web page or XML, not a BVH file"),
-        (b"Kaydara FBX Binary  \0\x1a", "this is a binary file, not a BVH file"),
-        (BVH.encode("utf-16"), "this is UTF-16 text; save it as UTF-8. It is not a BVH file"),
-        ("HIERARCHY\n", "the file ends and there is no MOTION; not BVH, or cut short"),
-        ("HIERARCHY\nMOTION\n", "expected ROOT, found 'MOTION'"),
-        (changed(("CHANNELS 3 Zrotation Yrotation Xrotation", "")), "expected the end of the file"),
-        (changed((" 40 50 60", ""), (" 41 51 61", ""), ("3 Zrotation Yrotation Xrotation", "0")), "degree of freedom"),
-    ],
-)  # fmt: skip
-def test_files_that_are_not_bvh(content, message, refused):
-    assert message in refused(content)[2]
+    "content",
+    ["", "version https://git-lfs.github.com/spec/v1\noid 4d\n", "<!DOCTYPE html>", b"FBX \0", BVH.encode("utf-16")],
+)
+def test_files_that_are_not_bvh(content, refused):
+    assert refused(content)[0] is None
 
 
 # Units
