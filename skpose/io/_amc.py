@@ -239,8 +239,8 @@ class _Rows:
         for at, text in frame:
             name, *values = text.split()
             is_rigid = name in self.asf.bones and name not in self.channels
-            expected = len(values) if is_rigid else len(self.channels.get(name, ()))
-            if not expected or name in found or len(values) != expected:
+            is_known = is_rigid or len(values) == len(self.channels.get(name, ()))
+            if not is_known or name in found or name not in {**self.asf.bones, **self.channels}:
                 raise self.source.error(
                     f"expected a bone of {self.asf.name} with its numbers, found {name[:40]!r} with {len(values)}", at
                 )

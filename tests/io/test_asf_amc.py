@@ -85,14 +85,14 @@ def test_faults_of_a_motion_file_are_named_with_their_line(old, new, line, load)
     [
         ("  length 0.45", "", None),
         ("  length 0.45", "  length -1", 6),
-        ("upperarm lowerarm", "upperarm hand", 56),
+        ("upperarm lowerarm", "upperarm hand", 57),
         ("upperarm lowerarm", "", None),
         ("root upperarm tail", "lowerarm upperarm\nroot tail", None),
         ("direction 0 1 0", "direction 0 1", 30),
-        ("     length 5.5\n", "", 37),
-        ("dof ry", "dof ry tx", 56),
-        ("0 30 20 XYZ", "0 30 20 XYX", 33),
-        ("name lowerarm", "name upperarm", 38),
+        ("     length 5.5\n", "", 36),
+        ("dof ry", "dof ry tx", 51),
+        ("0 30 20 XYZ", "0 30 20 XYX", 32),
+        ("name lowerarm", "name upperarm", 37),
     ],
 )
 def test_faults_of_a_skeleton_file_are_named(old, new, line, load):

@@ -60,7 +60,6 @@ def test_parameters_that_begin_in_another_block(n_blocks):
         written(FRAMES=32),
         with_header(written(), last=40),
         with_header(written(), scale=0.1),
-        with_header(written(analog=ANALOG), samples=3),
         with_header(written(analog=ANALOG), analog=0),
     ],
 )

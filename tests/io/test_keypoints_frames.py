@@ -48,22 +48,17 @@ def results(ids, key="image_id"):
 GAPS = [0, 1, 2, 10, 11, 12]
 
 
-@pytest.mark.parametrize("key", ["image_id", "imageId", "frame", "Frame", "frameIndex", "frame_idx", "frame_id"])
-@pytest.mark.parametrize("name", [None, "{:06}.jpg", "cam2/walk_{}.png", "{}", "v1-{:04}_jpg.rf.8f3a"])
+@pytest.mark.parametrize("key", ["image_id", "frame", "frameIndex"])
+@pytest.mark.parametrize("name", [None, "{:06}.jpg", "v1-{:04}_jpg.rf.8f3a"])
 def test_results_stay_at_the_time_of_their_image(key, name):
     ids = GAPS if name is None else [name.format(i) for i in GAPS]
     same(read(results(ids, key)), at_frames(GAPS))
-    same(read(results([0, 1, 2], key)), ARRAY[:3])
 
 
-@pytest.mark.parametrize("name", [None, "{:06}.jpg", "{}"])
+@pytest.mark.parametrize("name", ["{}", "{:06}.jpg", "walk.jpg"])
 def test_two_people_of_an_image_are_refused(name):
-    ids = [i // 2 if name is None else name.format(i // 2) for i in range(6)]
-    shown = repr(ids[0])
     with pytest.raises(MocapFormatError):
-        read(results(ids))
-    with pytest.raises(MocapFormatError):
-        read(results(["walk.jpg", "walk.jpg"]))
+        read(results([name.format(i // 2) for i in range(6)]))
 
 
 def coco(images):
@@ -75,65 +70,44 @@ def coco(images):
     return {"images": images, "annotations": annotations[::-1], "categories": [{"keypoints": list(COCO.names)}]}
 
 
-ORDER = [3, 0, 2, 9, 1]
 IMAGES = {
     "frame_idx": lambda i, k: {"id": i, "file_name": f"{i}.jpg", "frame_idx": k},
-    "frame_id": lambda i, k: {"id": f"x{i}", "frame_id": k},
-    "file_name": lambda i, k: {"id": i, "file_name": f"session1/{k:012}.jpg"},
-    "file_name of Roboflow": lambda i, k: {"id": i, "file_name": f"walk_mp4-{k}_jpg.rf.{7919 * i:x}.jpg"},
+    "file_name": lambda i, k: {"id": i, "file_name": f"walk_mp4-{k}_jpg.rf.{7919 * i:x}.jpg"},
     "id": lambda i, k: {"id": k, "file_name": "abc"[i % 3] + "walk.jpg"},
-    "id alone": lambda i, k: {"id": k},
 }
 
 
 @pytest.mark.parametrize("form", IMAGES)
 def test_images_are_in_the_order_of_their_numbers(form):
-    for numbers in (ORDER, [0, 1, 2, 10], [2, 1, 0]):
-        images = [IMAGES[form](i, k) for i, k in enumerate(numbers)]
-        same(read(coco(images)), at_frames(numbers))
+    numbers = [3, 0, 2, 9, 1]
+    same(read(coco([IMAGES[form](i, k) for i, k in enumerate(numbers)])), at_frames(numbers))
 
 
 def test_frames_by_their_numbers():
     keys = [10, 2, 0, 1]
-    wanted = at_frames(keys)
-    for frame in (lambda points: points, lambda points: {"keypoints_3d": points}, lambda points: {"people": [points]}):
-        document = {str(key): frame(FRAMES[i]) for i, key in enumerate(keys)}
-        same(read(document), wanted)
-        same(read({"fps": 30, "frames": document}, frame_rate=None), wanted)
-        same(read({"fps": 30, **document}, frame_rate=None), wanted)
-    same(read({"frames": {f"frame_{key}": FRAMES[i] for i, key in enumerate(keys)}}), wanted)
-    same(read({"0": FRAMES[0], "1": None, "2": FRAMES[1]}), at_frames([0, 2]))
+    document = {str(key): {"keypoints_3d": FRAMES[i]} for i, key in enumerate(keys)}
+    for one in (document, {"frames": document}, {"fps": 30, **document}):
+        same(read(one), at_frames(keys))
+    same(read({"frames": {f"frame_{key}": FRAMES[i] for i, key in enumerate(keys)}}), at_frames(keys))
     points = {str(i): point for i, point in enumerate(FRAMES[0])}
     found = read(points, layout=None)
     assert (len(found), found.names) == (1, tuple(points))
     with pytest.raises(MocapFormatError):
         read({"frames": {"a": FRAMES[0], "b": FRAMES[1]}})
-    with pytest.raises(MocapFormatError):
-        read({"a": FRAMES[0], "b": FRAMES[1]})
 
 
 def test_flat_lists_are_frames_where_the_number_of_points_is_known():
-    rows = ARRAY.reshape(N, -1)
-    sure = np.full((N, 17, 1), 0.5)
-    for document in (rows.tolist(), {"frames": rows.tolist()}, {str(i): row for i, row in enumerate(rows.tolist())}):
-        same(read(document), ARRAY)
-        same(read(document, layout=None, names=COCO.names), ARRAY)
-    found = read(np.concatenate([ARRAY, sure], axis=2).reshape(N, -1).tolist())
-    same(found, ARRAY)
-    assert (found.confidences[:, :17] == 0.5).all()
+    rows = ARRAY.reshape(N, -1).tolist()
+    same(read(rows), ARRAY)
+    same(read({"frames": rows}, layout=None, names=COCO.names), ARRAY)
     with pytest.raises(MocapFormatError):
-        read(rows.tolist(), layout=None)
-    pixels = np.concatenate([ARRAY[..., :2] * 300 + 320, np.full((N, 17, 1), 2)], axis=2)
-    with pytest.raises(MocapFormatError):
-        read(pixels.reshape(N, -1).tolist())
+        read(rows, layout=None)
 
 
 PIXELS = ARRAY[..., :2] * 300 + 320
 THIRDS = {
     "visibility": np.random.default_rng(1).integers(0, 3, (N, 17)),
     "scores": np.random.default_rng(1).uniform(0, 1, (N, 17)),
-    "scores that overshoot": np.random.default_rng(1).uniform(0, 1.09, (N, 17)),
-    "percent": np.random.default_rng(1).uniform(0, 100, (N, 17)),
     "depth in another unit": ARRAY[..., 2],
 }
 
@@ -142,20 +116,9 @@ THIRDS = {
 def test_flat_keypoints_are_looked_at(third):
     """COCO's lists of x, y and visibility have the form of x, y, z."""
     same(read([{"keypoints": frame.ravel().tolist()} for frame in ARRAY]), ARRAY)
-    for unit in (100, 1000):
-        found = read([{"keypoints": frame.ravel().tolist()} for frame in unit * ARRAY], scale=1 / unit)
-        np.testing.assert_allclose(found.positions[:, :17], ARRAY)
     flat = np.concatenate([PIXELS, THIRDS[third][:, :, None]], axis=2)
-    flat[3] = 0.0  # nobody is seen
-    document = [{"keypoints": frame.ravel().tolist()} for frame in flat]
     with pytest.raises(MocapFormatError):
-        read(document)
-    with pytest.raises(MocapFormatError):
-        read(document, layout=None, names=COCO.names)
-    if third != "depth in another unit":
-        picture = flat / [640, 640, 1]
-        with pytest.raises(MocapFormatError):
-            read([{"keypoints": frame.ravel().tolist()} for frame in picture])
+        read([{"keypoints": frame.ravel().tolist()} for frame in flat])
 
 
 def table(key, times, numbers=None):
@@ -173,42 +136,27 @@ def listed(key, times, numbers=None):
     return [{key: t, "keypoints_3d": frame} | one for t, frame, one in zip(times, FRAMES, more, strict=True)]
 
 
-def timestamps(key, times, numbers=None):
-    """Return frames with a list of their times next to them."""
-    assert key == "timestamps"
-    frames = [{"keypoints_3d": frame} for frame in FRAMES]
-    if numbers is not None:
-        frames = [{"frame": number} | frame for number, frame in zip(numbers, frames, strict=True)]
-    return {"timestamps": times, "frames": frames}
-
-
-FORMS = [(table, "time"), (table, "Time (s)"), (listed, "timestamp"), (timestamps, "timestamps")]
-
-
-@pytest.mark.parametrize(("form", "key"), FORMS)
+@pytest.mark.parametrize(("form", "key"), [(table, "Time (s)"), (listed, "timestamp")])
 def test_times_that_contradict_the_frame_rate(form, key):
     file = form(key, [5.0 + i / 60 for i in range(N)])
     (message,) = messages(read, file)
-    assert f"frames are at 60 Hz by '{key}', but 30 Hz is taken: pass frame_rate=60 if these times are" in message
-    assert messages(read, file, frame_rate=60) == []
+    assert "frame_rate=60" in message
     assert messages(read, file, frame_rate=59.94) == []
-    with pytest.raises(ValueError, match=r"does not state its frame rate: pass frame_rate=, in Hz; '.*' has 60 Hz"):
-        read(file, frame_rate=None)
+    gap = [*range(6), *range(9, N + 3)]
+    assert len(messages(read, form(key, [k / 30 for k in gap]))) == 1
+    assert messages(read, form(key, [k / 30 for k in gap], gap)) == []
 
 
 @pytest.mark.parametrize(
     "times",
     [
         range(N),  # counts of frames
-        [1.7e9] * N,  # of the recording
         ["2024-01-01T12:00:00"] * N,
-        [i / 30 + 0.004 * (-1) ** i for i in range(N)],  # of a camera
         [round(i / 30, 2) for i in range(N)],
     ],
 )
-@pytest.mark.parametrize("form", [table, listed])
-def test_times_that_say_nothing_against_the_rate(form, times):
-    assert messages(read, form("timestamp", list(times))) == []
+def test_times_that_say_nothing_against_the_rate(times):
+    assert messages(read, listed("timestamp", list(times))) == []
 
 
 def test_frames_of_a_folder_with_several_in_a_file(tmp_path):

@@ -126,7 +126,7 @@ def test_three_dofs_for_every_joint(load, refused):
         forward_kinematics(motion.angles[1:], motion.skeleton), forward_kinematics(plain.angles[1:], plain.skeleton)
     )
     np.testing.assert_allclose(np.degrees(motion.skeleton.limits[:3]), [[-10, 20], [-np.inf, np.inf], [-30, 40]])
-    assert refused(amc=FORCED.replace("50 7", "50")) == ("a.amc", 5)
+    assert refused(amc=FORCED.replace("50 7", "50")) == ("a.amc", 6)
 
 
 def test_the_unit_of_angles(load, refused):

@@ -94,12 +94,11 @@ def test_a_person_who_lies_and_turns_keeps_the_tilt(up, again):
 
 
 @pytest.mark.parametrize("up", TURNS)
-@pytest.mark.parametrize("axes", ["", "Y", "zx", "ZYX", "xzy", "YXZ"])
-@pytest.mark.parametrize("name", SKELETONS)
-def test_all_joints_are_where_they_were_in_a_turned_world(name, axes, up, again):
+@pytest.mark.parametrize("axes", ["", "zx", "ZYX"])
+def test_all_joints_are_where_they_were_in_a_turned_world(axes, up, again):
     """Also where the root has no angles, or fewer than the turned world needs."""
     rng = np.random.default_rng(7)
-    skeleton = SKELETONS[name]
+    skeleton = SKELETONS["mixed joints"]
     root = {
         "root_angles": rng.normal(size=(6, len(axes))),
         "root_axes": axes,
