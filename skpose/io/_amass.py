@@ -150,7 +150,7 @@ def load_amass(
 
 
 def _poses(file: Archive, n_frames: int, finite: bool) -> tuple[str, np.ndarray]:
-    """Return the body model, by the width of its poses, and the rotation vectors (n_frames, 3 n_joints) of all joints."""
+    """The body model, by the width of its poses, and the rotation vectors (n_frames, 3 n_joints) of all joints."""
     if "poses" in file.keys:
         shapes = [(n_frames, 3 * size) for size in BY_SIZE]
         poses = file.numbers("poses", *shapes, finite=finite)
@@ -164,7 +164,7 @@ def _poses(file: Archive, n_frames: int, finite: bool) -> tuple[str, np.ndarray]
 
 
 def _frame_rate(file: Archive, given: float | None) -> float:
-    """Return the frames per second, Hz, which the two generations of files have under different keys."""
+    """The frames per second, Hz, which the two generations of files have under different keys."""
     key = next((key for key in RATES if key in file.keys), None)
     if key is None:
         if given is None:

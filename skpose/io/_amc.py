@@ -140,12 +140,11 @@ def is_amc(source: Source) -> bool:
 
 
 def asf_path(amc: PathLike) -> Path:
-    """Return the path at which the ASF file of an AMC file is expected.
+    """The path at which the ASF file of an AMC file is expected.
 
-    The path is walk.asf in the folder of walk.amc if there is such a file; otherwise the name up to the last underscore,
-    as in the CMU database: 02.asf for 02_01.amc; or up to the one before it, and so on, as in HDM05: HDM_bd.asf for
-    HDM_bd_walk_001_120.amc. For a link, the file that it points to is tried too. Where there is none of them, 02.asf,
-    which does not exist.
+    It is walk.asf in the folder of walk.amc if there is such a file; otherwise the name is cut at its last underscore,
+    02.asf for 02_01.amc as in the CMU database, then at the one before it, and so on: HDM_bd.asf for
+    HDM_bd_walk_001_120.amc. For a link, the file that it points to is tried too. If none exists, it is 02.asf.
     """
     amc = Path(amc)
     candidates = [asf for path in (amc, Path(os.path.realpath(amc))) for asf in _asf_paths(path)]
@@ -160,7 +159,7 @@ def _asf_paths(amc: Path) -> list[Path]:
 
 
 def _motion(numbers: np.ndarray, frames: np.ndarray, asf: AsfFile, in_radians: bool, frame_rate: float) -> Motion:
-    """Return the motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
+    """The motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
     names = [f"{bone}_{channel}" for bone, channels in asf.channels.items() for channel in channels]
     column = {name: i for i, name in enumerate(names)}
     skeleton, root = asf.skeleton, asf.root
@@ -205,7 +204,7 @@ class _Rows:
         self.places: list[int] = []  # index of each number; -1 is a zero appended to the words
 
     def read(self, lines: list[Line]) -> np.ndarray:
-        """Return the numbers of all frames, (n_frames, n_channels)."""
+        """The numbers of all frames, (n_frames, n_channels)."""
         starts = [i for i, (_, text) in enumerate(lines) if text.strip().isdecimal()]
         if not starts or starts[0] > 0:
             line = lines[0][0] if lines else len(self.source.lines)
@@ -232,7 +231,7 @@ class _Rows:
         return self._read_new(line, frame)
 
     def _read_new(self, line: int, frame: list[Line]) -> np.ndarray:
-        """Return the numbers of a frame, NaN where one is not finite, and learn their places for the next frames."""
+        """The numbers of a frame, NaN where one is not finite, and learn their places for the next frames."""
         found: dict[str, list[float]] = {}
         starts: dict[str, int] = {}
         self.names, n_words = {}, 0

@@ -28,14 +28,14 @@ class Archive:
         return ", ".join(sorted(self.keys)[:12]) + (" and others" if len(self.keys) > 12 else "") or "none"
 
     def numbers(self, key: str, *shapes: Shape, finite: bool = True) -> np.ndarray:
-        """Return an array of numbers as float64, if its shape is one of these, and all are finite or need not be."""
+        """An array of numbers as float64, if its shape is one of these, and all are finite or need not be."""
         array = check_numbers(self.source, key, self._read(key), *shapes)
         if finite and not np.isfinite(array).all():
             raise self.source.error(f"{key}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
         return array
 
     def texts(self, key: str, *shapes: Shape) -> list[str]:
-        """Return all texts of an array, of characters or of bytes, if its shape is one of these."""
+        """All texts of an array, of characters or of bytes, if its shape is one of these."""
         array = self._read(key)
         _check(self.source, key, array, "SU", shapes)
         with _damage(self.source, key):
@@ -50,7 +50,7 @@ class Archive:
 
 
 def read_array(source: Source, *shapes: Shape) -> np.ndarray:
-    """Return the numbers of an .npy file as float64, if its shape is one of these."""
+    """The numbers of an .npy file as float64, if its shape is one of these."""
     if source.kind != "npy":
         raise source.error("expected an .npy file, found none")
     with _damage(source, "the array"):
@@ -59,7 +59,7 @@ def read_array(source: Source, *shapes: Shape) -> np.ndarray:
 
 
 def check_numbers(source: Source, key: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:
-    """Return an array as float64 if it has numbers and one of the shapes."""
+    """An array as float64 if it has numbers and one of the shapes."""
     _check(source, key, array, "fiu", shapes)
     with np.errstate(over="ignore", invalid="ignore"):
         return array.astype(np.float64)

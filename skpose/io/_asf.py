@@ -181,7 +181,7 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
 
 
 def _sections(source: Source) -> dict[str, Statements]:
-    """Return the file's statements by the keyword of their section."""
+    """The file's statements by the keyword of their section."""
     sections: dict[str, Statements] = {}
     section: Statements | None = None
     for tokens in source.statements():
@@ -247,7 +247,7 @@ def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str,
 
 
 def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radians: bool) -> tuple[str, AcclaimBone]:
-    """Return the name and the content of a block; keys that no pose needs, such as id and bodymass, are ignored."""
+    """The name and the content of a block; keys that no pose needs, such as id and bodymass, are ignored."""
     for key in ("name", "direction", "length"):
         if key not in given or len(given[key]) < 2:
             raise source.error(f"expected a {key} of the bone that ends here, found none", end)
@@ -274,14 +274,14 @@ def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radian
 
 
 def _numbers(source: Source, tokens: list[Token], n: int, what: str) -> list[float]:
-    """Return the n numbers after a keyword."""
+    """The n numbers after a keyword."""
     if len(tokens) != n + 1:
         raise source.error(f"{what}: expected {n} numbers, found {len(tokens) - 1}", tokens[-1] if tokens else None)
     return [source.number(token, what) for token in tokens[1:]]
 
 
 def _some_of(source: Source, choices: tuple[str, ...], tokens: list[Token], what: str) -> list[str]:
-    """Return the words after a keyword, each one of the choices and none twice."""
+    """The words after a keyword, each one of the choices and none twice."""
     found: list[str] = []
     for token in tokens[1:]:
         if token.lower() not in choices or token.lower() in found:
@@ -298,7 +298,7 @@ def _axis_order(source: Source, tokens: list[Token], what: str) -> str:
 
 
 def _read_hierarchy(source: Source, section: Statements, bones: dict[str, AcclaimBone]) -> dict[str, str | None]:
-    """Return the parent of every bone, None for the root."""
+    """The parent of every bone, None for the root."""
     parents: dict[str, str | None] = {}
     for parent, *children in section:
         if not children and parent.lower() in ("begin", "end"):

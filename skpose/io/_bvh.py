@@ -150,7 +150,7 @@ def load_bvh(
             raise source.error(f"expected rotation channels below the root {chain[-1]}, found none", chain[-1].opened)
         offsets, longest = bone_offsets(below, numbers, source, stretch)
         positions, axes, angles = root_movement(chain, numbers, longest, root_offset)
-        parents = {joint: name for joint, name in names.items() if joint is not chain[-1]}
+        parents: dict[Joint | None, str] = {joint: name for joint, name in names.items() if joint is not chain[-1]}
         bones = [
             Bone(names[joint], parents.get(joint.parent), offset, "".join(joint.columns("rotation")).upper())
             for joint, offset in zip(below, scale * offsets, strict=True)
@@ -186,14 +186,14 @@ class Lexer:
         return Token(match)
 
     def name(self) -> str:
-        """Return the rest of the line, up to a brace: names may have blanks in them."""
+        """The rest of the line, up to a brace: names may have blanks in them."""
         match = cast(re.Match, NAME.match(self.source.data, self.at))  # at least the empty string matches
         self.at = match.end()
         return Token(match).strip()
 
 
 def _read_hierarchy(lexer: Lexer) -> list[Joint]:
-    """Return the joints in the order of the file, the root first, up to the word MOTION."""
+    """The joints in the order of the file, the root first, up to the word MOTION."""
     source, joints = lexer.source, list[Joint]()
     first = lexer.next("HIERARCHY")
     if first.upper() != "HIERARCHY":
@@ -226,7 +226,7 @@ def _read_hierarchy(lexer: Lexer) -> list[Joint]:
 
 
 def _open(lexer: Lexer, word: Token, parent: Joint | None, joints: list[Joint]) -> Joint:
-    """Return the block that a keyword begins, read up to its brace."""
+    """The block that a keyword begins, read up to its brace."""
     source, keyword = lexer.source, word.upper()
     if keyword == "ROOT" and joints:
         raise source.error("expected one skeleton in a file, found a second ROOT", word)
@@ -261,7 +261,7 @@ def _channels(lexer: Lexer, joint: Joint) -> list[str]:
 
 
 def _read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
-    """Return the number of frames that the file states, and the duration of each, as words."""
+    """The number of frames that the file states, and the duration of each, as words."""
     found: dict[str, Token] = {}
     while len(found) < 2:
         missing = "Frame Time:" if "frames" in found else "Frames:"
@@ -278,7 +278,7 @@ def _read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
 
 
 def _rate_of(source: Source, word: Token, given: float | None) -> float:
-    """Return the frame rate, Hz, by the word after "Frame Time:", or the given one."""
+    """The frame rate, Hz, by the word after "Frame Time:", or the given one."""
     seconds = source.number(word, "Frame Time", finite=False)
     if given is None and not (seconds > 0 and np.isfinite(seconds) and np.isfinite(1.0 / seconds)):
         raise source.error(f"Frame Time: expected a positive number, found {word[:40]!r}: pass frame_rate=", word)
@@ -290,7 +290,7 @@ def _rate_of(source: Source, word: Token, given: float | None) -> float:
 def _read_rows(
     source: Source, start: int, width: int, claimed: Token, trust: str, on_nan: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers (n_frames, width) from a byte on, and the numbers of these frames, from 0."""
+    """The numbers (n_frames, width) from a byte on, and the numbers of these frames, from 0."""
     if width == 0:
         raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
     numbers = read_numbers(source, start, finite=on_nan == "raise")
@@ -313,7 +313,7 @@ def _read_rows(
 
 
 def _unique_names(joints: list[Joint], source: Source) -> dict[Joint, str]:
-    """Return a different name for each joint: the first of a name keeps it; End Sites have none in the file."""
+    """A different name for each joint: the first of a name keeps it; End Sites have none in the file."""
     unique, used, reserved = dict[Joint, str](), dict[str, str](), {joint.name for joint in joints}
     for joint in joints:
         parent = cast(Joint, joint.parent)  # only the root, which is not among the joints, has none

@@ -7,7 +7,6 @@ one child, which is moved by position channels.
 from collections import Counter
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -43,20 +42,16 @@ class Joint:
         return repr(self.name) if self.name else f"the End Site of {self.parent}"
 
 
-class Choice(NamedTuple):
-    """The root of the skeleton, and the joints above and below it."""
-
-    chain: list[Joint]  # from ROOT to the root of the skeleton
-    below: list[Joint]  # the joints of the skeleton, in the order of the file
-
-
 def choose_root(
     joints: list[Joint], numbers: np.ndarray, name: str | None, names: dict[Joint, str], source: Source
-) -> Choice:
-    """Choose the joint of this name as the root, or, without a name, the one that carries the skeleton."""
+) -> tuple[list[Joint], list[Joint]]:
+    """Choose the root, by its name, or as the joint that carries the skeleton.
+
+    The result is the chain of joints from ROOT to it, and the joints below it in the order of the file.
+    """
     if name is None:
         chain = _find_reference_chain(joints, numbers)
-        return Choice(chain, joints[len(chain) :])  # each joint of the chain is an only child
+        return chain, joints[len(chain) :]  # each joint of the chain is an only child
     named = {unique: joint for joint, unique in names.items() if joint.name} | {joints[0].name: joints[0]}
     if name not in named:
         raise source.error(f"root={name!r} is not a joint of this file: {', '.join(sorted(named)[:MOST_NAMES])}")
@@ -71,11 +66,11 @@ def choose_root(
     if left:
         more = f" and {len(left) - 5} more" if len(left) > 5 else ""
         source.warn(f"root={name!r} leaves out {', '.join(left[:5])}{more}, which are not below it")
-    return Choice(chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]])
+    return chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]]
 
 
 def _find_reference_chain(joints: list[Joint], numbers: np.ndarray) -> list[Joint]:
-    """Return the chain from ROOT to the first joint that position channels move, if nothing above it moves."""
+    """The chain from ROOT to the first joint that position channels move, if nothing above it moves."""
     root = joints[:1]
     if len(joints) < 2 or len(numbers) < 2 or not _is_still(joints[0], numbers, np.inf):
         return root
@@ -102,7 +97,7 @@ def _varies(values: np.ndarray, tolerance: float) -> bool:
 
 
 def _mean_offsets(joints: list[Joint], numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return OFFSETs (n_joints, 3), and the same with the means of position channels in their place."""
+    """OFFSETs (n_joints, 3), and the same with the means of position channels in their place."""
     stated = np.array([joint.offset for joint in joints]).reshape(-1, 3)
     offsets = stated.copy()
     for i, joint in enumerate(joints):
@@ -117,7 +112,7 @@ def _longest(stated: np.ndarray, offsets: np.ndarray) -> float:
 
 
 def bone_offsets(joints: list[Joint], numbers: np.ndarray, source: Source, stretch: str) -> tuple[np.ndarray, float]:
-    """Return the bones' offsets (n_joints, 3), OFFSET or the mean of the position channels, and the longest bone."""
+    """The bones' offsets (n_joints, 3), OFFSET or the mean of the position channels, and the longest bone."""
     stated, offsets = _mean_offsets(joints, numbers)
     longest = _longest(stated, offsets)
     if not len(numbers):
@@ -167,7 +162,7 @@ def _format(vector: np.ndarray) -> str:
 def root_movement(
     chain: list[Joint], numbers: np.ndarray, longest: float, root_offset: str
 ) -> tuple[np.ndarray, str, np.ndarray]:
-    """Return positions (n_frames, 3) in the file's unit, axes and angles (n_frames, k) in rad of a chain's last joint.
+    """Positions (n_frames, 3) in the file's unit, axes and angles (n_frames, k) in rad of a chain's last joint.
 
     They are those of its own channels if nothing above it is moved or rotated, and its movement in space otherwise.
     """
@@ -194,7 +189,7 @@ def _product(first: Rotation | None, second: Rotation | None) -> Rotation | None
 
 
 def _local_positions(joint: Joint, numbers: np.ndarray, longest: float) -> np.ndarray:
-    """Return the positions (n_frames, 3) of a joint relative to its parent, in the file's unit.
+    """The positions (n_frames, 3) of a joint relative to its parent, in the file's unit.
 
     Position channels replace OFFSET, unless all are nearly zero: a program writes them for every joint and does not use
     them.
@@ -207,7 +202,7 @@ def _local_positions(joint: Joint, numbers: np.ndarray, longest: float) -> np.nd
 
 
 def _rotation(joint: Joint, numbers: np.ndarray) -> Rotation | None:
-    """Return the rotations of a joint; None if it has none."""
+    """The rotations of a joint; None if it has none."""
     angles = joint.numbers("rotation", numbers)
     if not angles.any():
         return None

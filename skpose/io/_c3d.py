@@ -1,7 +1,7 @@
 """C3D files, positions of markers as most motion-capture systems write them, and quantities that models compute."""
 
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -135,7 +135,7 @@ def load_c3d(
         labels, parameters = [names[i] for i in chosen], recording.parameters
         units = parameters.texts("POINT:UNITS") if scale is None else _texts_if_any(parameters, "POINT:UNITS")
         scale = read_unit(source, "POINT:UNITS", units[0] if units else "", scale)
-        usual = ("z", "") if up is not None else _up(source, parameters)
+        usual: tuple[Up, str] = ("z", "") if up is not None else _up(source, parameters)
         positions, axis = stand_markers(source, recording.positions[:, chosen], labels, scale, zeros, up, usual)
         found = Keypoints(positions, labels, recording.frame_rate, up=axis)
         source.warn(complaint_of_extent(found.positions, scale))
@@ -195,7 +195,7 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
 
 
 def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
-    """Return a file, and by the indices of its points the names, where they have one, and the kinds of quantities."""
+    """A file, and by the indices of its points the names, where they have one, and the kinds of quantities."""
     if source.kind != "C3D":
         raise source.error("expected a C3D file, whose second byte is 80")
     recording = read_recording(source)
@@ -226,7 +226,7 @@ def _list_groups(parameters: Parameters) -> Groups:
 
 
 def _texts_if_any(parameters: Parameters, name: str) -> list[str]:
-    """Return the texts of a parameter that points do not need: none if it is damaged."""
+    """The texts of a parameter that points do not need: none if it is damaged."""
     try:
         return parameters.texts(name)
     except MocapFormatError:
@@ -234,13 +234,13 @@ def _texts_if_any(parameters: Parameters, name: str) -> list[str]:
 
 
 def _split(label: str) -> tuple[str, str]:
-    """Return the prefix of a label, as that of a subject before a colon, and the rest, in lower case."""
+    """The prefix of a label, as that of a subject before a colon, and the rest, in lower case."""
     prefix, _, name = label.lower().rpartition(":")
     return prefix.strip(), name.strip()
 
 
 def _kind_of(label: str, groups: Groups) -> str:
-    """Return the kind of quantity of a label, empty for a marker.
+    """The kind of quantity of a label, empty for a marker.
 
     Labels are the same in any case of the letters, and where one of them has no prefix: of two subjects both have one.
     """
@@ -253,12 +253,12 @@ def _kind_of(label: str, groups: Groups) -> str:
 
 
 def _up(source: Source, parameters: Parameters) -> tuple[Up, str]:
-    """Return the direction that points up by the file, and why it is taken."""
+    """The direction that points up by the file, and why it is taken."""
     axis = next(iter(parameters.texts("POINT:Y_SCREEN")), "")
     if not axis:
         source.warn("it does not say which axis points up (POINT:Y_SCREEN): z is taken; pass up= otherwise")
         return "z", "as is usual"
-    for up in UPS:
-        if axis.lower().lstrip("+") == up:
-            return up, "by POINT:Y_SCREEN"
-    raise source.error(f"POINT:Y_SCREEN: expected +X, +Y, +Z, -X, -Y or -Z, found {axis[:40]!r}: pass up=")
+    up: Any = axis.lower().lstrip("+")
+    if up not in UPS:
+        raise source.error(f"POINT:Y_SCREEN: expected +X, +Y, +Z, -X, -Y or -Z, found {axis[:40]!r}: pass up=")
+    return up, "by POINT:Y_SCREEN"

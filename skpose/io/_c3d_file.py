@@ -76,7 +76,7 @@ class Parameters:
         self._records = {f"{groups.get(group, '')}:{name}".upper(): record for group, name, record in records[::-1]}
 
     def _decode(self, name: str) -> tuple[int, tuple[int, ...], bytes] | None:
-        """Return kind, shape (the first dimension is the fastest) and bytes of a parameter; None if there is none."""
+        """Kind, shape (the first dimension is the fastest) and bytes of a parameter; None if there is none."""
         record = self._records.get(name)
         if record is None:
             return None
@@ -89,7 +89,7 @@ class Parameters:
         return kind, shape, data
 
     def number(self, name: str, default: float) -> float:
-        """Return the one finite number of a parameter, an integer as a signed one; `default` where there is none."""
+        """The one finite number of a parameter, an integer as a signed one; `default` where there is none."""
         found = self._decode(name)
         if found is None:
             return default
@@ -100,7 +100,7 @@ class Parameters:
         return float(values[0])
 
     def texts(self, name: str) -> list[str]:
-        """Return all texts of a parameter and its continuations, NAME2 and so on, without the blanks around them."""
+        """All texts of a parameter and its continuations, NAME2 and so on, without the blanks around them."""
         texts, i = list[str](), 1
         while found := self._decode(name if i == 1 else f"{name}{i}"):
             kind, shape, data = found
@@ -113,7 +113,7 @@ class Parameters:
         return texts
 
     def floats(self, data: bytes) -> np.ndarray:
-        """Return floats of 32 bits; those of DEC have their words in the other order, and are four times as large."""
+        """Floats of 32 bits; those of DEC have their words in the other order, and are four times as large."""
         if self.processor != DEC:
             return np.frombuffer(data, f"{self.order}f4").astype(np.float64)
         words = np.frombuffer(data, "<u4").astype(np.uint32)
@@ -121,7 +121,7 @@ class Parameters:
 
 
 def read_recording(source: Source) -> Recording:
-    """Return parameters, frame rate, and positions (n_frames, n_points, 3) of a file."""
+    """Parameters, frame rate, and positions (n_frames, n_points, 3) of a file."""
     data = source.data
     at = BLOCK * (data[0] - 1) + 3
     if len(data) < BLOCK or len(data) <= at:
@@ -164,7 +164,7 @@ def _find_frames(
     is_float: tuple[bool, bool],
     first: int,
 ) -> Frames:
-    """Return where the frames are, as parameters and header say; what only one of the two says is taken from it.
+    """Where the frames are, as parameters and header say; what only one of the two says is taken from it.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def _find_frames(
 
 
 def _choose(source: Source, stated: list[Frames], length: int) -> Frames:
-    """Return the frames as they are stated, or what of both fits the length of the file."""
+    """The frames as they are stated, or what of both fits the length of the file."""
     left = {one: length - one.start - one.n_frames * one.n_bytes for one in stated}
     fitting = [one for one in stated if 0 <= left[one] < BLOCK]
     if not fitting and len({one[:-1] for one in stated}) == 1:  # only the numbers of frames may differ

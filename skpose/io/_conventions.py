@@ -59,7 +59,7 @@ def check_options(**options: Any) -> None:
 
 
 def read_unit(source: Source, where: str, unit: str, scale: float | None, at: Any = None) -> float:
-    """Return the metres of one unit: the scale, or else by the name of the unit in any case, also if it is cut off."""
+    """The metres of one unit: the scale, or else by the name of the unit in any case, also if it is cut off."""
     word = unit.strip().lower()
     names = [name for name in (*METRES, *ANGLES) if name == word or (len(word) >= FEWEST and name.startswith(word))]
     if any(name in ANGLES for name in names):
@@ -73,7 +73,7 @@ def read_unit(source: Source, where: str, unit: str, scale: float | None, at: An
 
 
 def choose_rate(source: Source, given: float | None, stated: float, where: str) -> float:
-    """Return the given frame rate, Hz, with a warning where the file states another; or else that of the file."""
+    """The given frame rate, Hz, with a warning where the file states another; or else that of the file."""
     if given is None:
         return stated
     if SLOWEST <= stated <= FASTEST and differ(given, stated):
@@ -101,7 +101,7 @@ def complaint_of_frame_time(seconds: float) -> str:
 
 
 def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -> Motion:
-    """Return a motion with the axis that points up: the given one, or the usual one, with a warning if it seems wrong.
+    """A motion with the axis that points up: the given one, or the usual one, with a warning if it seems wrong.
 
     If the axis points down the world is turned by half a turn: about x for y and z, about y for x.
     """
@@ -120,7 +120,7 @@ def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -
 
 
 def turn_up(positions: np.ndarray, up: Up) -> tuple[np.ndarray, Axis]:
-    """Return positions in a world turned as by `stand`, and the axis that points up."""
+    """Positions in a world turned as by `stand`, and the axis that points up."""
     if up.startswith("-"):
         positions = positions * ([-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0])
     axis: Any = up[-1]
@@ -156,7 +156,7 @@ def stand_markers(
     up: Up | None,
     usual: tuple[Up, str],
 ) -> tuple[np.ndarray, Axis]:
-    """Return positions of markers in m without lost ones, and the axis that points up; `usual` has a reason with it."""
+    """Positions of markers in m without lost ones, and the axis that points up; `usual` has a reason with it."""
     drop_lost(source, positions, (positions == 0.0).all(axis=2), names, zeros, "markers")
     positions = positions * scale
     if up is None:
@@ -189,7 +189,7 @@ def check_points(
 
 
 def number_names(source: Source, names: list[str]) -> list[str]:
-    """Return a different name for each point: the first of a name keeps it, the others are numbered, with a warning."""
+    """A different name for each point: the first of a name keeps it, the others are numbered, with a warning."""
     unique: dict[str, str] = {}
     for name in names:
         unique[unused_name(name, unique, names)] = name
@@ -198,7 +198,7 @@ def number_names(source: Source, names: list[str]) -> list[str]:
 
 
 def unused_name(name: str, used: Collection[str], reserved: Collection[str]) -> str:
-    """Return the name, or with a number where it is used; no numbered name is a reserved one."""
+    """The name, or with a number where it is used; no numbered name is a reserved one."""
     new, count = name, 1
     while new in used or (count > 1 and new in reserved):
         count += 1

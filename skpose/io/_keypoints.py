@@ -193,7 +193,7 @@ def load_keypoints(
 
 
 def read_stored(path: Readable | Source) -> Stored:
-    """Return what a file of keypoints states, whether or not it names its points and has a frame rate."""
+    """What a file of keypoints states, whether or not it names its points and has a frame rate."""
     source = open_source(path, EXPECTED, binary=True)
     stored = _read(source, None)
     with source.format_errors():
@@ -207,7 +207,7 @@ def is_array(source: Source) -> bool:
 
 
 def _read(source: Source, n_points: int | None) -> Stored:
-    """Return what a file holds, whose content says which of the formats it is."""
+    """What a file holds, whose content says which of the formats it is."""
     if source.kind == "npy":
         return _from_array(source, read_array(source, *SHAPES))
     if source.kind == "zip":
@@ -225,7 +225,7 @@ def _check_positions(stored: Stored, names: list[str] | None) -> None:
 
 
 def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
-    """Return the given frame rate, or else that of the file; warn if the times of frames contradict it."""
+    """The given frame rate, or else that of the file; warn if the times of frames contradict it."""
     rate = stored.frame_rate if frame_rate is None else frame_rate
     if rate is None:
         of_times = np.nan if stored.times is None else stored.times.rate()
@@ -237,7 +237,7 @@ def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
 
 
 def _from_array(source: Source, array: np.ndarray) -> Stored:
-    """Return positions of three coordinates, and the fourth as confidences."""
+    """Positions of three coordinates, and the fourth as confidences."""
     if array.shape[2] == 2:
         raise source.error(f"these are keypoints in two dimensions. {REMEDY}")
     confidences = as_confidences(source, array[:, :, 3]) if array.shape[2] == 4 else None
@@ -274,7 +274,7 @@ def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
 
 
 def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:
-    """Return the columns of the points of a layout, by the names of the file's points."""
+    """The columns of the points of a layout, by the names of the file's points."""
     if len(names) != n_points:
         raise source.error(f"there are {len(names)} names, and {n_points} points")
     found = find_names(layout.names, names)

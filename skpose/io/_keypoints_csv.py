@@ -79,7 +79,7 @@ def read_csv(source: Source) -> Stored:
     numbers_of_frames = None
     if (key := frame_key(header)) is not None:
         numbers_of_frames = numbers_of([row[header.index(key)] for row in rows])
-        if numbers_of_frames is None:
+        if numbers_of_frames is None and "image" not in key.lower():
             raise source.error(f"{key}: expected the numbers of frames")
     if (time := time_key(header)) is not None:
         cells = [row[header.index(time)] for row in rows]
@@ -89,7 +89,7 @@ def read_csv(source: Source) -> Stored:
 
 
 def _rows(lines: list[str]) -> list[list[str]]:
-    """Return the cells of each line; a row is one line, also where it is quoted."""
+    """The cells of each line; a row is one line, also where it is quoted."""
     separator = max(SEPARATORS, key=lines[0].count)
     return [
         [cell.strip() for cell in next(csv.reader([line.rstrip("\r")], delimiter=separator), [])]
@@ -100,7 +100,7 @@ def _rows(lines: list[str]) -> list[list[str]]:
 
 
 def find_points(header: list[str]) -> dict[str, dict[str, int]]:
-    """Return for each point the columns of its coordinates, and of its confidence, by letter or word."""
+    """For each point the columns of its coordinates, and of its confidence, by letter or word."""
     best: dict[str, dict[str, int]] = {}
     for pattern, of_name, of_axis in ((AFTER, (1,), (2, 3)), (BEFORE, (2, 3), (1,))):
         found: dict[str, dict[str, int]] = {}

@@ -53,7 +53,7 @@ def is_json(source: Source) -> bool:
 
 
 def read_json(source: Source, n_points: int | None) -> Stored:
-    """Return the positions of a JSON file, of this many points if that is known."""
+    """The positions of a JSON file, of this many points if that is known."""
     document = _parse(source)
     names = rate = None
     if isinstance(document, dict):
@@ -67,7 +67,7 @@ def read_json(source: Source, n_points: int | None) -> Stored:
 
 
 def json_files(folder: PathLike) -> list[Path]:
-    """Return the JSON files of a folder, in the order of their last number, as OpenPose counts frames."""
+    """The JSON files of a folder, in the order of their last number, as OpenPose counts frames."""
     files = sorted(path for path in Path(folder).iterdir() if path.suffix.lower() == ".json")
     return sorted(files, key=_last_number)
 
@@ -77,7 +77,7 @@ def _last_number(path: Path) -> int:
 
 
 def read_folder(source: Source, files: list[Path], n_points: int | None) -> Stored:
-    """Return the positions of JSON files, a frame or a part of the frames in each; `source` is for errors."""
+    """The positions of JSON files, a frame or a part of the frames in each; `source` is for errors."""
     sources = [Source(path, "a JSON file") for path in files]
     parts = [_list_entries(one, _parse(one), n_points) for one in sources]
     if all(len(part) == 1 for part in parts) and all(_last_number(path) >= 0 for path in files):
@@ -96,7 +96,7 @@ def _parse(source: Source) -> Any:
 
 
 def _list_entries(source: Source, document: Any, n_points: int | None) -> list[Entry]:
-    """Return the frames of a document, which may be one of them, in the order of their numbers."""
+    """The frames of a document, which may be one of them, in the order of their numbers."""
     if isinstance(document, dict):
         if "annotations" in document and "images" in document:
             return _coco_entries(source, document)
@@ -123,7 +123,7 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
 
 
 def _with_numbers(source: Source, frames: list) -> list[Entry]:
-    """Return the frames with their numbers, if all in which somebody is seen have one."""
+    """The frames with their numbers, if all in which somebody is seen have one."""
     seen = [frame for frame in frames if frame is not None]
     keys = [frame_key(frame) if isinstance(frame, dict) else None for frame in seen]
     if not any(keys):
@@ -137,7 +137,7 @@ def _with_numbers(source: Source, frames: list) -> list[Entry]:
         raise source.error(f"{key}: expected the numbers of frames, found {str(values[0])[:40]!r}")
     if len(set(numbers or values)) < len(values):
         raise source.error(f"{key}: expected each frame once, with one person: keep the same person in every frame")
-    return list(zip(seen, numbers or [None] * len(seen), strict=True))
+    return [(frame, None if numbers is None else numbers[i]) for i, frame in enumerate(seen)]
 
 
 def _sort(frames: list, numbers: list[float]) -> list[Entry]:
@@ -145,7 +145,7 @@ def _sort(frames: list, numbers: list[float]) -> list[Entry]:
 
 
 def _coco_entries(source: Source, document: dict) -> list[Entry]:
-    """Return the annotations of each image of a COCO file, by its number, that in the name of its file, or its id."""
+    """The annotations of each image of a COCO file, by its number, that in the name of its file, or its id."""
     images, annotations = document["images"], document["annotations"]
     if not all(isinstance(one, list) and all(isinstance(x, dict) for x in one) for one in (images, annotations)):
         raise source.error("images and annotations: expected lists of objects, as in COCO's files")
@@ -157,15 +157,15 @@ def _coco_entries(source: Source, document: dict) -> list[Entry]:
     if len(people) < len(images):
         raise source.error("images: expected a different id of each")
     frames = [{"annotations": one} for one in people.values()]
-    for key in (frame_key(images[0]) if images else None, "file_name", "id"):
-        numbers = numbers_of([image.get(key) for image in images])
+    for name in (frame_key(images[0]) if images else None, "file_name", "id"):
+        numbers = numbers_of([image.get(name) for image in images])
         if numbers is not None and len(set(numbers)) == len(images):
             return _sort(frames, numbers)
     return [(frame, None) for frame in frames]
 
 
 def _category_names(document: dict) -> list[str] | None:
-    """Return the names of the points of a COCO or MMPose file."""
+    """The names of the points of a COCO or MMPose file."""
     categories = document.get("categories")
     category = categories[0] if isinstance(categories, list) and categories else document.get("meta_info")
     if not isinstance(category, dict):
@@ -176,7 +176,7 @@ def _category_names(document: dict) -> list[str] | None:
 
 
 def _read_entries(source: Source, entries: list[Entry], names: list[str] | None, n_points: int | None) -> Stored:
-    """Return the points of all frames as arrays, by their names if they have any, where their numbers say."""
+    """The points of all frames as arrays, by their names if they have any, where their numbers say."""
     reader = _Reader(source, n_points)
     frames = [reader.frame(frame) for frame, _ in entries]
     if complaint := complaint_of_flat(reader.flat):
@@ -223,7 +223,7 @@ class _Reader:
         return self.source.error(f"these are keypoints in two dimensions: {what}. {REMEDY}")
 
     def frame(self, frame: Any) -> Frame | None:
-        """Return the points of the one person of a frame; None if nobody is seen."""
+        """The points of the one person of a frame; None if nobody is seen."""
         if not isinstance(frame, dict):
             return self.points(frame, "")
         keys = [key for key in (*SPATIAL, *PEOPLE, POINTS, *FLAT) if key in frame]
@@ -242,14 +242,14 @@ class _Reader:
         return found
 
     def one(self, people: Any) -> Frame | None:
-        """Return the points of the only person of a list."""
+        """The points of the only person of a list."""
         if not isinstance(people, list) or len(people) > 1:
             found = len(people) if isinstance(people, list) else _kind(people)
             raise self.source.error(f"expected one person, found {found}: keep the same one in every frame")
         return self.frame(people[0])
 
     def points(self, points: Any, key: str) -> Frame | None:
-        """Return the points under a key: rows, objects, objects by name, or all numbers in one list."""
+        """The points under a key: rows, objects, objects by name, or all numbers in one list."""
         if isinstance(points, dict) and "landmark" in points:  # of MediaPipe's solutions
             points = points["landmark"]
         if points in (None, [], {}):
@@ -271,7 +271,7 @@ class _Reader:
         return Frame(names or None, self.rows(points))
 
     def flat_rows(self, numbers: list, key: str) -> np.ndarray:
-        """Return numbers without lists of points between them as rows."""
+        """Numbers without lists of points between them as rows."""
         n, widths = len(numbers), [width for width in (3, 4) if len(numbers) % width == 0]
         if key == "pose_keypoints_3d":  # OpenPose
             widths = [4] if n % 4 == 0 else []
@@ -285,7 +285,7 @@ class _Reader:
         return rows
 
     def rows(self, points: list) -> np.ndarray:
-        """Return x, y, z, and how sure, of points; NaN where one is not seen or it is not said."""
+        """X, y, z, and how sure, of points; NaN where one is not seen or it is not said."""
         return self.numbers([self.point(point) for point in points]).reshape(-1, 4)
 
     def point(self, point: Any) -> list:
@@ -304,7 +304,7 @@ class _Reader:
         raise self.source.error(f"expected a point with x, y and z, found {_kind(point)}: pass layout= or names=?")
 
     def numbers(self, values: list) -> np.ndarray:
-        """Return numbers as an array, NaN for null."""
+        """Numbers as an array, NaN for null."""
         try:
             return np.array(values, dtype=np.float64)
         except (TypeError, ValueError, OverflowError) as error:

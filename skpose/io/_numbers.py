@@ -50,7 +50,7 @@ def drop_not_finite(rows: np.ndarray, frames: np.ndarray, source: Source) -> tup
 
 
 def parse(text: bytes) -> np.ndarray | None:
-    """Return the numbers; None if any word is not a number."""
+    """The numbers; None if any word is not a number."""
     text = text.strip()
     if not text:
         return np.empty(0)
@@ -72,7 +72,7 @@ def parse(text: bytes) -> np.ndarray | None:
 
 
 def parse_fixed(text: bytes) -> np.ndarray | None:
-    """Return numbers with equally many digits after the point, as most programs write them; None for any others.
+    """Numbers with equally many digits after the point, as most programs write them; None for any others.
 
     Without their points they are integers, which numpy reads three times as fast. A double holds integers below 2^53
     and powers of ten up to 10^22 exactly, so that one division gives the double that the digits stand for (W. D.

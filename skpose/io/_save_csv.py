@@ -96,7 +96,7 @@ Table = tuple[list[str], list, np.ndarray, Iterable[list[float]]]
 
 
 def _of_motion(motion: Motion) -> Table:
-    """Return the header, the cells that are the same in all rows, the numbers of the frames, and the other cells."""
+    """The header, the cells that are the same in all rows, the numbers of the frames, and the other cells."""
     names, root = motion.skeleton.dof_names, "root"
 
     def root_columns() -> list[str]:
@@ -111,7 +111,7 @@ def _of_motion(motion: Motion) -> Table:
 
 
 def _of_keypoints(points: Keypoints) -> Table:
-    """Return the same of keypoints."""
+    """The same of keypoints."""
     axes = "x", "y", "z"
     array = points.positions
     if not np.isin(points.confidences, [0.0, 1.0]).all():

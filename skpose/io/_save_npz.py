@@ -89,7 +89,7 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
 
 
 def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
-    """Return the arrays of a motion by their keys."""
+    """The arrays of a motion by their keys."""
     bones = motion.skeleton.bones
     nowhere = np.full((3, 3), np.nan)
     limits = [np.full((bone.n_dofs, 2), np.nan) if bone.limits is None else bone.limits for bone in bones]

@@ -101,7 +101,7 @@ class Body(NamedTuple):
 
 
 def mean_joints(name: str) -> np.ndarray:
-    """Return the joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
+    """The joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
     joints: dict[str | None, np.ndarray] = {}
     for joint, parent in MODELS[name].items():
         if parent is None:
@@ -114,7 +114,7 @@ def mean_joints(name: str) -> np.ndarray:
 
 
 def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
-    """Return the joints at rest (n_joints, 3), m, of the person of a file, from the file of a model."""
+    """The joints at rest (n_joints, 3), m, of the person of a file, from the file of a model."""
     path = os.fspath(model)
     if "{gender}" in path:
         gender = file.texts("gender", (), (1,))[0].lower().removeprefix("b'").removesuffix("'")

@@ -132,7 +132,7 @@ class Source:
         return f"{found}: {reader} reads it" if reader else found
 
     def error(self, message: str, at: Token | int | None = None) -> MocapFormatError:
-        """Return the error that names this file, and a word or the number of a line."""
+        """The error that names this file, and a word or the number of a line."""
         if not isinstance(at, Token):
             return MocapFormatError(self.name, at, message)
         start = self.data.rfind(b"\n", 0, at.at) + 1
@@ -140,7 +140,7 @@ class Source:
         return MocapFormatError(self.name, line, message, len(self.data[start : at.at].decode(errors="replace")) + 1)
 
     def number(self, token: str, what: str, at: int | None = None, *, finite: bool = True, nan: bool = False) -> float:
-        """Return a word as a number, finite or not, NaN or not; `at` is its line if it is not a Token."""
+        """A word as a number, finite or not, NaN or not; `at` is its line if it is not a Token."""
         is_number = NUMBER.fullmatch(token) is not None
         value = float(token) if is_number else np.nan
         if not is_number or (finite and not np.isfinite(value)) or (np.isnan(value) and not nan):
@@ -148,7 +148,7 @@ class Source:
         return value
 
     def positive(self, token: str, what: str, at: int | None = None) -> float:
-        """Return a word as a number above zero whose inverse is finite."""
+        """A word as a number above zero whose inverse is finite."""
         value = self.number(token, what, at)
         if value <= 0 or not np.isfinite(1.0 / value):
             place = token if isinstance(token, Token) else at

@@ -38,7 +38,7 @@ class Times(NamedTuple):
     numbers: Sequence[float] | None
 
     def rate(self, near: float = 50.0) -> float:
-        """Return the mean frame rate, Hz, in the unit of the key, or the one nearest to a rate; NaN if not known."""
+        """The mean frame rate, Hz, in the unit of the key, or the one nearest to a rate; NaN if not known."""
         n = len(self.values) - 1 if self.numbers is None else self.numbers[-1] - self.numbers[0]
         with np.errstate(all="ignore"):
             interval = (self.values[-1] - self.values[0]) / n if n else np.nan
@@ -75,18 +75,18 @@ class Stored(NamedTuple):
 
 
 def time_key(keys: Iterable[str]) -> str | None:
-    """Return the first of the keys that is the time of a frame."""
+    """The first of the keys that is the time of a frame."""
     return next((key for key in keys if len(key) < LONGEST and TIME.fullmatch(key)), None)
 
 
 def frame_key(keys: Iterable[str]) -> str | None:
-    """Return the key that is the number of the frame, or the image that is the frame."""
+    """The key that is the number of the frame, or the image that is the frame."""
     found = {re.sub(r"[\W_]", "", key).lower(): key for key in reversed(list(keys))}
     return next((found[word] for word in FRAME if word in found), None)
 
 
 def numbers_of(values: Sequence[Any]) -> list[float] | None:
-    """Return numbers, of frames or images, from numbers or from texts by which they differ; None if they have none."""
+    """Numbers, of frames or images, from numbers or from texts by which they differ; None if they have none."""
     texts = [str(value) for value in values]
     if all(map(NUMBER.fullmatch, texts)):
         return [float(text) for text in texts]
@@ -94,7 +94,7 @@ def numbers_of(values: Sequence[Any]) -> list[float] | None:
 
 
 def _numbers_in(names: Sequence[str]) -> list[float] | None:
-    """Return the number by which names differ, as of walk_08.png and walk_09.png; None if they have none.
+    """The number by which names differ, as of walk_08.png and walk_09.png; None if they have none.
 
     Numbers that are the same in all names, as of a camera, play no part, and neither does what follows the number.
     """
@@ -108,7 +108,7 @@ def _numbers_in(names: Sequence[str]) -> list[float] | None:
 
 
 def at_frames(source: Source, stored: Stored, numbers: Sequence[float] | None) -> Stored:
-    """Return positions with each frame where its number says; frames without one are not seen."""
+    """Positions with each frame where its number says; frames without one are not seen."""
     if not numbers:
         return stored
     given = np.asarray(numbers, dtype=np.float64)
@@ -139,7 +139,7 @@ def positions_only(source: Source, names: Sequence[str]) -> list[str]:
 
 
 def as_confidences(source: Source, scores: np.ndarray) -> np.ndarray:
-    """Return scores as confidences from 0 to 1: COCO's 1 and 2 are seen, and so is what overshoots 1; NaN is 0."""
+    """Scores as confidences from 0 to 1: COCO's 1 and 2 are seen, and so is what overshoots 1; NaN is 0."""
     scores = np.nan_to_num(scores, posinf=np.inf)
     is_flags = np.isin(scores, FLAGS).all()
     if not is_flags and (scores.max(initial=0.0) > HIGHEST or (scores > 1.0).mean() > 0.5):

@@ -157,7 +157,7 @@ def _lines(source: Source) -> Iterator[Line]:
 def _read_head(
     source: Source, lines: Iterator[Line], frame_rate: float | None, scale: float | None, trust: str
 ) -> tuple[Head, list[Line]]:
-    """Return the head, and the first row; what the arguments say need not be in the file."""
+    """The head, and the first row; what the arguments say need not be in the file."""
     _, title = next(lines)
     words = title.split()
     if not words or words[0].lower() != "pathfiletype":
@@ -193,7 +193,7 @@ def _count(source: Source, word: str, key: str) -> int:
 
 
 def _read_names(source: Source, lines: Iterator[Line], n_markers: int) -> tuple[list[str], list[Line]]:
-    """Return the names of the markers that have columns, and the first row, if there is any."""
+    """The names of the markers that have columns, and the first row, if there is any."""
     line, text = next(lines, (4, ""))
     columns, cells = COLUMNS.match(text), CELLS.match(text)
     if cells and (not columns or len(text[cells.end() :].split()) == n_markers):
@@ -204,7 +204,7 @@ def _read_names(source: Source, lines: Iterator[Line], n_markers: int) -> tuple[
     names = [cell.strip() for cell in rest.split("\t") if cell.strip()] if "\t" in rest else rest.split()
     thirds = [cell.strip() for cell in rest.rstrip().split("\t")[1::3]]  # the first is empty, after the column Time
     row = next(((number, text) for number, text in lines if text.strip()), None)
-    n = n_markers
+    n: float = n_markers  # markers by the columns
     if row is not None and NUMBER.fullmatch(row[1].split()[0]):
         n = (len(_cells(row[1].rstrip())) - 2) / 3
     elif row is not None:
@@ -232,13 +232,13 @@ def _read_names(source: Source, lines: Iterator[Line], n_markers: int) -> tuple[
 
 
 def _cells(text: str) -> list[str]:
-    """Return the cells of a row between tabs, or between blanks if several numbers are in one."""
+    """The cells of a row between tabs, or between blanks if several numbers are in one."""
     cells = text.split("\t")
     return text.split() if any(len(cell.split()) > 1 for cell in cells) else cells
 
 
 def _read_rows(source: Source, head: Head, lines: Iterator[Line]) -> np.ndarray:
-    """Return the columns but the first, Frame#, as an array (n_frames, 1 + 3 n_markers), NaN for lost markers."""
+    """The columns but the first, Frame#, as an array (n_frames, 1 + 3 n_markers), NaN for lost markers."""
     rows, frame, no_frames = list[np.ndarray](), None, list[int]()
     for line, text in lines:
         if not text.strip():
@@ -263,7 +263,7 @@ def _read_rows(source: Source, head: Head, lines: Iterator[Line]) -> np.ndarray:
 
 
 def _numbers(source: Source, text: str, line: int, names: list[str]) -> np.ndarray:
-    """Return the numbers of a row, NaN for empty cells."""
+    """The numbers of a row, NaN for empty cells."""
     cells, width = text.split("\t"), 2 + 3 * len(names)
     if len(cells) < width:
         cells = _cells(text)
@@ -289,7 +289,7 @@ def _numbers(source: Source, text: str, line: int, names: list[str]) -> np.ndarr
 
 
 def _rate(source: Source, times: np.ndarray, stated: float | None, given: float | None) -> float:
-    """Return the frame rate: the given one, or that of DataRate, or that of the column Time, which must not differ."""
+    """The frame rate: the given one, or that of DataRate, or that of the column Time, which must not differ."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         by_time = float((len(times) - 1) / (times[-1] - times[0])) if len(times) > 1 else np.nan
     has_times = by_time > 0 and isfinite(by_time)

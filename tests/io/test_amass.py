@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics
-from skpose.datasets import humanoid
 from skpose.io import MocapFormatError, load_amass, load_motion
 
 # As the models' authors number the joints: the body, then hands or face and fingers.
@@ -154,31 +153,6 @@ def test_the_roots_angles_are_continuous(write):
     assert np.abs(np.diff(motion.root_angles, axis=0)).max() < 0.1
     found = Rotation.from_euler(motion.root_axes, motion.root_angles)
     assert (found.inv() * roots).magnitude().max() < 1e-12
-
-
-def test_mean_proportions(write):
-    """Bones are those of humanoid, with the arms to the sides."""
-    with pytest.warns(UserWarning, match="model= takes them from the file of an SMPL model") as caught:
-        motion = load_amass(write(motion_arrays("SMPL-H")))
-    assert [Path(warning.filename) for warning in caught] == [Path(__file__)]
-    person = humanoid()
-    length = dict(zip(person.joint_names, np.linalg.norm(person.offsets, axis=1), strict=True))
-    offset = dict(zip(motion.skeleton.joint_names, motion.skeleton.offsets, strict=True))
-    pairs = {
-        "hip": "pelvis",
-        "knee": "thigh",
-        "ankle": "shank",
-        "foot": "foot",
-        "elbow": "upper_arm",
-        "wrist": "forearm",
-    }
-    for joint, bone in pairs.items():
-        assert np.linalg.norm(offset[f"left_{joint}"]) == pytest.approx(length[f"left_{bone}"], rel=1e-12)
-        np.testing.assert_array_equal(offset[f"right_{joint}"], offset[f"left_{joint}"] * [-1, 1, 1])
-    trunk = sum(offset[joint] for joint in ("spine1", "spine2", "spine3", "neck"))
-    np.testing.assert_allclose(trunk, [0, length["abdomen"] + length["chest"], 0])
-    assert offset["left_wrist"][0] > 0.2  # x is to the left
-    np.testing.assert_array_equal(motion.root_positions, motion_arrays("SMPL-H")["trans"])
 
 
 @pytest.mark.parametrize("gender", ["female", b"female", np.array(["female"])])

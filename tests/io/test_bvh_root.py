@@ -113,13 +113,6 @@ def test_a_reference_that_stands_still_is_not_the_root(above, load):
     assert np.abs(np.diff(motion.root_angles, axis=0)).max() < 1.0
 
 
-def test_several_joints_that_stand_still(load):
-    """Without channels, with one, with constant ones."""
-    group = Node("World", (0, 5, 0), ROTATIONS[:1], [90], Node("Group", (1, 0, 0), (), [], hips()))
-    root = Node("Scene", (0, 0, 1), (), [], group)
-    assert_in_space(load(root), root)
-
-
 def test_the_first_joint_stays_the_root(load):
     """Where it moves, has another child, or its child is not moved by position channels."""
     moving = Node("joint_Root", (0, 0, 0), SIX, np.hstack([movement(7, 3, 9), np.zeros((N_FRAMES, 3))]), hips())

@@ -59,18 +59,6 @@ def test_the_axis_that_points_up():
     assert load(written(axis_up="+W"), up="z").up == "z"
 
 
-@pytest.mark.parametrize(
-    ("up", "turned"), [("-x", [-1.0, 1.0, -1.0]), ("-y", [1.0, -1.0, -1.0]), ("-z", [1.0, -1.0, -1.0])]
-)
-def test_an_axis_that_points_down(up, turned):
-    """Half a turn, by the file's own word or by the option: what pointed down points up, and nothing is mirrored."""
-    expected = load(written()).positions * turned
-    for markers in (load(written(), up=up), load(written(axis_up=up.upper()))):
-        assert markers.up == up[1]
-        np.testing.assert_array_equal(markers.positions, expected)
-    assert np.linalg.det(np.diag(turned)) == 1.0
-
-
 def test_labels_in_several_parameters():
     positions = np.random.default_rng(1).uniform(-800, 800, (2, 300, 3))
     names = [f"marker{i}" for i in range(300)]

@@ -25,15 +25,6 @@ def written(**options):
     return c3d_files.c3d_file(options.pop("positions", POSITIONS), options.pop("labels", NAMES), **options)
 
 
-def moved(n_blocks):
-    """Return a file with blocks between the header and the parameters."""
-    data = written()
-    start = struct.unpack("<H", data[16:18])[0] + n_blocks
-    data = written(DATA_START=start)
-    data = bytes([2 + n_blocks]) + data[1:512] + bytes(512 * n_blocks) + data[512:]
-    return with_header(data, start=start)
-
-
 @pytest.mark.parametrize("n_points", [1, 10, 266])
 def test_any_number_of_points(n_points):
     """The third byte is the number of points: 10 is that of a line end."""
@@ -44,12 +35,6 @@ def test_any_number_of_points(n_points):
     assert format_of(io.BytesIO(data)).name == "C3D"
     assert load(data).names == tuple(names)
     np.testing.assert_allclose(load(data).positions, positions / 1000, atol=1e-6)
-
-
-@pytest.mark.parametrize("n_blocks", [3, 8, 78])
-def test_parameters_that_begin_in_another_block(n_blocks):
-    """Their block is the first byte, which may be that of a tab, a line end or a letter."""
-    np.testing.assert_array_equal(load(moved(n_blocks)).positions, load(written()).positions)
 
 
 @pytest.mark.parametrize(

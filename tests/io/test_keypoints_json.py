@@ -14,7 +14,6 @@ RNG = np.random.default_rng(1)
 LAYOUTS = {name: layouts[name] for name in ("body25", "mediapipe33", "coco17", "mediapipe_hand21")}
 ARRAYS = {name: RNG.uniform(-0.9, 0.9, (N, len(layout.names), 3)) for name, layout in LAYOUTS.items()}
 SURE = {name: RNG.uniform(0.1, 1.0, array.shape[:2]) for name, array in ARRAYS.items()}
-IN_TWO = r"these are keypoints in two dimensions, .*Lengths of bones are not known from a picture: lift them to 3-D"
 
 
 def file_of(document):
@@ -188,16 +187,6 @@ def test_mmpose():
         for t, one in enumerate(info)
     ]
     same(read(document | {"instance_info": scored}, "coco17"), expected("coco17"))
-
-
-@pytest.mark.parametrize("width", [3, 4])
-def test_flat_lists_under_a_key_that_says_three_dimensions(width):
-    rows = [np.column_stack([ARRAYS["coco17"][t], SURE["coco17"][t]])[:, :width] for t in range(N)]
-    frames = [{"keypoints_3d": row.ravel().tolist()} for row in rows]
-    same(read(frames, "coco17"), expected("coco17", sure=width == 4))
-    twelve = [{"keypoints_3d": row[:12].ravel().tolist()} for row in rows]
-    with pytest.raises(MocapFormatError):
-        load_keypoints(file_of(twelve), frame_rate=30)
 
 
 def test_null_and_nan_are_not_seen():

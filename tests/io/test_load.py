@@ -15,7 +15,6 @@ from skpose.io._amc import asf_path
 from skpose.io._formats import FORMATS, format_of
 
 BVH, AMC, ASF = DATA / "biped.bvh", DATA / "arm.amc", DATA / "arm.asf"
-RENAMED = {"NPY": "arrays", "NPZ": "arrays", "motion": "NPZ"}
 MOT = "Coordinates\nnRows=2\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee\n0\t1\n1\t2\n"
 
 

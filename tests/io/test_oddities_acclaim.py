@@ -186,17 +186,6 @@ def test_layouts_of_limits(written, load):
     same(load(changed(ASF, ("limits (-10 20)\n           (-30 40)", written))), load())
 
 
-def test_bones_and_hierarchy_in_any_order(load):
-    asf = changed(ASF, ("    root hip\n    hip knee\n    knee toe\n", "    knee toe\n    hip knee\n    root hip\n"))
-    same(load(asf), load())
-    first, rest = ASF.split("  begin\n    id 2", 1)
-    second, rest = rest.split("  begin\n    id 3", 1)
-    third, rest = rest.split(":hierarchy", 1)
-    motion = load(f"{first}  begin\n    id 3{third}  begin\n    id 2{second}:hierarchy{rest}")
-    assert motion.skeleton.joint_names == ("hip", "knee", "toe")
-    np.testing.assert_array_equal(motion.angles, load().angles)
-
-
 def test_a_frame_without_a_bone(load, refused):
     amc = changed(AMC, ("knee 41 51\n", ""))
     assert refused(amc=amc) == ("a.amc", 9)  # where the frame ends

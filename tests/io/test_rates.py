@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from skpose.io import MocapFormatError, load_amass, load_bvh
+from skpose.io import load_bvh
 
 HEAD = (DATA / "biped.bvh").read_text().partition("Frames:")[0]
 ROW = " ".join(["1"] * HEAD.count("rotation") + ["2"] * HEAD.count("position")) + "\n"
@@ -16,28 +16,11 @@ def bvh(frame_time, n_frames=3):
     return io.StringIO(f"{HEAD}Frames: {n_frames}\nFrame Time: {frame_time}\n{ROW * n_frames}")
 
 
-def amass(n_frames=4, **changed):
-    arrays = {"poses": np.zeros((n_frames, 72)), "trans": np.zeros((n_frames, 3)), "mocap_framerate": 120.0} | changed
-    file = io.BytesIO()
-    np.savez(file, **{key: value for key, value in arrays.items() if value is not None})
-    file.seek(0)
-    return file
-
-
 def test_a_rate_that_is_given_replaces_that_of_a_bvh_file_and_is_said():
     with pytest.warns(UserWarning, match="frame_rate=60 replaces the 25 Hz"):
         motion = load_bvh(bvh(0.04), frame_rate=60)
     assert motion.frame_rate == 60
     np.testing.assert_array_equal(motion.angles, load_bvh(bvh(0.04)).angles)
-
-
-@pytest.mark.filterwarnings("ignore:bones have the lengths of a person of mean height", "ignore:.*along:UserWarning")
-def test_a_rate_that_is_given_replaces_that_of_an_amass_file_and_is_said():
-    with pytest.warns(UserWarning, match="frame_rate=60 replaces the 120 Hz"):
-        assert load_amass(amass(), frame_rate=60).frame_rate == 60
-    assert load_amass(amass(mocap_framerate=0.0), frame_rate=60).frame_rate == 60
-    with pytest.raises(MocapFormatError):
-        load_amass(amass(mocap_framerate=np.nan))
 
 
 @pytest.mark.parametrize(

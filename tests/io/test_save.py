@@ -46,14 +46,6 @@ def test_motions_with_bvh_axes_are_unchanged(axes, scale, tmp_path):
     np.testing.assert_allclose(in_space(back), in_space(motion), **MILLIONTH)
 
 
-def test_writing_a_file_again_does_not_change_it(tmp_path):
-    motion = load_bvh(DATA / "biped.bvh")
-    once = again(motion, tmp_path)
-    twice = again(once, tmp_path)
-    assert once.skeleton == twice.skeleton
-    np.testing.assert_array_equal(once.angles, twice.angles)
-
-
 @pytest.mark.parametrize("name", [name for name in SKELETONS if SKELETONS[name].offset_frame == "parent"])
 def test_every_skeleton_with_the_parents_frame(name, tmp_path):
     """Joints of the same names at the same positions; tilted axes are written about the root's."""

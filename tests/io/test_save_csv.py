@@ -5,7 +5,7 @@ import pandas
 import pytest
 from conftest import SKELETONS
 
-from skpose import Bone, Keypoints, Motion, Skeleton
+from skpose import Keypoints, Motion
 from skpose.io import load_keypoints, save_csv
 
 
@@ -38,16 +38,6 @@ def test_pandas_reads_the_angles(name, tmp_path):
     for field in ("angles", "root_positions", "root_angles", "frame_numbers"):
         np.testing.assert_array_equal(getattr(again, field), getattr(motion, field))
     assert (again.frame_rate, again.up, again.root_axes) == (29.97, "z", "ZXY")
-
-
-def test_columns_of_the_root_have_names_of_their_own(tmp_path):
-    skeleton = Skeleton([Bone("root", None, (0, 1, 0), "y"), Bone('a, "b"', "root", (0, 1, 0), "z")])
-    motion = Motion(skeleton, [[1.0, 2.0]], 30, root_angles=[[3.0]], root_axes="Y")
-    save_csv(tmp_path / "a.csv", motion)
-    table = pandas.read_csv(tmp_path / "a.csv")
-    assert table["root_ry"][0] == 1.0
-    assert table["root__ry"][0] == 3.0
-    assert table['a, "b"_rz'][0] == 2.0
 
 
 def seen(names=("hip", "left knee", "toe.L"), sure=None, **more):

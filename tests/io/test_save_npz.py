@@ -8,8 +8,7 @@ import pytest
 from conftest import SKELETONS, random_tree, weighted
 
 from skpose import Bone, Keypoints, Motion, Skeleton
-from skpose.io import MocapFormatError, load_keypoints, load_motion, save_npz
-from skpose.keypoints import layouts
+from skpose.io import load_keypoints, load_motion, save_npz
 
 LIMITED = Skeleton(
     [
@@ -55,19 +54,6 @@ def test_few_frames(more, tmp_path):
     assert_same(load_motion(tmp_path / "b"), motion)
 
 
-def test_options_of_the_reader(tmp_path):
-    motion = moved(LIMITED)
-    save_npz(tmp_path / "a.npz", motion)
-    path = tmp_path / "a.npz"
-    assert_same(load_motion(path, up="y"), replace(motion, up="y"))
-    turned = load_motion(path, up="-z")
-    np.testing.assert_allclose(turned.root_positions, motion.root_positions * [1, -1, -1])
-    with pytest.raises(ValueError, match="scale"):
-        load_motion(path, scale=0.01)
-    with pytest.raises(ValueError, match="root"):
-        load_motion(path, root="Hips")
-
-
 def test_keypoints_are_read_as_they_were(tmp_path):
     rng = np.random.default_rng(0)
     positions, sure = rng.normal(size=(5, 3, 3)), rng.uniform(0.2, 1.0, (5, 3))
@@ -79,16 +65,3 @@ def test_keypoints_are_read_as_they_were(tmp_path):
     np.testing.assert_array_equal(again.confidences, seen.confidences)
     assert (again.names, again.frame_rate, again.up) == (seen.names, seen.frame_rate, seen.up)
     assert load_keypoints(tmp_path / "a.npz", up="x").up == "x"
-
-
-def test_a_layout_leaves_the_axis_up_that_the_file_states(tmp_path):
-    layout = layouts["coco17"]
-    positions = np.random.default_rng(0).normal(size=(5, 17, 3))
-    assert layout.keypoints(positions, 30).up == "y"
-    save_npz(tmp_path / "a.npz", Keypoints(positions, layout.names, 30, up="z"))
-    found = load_keypoints(tmp_path / "a.npz", "coco17")
-    assert found.up == "z"
-    np.testing.assert_array_equal(found.positions[:, :17], positions)
-    np.savez(tmp_path / "b.npz", positions=positions, fps=30, up="w")
-    with pytest.raises(MocapFormatError):
-        load_keypoints(tmp_path / "b.npz", "coco17")

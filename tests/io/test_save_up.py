@@ -34,14 +34,6 @@ def in_world(motion):
     return in_space(motion)
 
 
-def distances(motion):
-    """The distances of all joints between all poses that have the tilt of the root, and its size, by plain numpy."""
-    tilted = motion.with_root("tilt")
-    still = replace(tilted, root_positions=np.zeros((len(motion), 3)), root_angles=np.zeros((len(motion), 1)))
-    places = in_space(still)
-    return np.linalg.norm(places[:, None] - places[None], axis=3), np.linalg.norm(tilted.angles[:, :3], axis=1)
-
-
 def turned(motion, turn, up):
     """The motion in a world that is turned; the root has three angles."""
     orientations = Rotation.from_euler(motion.root_axes or "Y", motion.root_angles if motion.root_axes else [[0.0]])
@@ -60,24 +52,6 @@ def person(stands="y"):
     turn = Rotation.identity() if stands == "y" else TURNS[stands].inv()
     bones = [Bone(name, parents.get(name), turn.apply(offset), "rotvec") for name, offset in offsets.items()]
     return Skeleton(bones, "parent")
-
-
-def leaning(n_frames=30, seed=4):
-    """A person with y up who walks around, leans forward and to the sides."""
-    rng = np.random.default_rng(seed)
-    angles = rng.uniform(-1.0, 1.0, (n_frames, 3)) * [3.0, 1.4, 0.6]
-    root = {"root_positions": rng.normal(size=(n_frames, 3)), "root_angles": angles, "root_axes": "YXZ"}
-    skeleton = person()
-    return Motion(skeleton, rng.uniform(-0.5, 0.5, (n_frames, skeleton.n_dofs)), 30, **root)
-
-
-def stood_up(motion, up):
-    """The same motion with other names of all axes, those of the joints too: the skeleton stands along `up` at rest."""
-    turn = TURNS[up].inv()
-    vectors = turn.apply(motion.angles.reshape(-1, 3)).reshape(motion.angles.shape)
-    orientations = turn * Rotation.from_euler(motion.root_axes, motion.root_angles) * turn.inv()
-    places = turn.apply(motion.root_positions)
-    return Motion(person(up), vectors, motion.frame_rate, places, orientations.as_euler("ZYX"), "ZYX", up=up)
 
 
 @pytest.mark.parametrize("up", TURNS)
@@ -114,26 +88,3 @@ def test_all_joints_are_where_they_were_in_a_turned_world(axes, up, again):
         for joint, places in enumerate(there):
             np.testing.assert_allclose(in_space(back)[:, joint], TURNS[up].apply(places), **CLOSE)
     assert len(back.root_axes) == 3
-
-
-@pytest.mark.parametrize("up", TURNS)
-def test_a_skeleton_that_stands_along_the_vertical_stands_in_the_file(up, again):
-    """As of a BVH file with z up: distances with the tilt are those of the motion itself."""
-    motion = stood_up(leaning(), up)
-    back = again(motion)
-    for found, expected, of_the_test in zip(distances(back), distances(motion), distances(leaning()), strict=True):
-        np.testing.assert_allclose(found, expected, atol=1e-5)
-        np.testing.assert_allclose(expected, of_the_test, atol=1e-9)
-    np.testing.assert_allclose(back.skeleton.offsets, person().offsets, **CLOSE)
-
-
-@pytest.mark.parametrize("up", ["x", "y", "z"])
-def test_as_it_is(up, tmp_path):
-    """With up=motion.up nothing is turned, and motions with y up are written as they always were."""
-    motion = leaning()
-    save_bvh(tmp_path / "y.bvh", motion)
-    save_bvh(tmp_path / "up.bvh", replace(motion, up=up), up=up)
-    assert (tmp_path / "up.bvh").read_bytes() == (tmp_path / "y.bvh").read_bytes()
-    assert (
-        "CHANNELS 6 Xposition Yposition Zposition Yrotation Xrotation Zrotation\n" in (tmp_path / "y.bvh").read_text()
-    )
