@@ -16,7 +16,7 @@ from skpose.io._asf import is_asf, load_asf
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import load_c3d
 from skpose.io._keypoints import is_array, load_keypoints
-from skpose.io._keypoints_csv import is_angles, is_csv
+from skpose.io._keypoints_csv import ANGLES, is_angles, is_csv
 from skpose.io._keypoints_json import is_json
 from skpose.io._save_npz import is_npz, load_npz
 from skpose.io._source import NUMBER, Source
@@ -87,7 +87,7 @@ def format_of(path: Readable | Source) -> Format:
     """
     source = path if isinstance(path, Source) else Source(path, EXPECTED, binary=True)
     if is_angles(source):
-        raise source.error("this is a table of joint angles of save_csv, without a skeleton: pandas.read_csv reads it")
+        raise source.error(ANGLES)
     if OPENSIM.search(source.head):
         raise source.error("this is a table of OpenSim (.mot, .sto): load_trc reads the markers of the same trial")
     if is_numbers(source.head):

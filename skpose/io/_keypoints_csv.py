@@ -23,6 +23,7 @@ from skpose.keypoints._shared import REMEDY
 # The first columns of the tables that `save_csv` writes, of positions and of angles.
 POINTS_HEAD = "frame", "time", "frame_rate", "up"
 ANGLES_HEAD = (*POINTS_HEAD, "root_axes")
+ANGLES = "this is a table of joint angles of save_csv, without a skeleton: pandas.read_csv reads it"
 SEPARATORS = ",;\t"
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
@@ -55,6 +56,8 @@ def is_csv(source: Source) -> bool:
 
 def read_csv(source: Source) -> Stored:
     lines = [(number, line) for number, line in enumerate(source.lines, 1) if line.strip()]
+    if is_angles(source):
+        raise source.error(ANGLES)
     header, *rows = _rows([line for _, line in lines])
     columns = _columns(source, header, lines[0][0])
     wanted = columns.positions + columns.confidences
