@@ -42,61 +42,56 @@ def load_amass(
     path : str, path-like or file
         The file, or an open one.
     frame_rate : float, default=None
-        Frames per second, Hz. None is the file's own. A number comes before it, with a warning where they differ by
-        more than 1 %.
+        Frames per second, Hz. By default the file's own; a number replaces it, with a warning if the two differ by more
+        than 1 %.
     model : str or path-like, default=None
         The file of the body model (.npz), from which the lengths of the bones follow with the `betas` of the motion;
-        "{gender}" in it becomes female, male or neutral, as the motion says. None is a person of mean height and
+        "{gender}" in it becomes female, male or neutral, as the motion states. By default a person of mean height and
         proportions, with a warning.
     hands : bool, default=True
         Whether to read the joints beyond the wrists. Without them motions of SMPL and of SMPL-H have one skeleton.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number of the poses or of `trans` is NaN or infinite: refuse the file, or
-        leave these frames out. The others keep their times, see `Motion.frame_numbers`.
+        Refuse a file with NaN or infinite numbers in the poses or `trans`, or leave these frames out. The other frames
+        keep their numbers and times, see `Motion.frame_numbers`.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction of the file's world that points up, see `load_bvh`; None is z, with a warning where poses stand
-        along another axis.
+        The axis of the file's world that points up, as in `load_bvh`. By default z.
 
     Returns
     -------
     Motion
-        Motion whose skeleton has a ball joint for every joint of the model but the pelvis, which is the root. Its
+        Motion whose skeleton has a ball joint for every joint of the model except the pelvis, which is the root. Its
         columns are the file's numbers, rotation vectors in rad, in the file's order.
 
     Raises
     ------
     MocapFormatError
-        If the file, or the model's, is not what it should be; with its name and the key.
+        If the file, or the model's, is damaged or of another kind; with its name and the key.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If no model is given. If the model has fewer directions of shape than the file has `betas`. If frames are left
-        out, with their count. If the file states another frame rate than the one that is given.
+        If no model is given, the model has fewer directions of shape than the file has `betas`, frames are left out, or
+        the frame rate is replaced.
 
     See Also
     --------
-    load_motion : Read an AMASS, BVH or AMC file.
-    skpose.datasets.humanoid : The proportions where no model is given, as a skeleton of its own.
+    load_motion : Read a motion of any format.
+    skpose.datasets.humanoid : The proportions without a model, as a skeleton of its own.
 
     Notes
     -----
-    The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model but `betas`. Bones
-    are the differences of J, and the root moves along `trans` + J of the pelvis, as rotations leave the pelvis where
-    it is. The models' files are not free and not part of this library: https://smpl.is.tue.mpg.de, https://mano.is.tue.mpg.de
-    and https://smpl-x.is.tue.mpg.de have them. Without one, J of the pelvis is unknown as well, so that positions of
-    the root are all shifted by one vector (in the models by some 0.3 m); the movement is right.
+    The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model except `betas`. Bones
+    are the differences of J, and the root moves along `trans` + J of the pelvis. The models are not free and not part
+    of this library: https://smpl.is.tue.mpg.de, https://mano.is.tue.mpg.de and https://smpl-x.is.tue.mpg.de have them.
+    Without one, J of the pelvis is unknown as well, so that positions of the root are shifted by one vector (in the
+    models by 0.3 m).
 
-    The world's z is up, unless `up` says otherwise. The root's rotation vectors become angles about the axes "ZYX": the
-    heading, then the lean to a side, then forward, where 90° is upright, since a model's own y axis is its upward one.
+    The root's rotation vectors become angles about the axes "ZYX": the heading, then the lean to a side, then forward,
+    where 90° is upright, since a model's own y axis points up.
 
-    Joints that end a chain, such as the head of SMPL-H and the last joints of fingers, have columns as well. They move
-    nothing, so that no distance but "angle" depends on them. Eyes and jaw are read with or without `hands`.
-
-    Nothing is unpickled: pickled entries, such as `markers_latent_vids`, are not opened, and one that is needed is an
-    error. Models are read once and kept while their file does not change.
+    Nothing is unpickled. Models are read once and kept while their file does not change.
 
     References
     ----------

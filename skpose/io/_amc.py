@@ -41,22 +41,21 @@ def load_amc(
     ----------
     path : str, path-like or file
         The AMC file, or an open one; compressed by gzip or not.
-    asf : str, path-like, file or AsfFile
-        The ASF file that it belongs to, which states which angles the numbers are. An `AsfFile` is read once for
-        several motions.
+    asf : str, path-like, file or AsfFile, default=None
+        The ASF file of its skeleton. By default walk.asf in the folder of walk.amc, or 02.asf for 02_01.amc, or
+        HDM_bd.asf for HDM_bd_walk_001_120.amc.
     frame_rate : float, default=None
-        Frames per second, Hz; the format does not store it. None is 120 Hz, the usual rate of CMU and HDM05, with a
+        Frames per second, Hz; the format does not store it. By default 120 Hz, the usual rate of CMU and HDM05, with a
         warning.
     scale : float, default=None
-        Metres per unit of length, as in `load_asf`; None for an `AsfFile`, which has its scale.
+        Metres per unit of length, as in `load_asf`.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out. The
-        others keep their times, see `Motion.frame_numbers`; that of the first frame of the file is 0.
+        Refuse a file with NaN or infinite numbers, or leave these frames out. The other frames keep their numbers and
+        times, see `Motion.frame_numbers`.
     missing : {"raise", "rest"}, default="raise"
-        What to do with a bone that a frame does not mention: refuse the file, or set its angles there to zero.
+        Refuse a file in which a frame does not mention a bone, or set the angles of the bone to zero.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction of the file's world that points up, see `load_bvh`; None is y, with a warning where poses stand
-        along another axis.
+        The axis of the file's world that points up, as in `load_bvh`.
 
     Returns
     -------
@@ -67,17 +66,14 @@ def load_amc(
     Raises
     ------
     MocapFormatError
-        If a file does not follow its format, is cut short, or the two do not belong together; with its name, the line
-        and the column.
+        If a file is damaged, or the two do not belong together; with its name and line.
     OSError
-        If one cannot be read.
-    ValueError
-        If a scale differs from that of an `AsfFile`.
+        If one cannot be read, or the ASF file is not found.
 
     Warns
     -----
     UserWarning
-        If no frame rate is given. The text is the same for every file, so that Python shows it once for many files.
+        If no frame rate is given. The text is the same for every file, so that Python shows it once.
 
     See Also
     --------
@@ -85,10 +81,8 @@ def load_amc(
 
     Notes
     -----
-    The root's position and orientation in the ASF file are added to the root's numbers. Rigid bones, those without
-    dofs, need not be in the AMC file; where they are, their numbers must be zero.
-
-    Cost: some 25 MB a second. Memory is at most some 2.3 times that of the array.
+    The root's position and orientation in the ASF file are added to the root's numbers. The numbers of bones without
+    dofs must be zero.
 
     Examples
     --------

@@ -139,8 +139,8 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     scale : float, default=None
-        Metres per unit of length. None follows the file's ``:units length``, as for CMU: one unit is 1/length inch,
-        0.0564 m at 0.45. 1.0 leaves the file's numbers as they are.
+        Metres per unit of length. By default that of the file's ``:units length``: one unit is 1/length inch, 0.0564 m
+        for the 0.45 of CMU. 1.0 leaves the numbers as they are.
 
     Returns
     -------
@@ -151,24 +151,22 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     Raises
     ------
     MocapFormatError
-        If the file is not a whole ASF file; with its name, the line and the column.
+        If the file is not a complete ASF file; with its name, line and column.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If the skeleton has not the size of a person, 0.3 to 5 m from end to end at angle zero: the message names the
-        `scale` that would give it.
+        If the skeleton is not of the size of a person, 0.3 to 5 m from end to end at angle zero.
 
     See Also
     --------
-    AsfFile : Read an ASF file once for several AMC files.
     load_amc : Read a motion of the skeleton.
 
     Notes
     -----
-    Euler angles are extrinsic in the order of each bone's `axis`, unlike those of BVH. The root's own position and
+    Euler angles are extrinsic in the order of each bone's `axis`, unlike in BVH. The root's own position and
     orientation are not part of a skeleton; `load_amc` adds them to the root's channels.
 
     Examples

@@ -53,31 +53,26 @@ def load_bvh(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     frame_rate : float, default=None
-        Frames per second, Hz. None is the file's own, by its Frame Time. A number comes before it, with a warning where
-        they differ by more than 1 %; the poses are the same, see `Motion.resample` for others.
+        Frames per second, Hz. By default 1 / Frame Time; a number replaces it, with a warning if the two differ by more
+        than 1 %.
     scale : float, default=1.0
         Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out. The
-        others keep their numbers and times, see `Motion.frame_numbers`.
+        Refuse a file with NaN or infinite numbers, or leave these frames out. The other frames keep their numbers and
+        times, see `Motion.frame_numbers`.
     trust : {"header", "rows"}, default="header"
-        Source of the number of frames: the count after ``Frames:``, and a file with more or fewer is refused; or as
-        many whole frames as the file has. Where most lines hold one frame each, the others are left out as lines, so
-        that a number that is missing in one does not shift those after it.
+        Refuse a file with another number of frames than it states, or read the whole frames that it has.
     stretch : {"raise", "mean"}, default="raise"
-        What to do with a file that moves joints besides the root by position channels, as bones of a skeleton have
-        constant lengths: refuse it, or give those bones the mean of their positions.
+        Refuse a file whose position channels change the length of a bone, or take the mean.
     root : str, default=None
-        Name of the joint that is the root of the skeleton. Joints above it are left out, and their movement is part of
-        the root's. None is the first joint, ROOT; but if that stands still and has a single child, which position
-        channels move, it is that child, also through several such joints.
+        Name of the joint that becomes the root of the skeleton. Joints above it are left out, and their movement is
+        part of the root's. By default it is the first joint, ROOT; if that stands still and has a single child, which
+        position channels move, it is that child.
     root_offset : {"replace", "add"}, default="replace"
-        What the position channels of ROOT do with its OFFSET: replace it, as those of other joints do, or are added to
-        it, as the format's first description has it. See Notes.
+        Whether the position channels of ROOT replace its OFFSET or are added to it.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction of the file's world that points up. None is y, as is usual, with a warning where poses stand along
-        another axis. Where an axis points down the world is turned by half a turn, so that `Motion.up` is an axis:
-        about x if y or z points down, about y if x does.
+        The axis of the file's world that points up. By default y, with a warning if poses stand along another axis. If
+        an axis points down, the world is turned by half a turn: about x for y and z, about y for x.
 
     Returns
     -------
@@ -88,38 +83,32 @@ def load_bvh(
     Raises
     ------
     MocapFormatError
-        If the file is not a whole BVH file; with its name, the line and the column.
+        If the file is not a complete BVH file; with its name, line and column.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If several joints have one name: all but the first get a number. If position channels differ from the OFFSET of
-        their joint. If frames, or joints that are not below `root`, are left out. If the skeleton has not the size of a
-        person, 0.3 to 5 m from end to end at angle zero: the message names the `scale` that would give it. If no `up`
-        is given, and in nearly all frames the pose stands along another axis than y, or the joints with "head" in their
-        names are below those with "foot", "toe" or "ankle". If the file states another frame rate than the one that is
-        given, or less than 2 or more than 2,000 frames a second: the message names the rates that may be meant.
+        If several joints have one name, position channels differ from an OFFSET, frames or joints are left out, the
+        skeleton is not of the size of a person, people stand along another axis than y, or the frame rate is unlikely
+        or replaced.
 
     See Also
     --------
     save_bvh : Write a BVH file.
-    load_motion : Read a BVH or an AMC file.
+    load_motion : Read a motion of any format.
 
     Notes
     -----
-    Rotations are intrinsic in the order in which each joint lists them. Keywords may be in either case, and lines may
-    end anywhere except in a name, which is the rest of its line.
+    Rotations are intrinsic in the order in which each joint lists them.
 
     Position channels replace the OFFSET of their joint, as the programs that write them (MotionBuilder, Blender) mean
-    them: those of ROOT are its position, constant ones of another joint are the bone's offset. Where all of another
-    joint are at most 0.1 % of the longest bone, its OFFSET is kept. The format's first description [1]_ adds ROOT's
-    OFFSET to its channels; of 419 public files in which that makes a difference, 414 have the feet on the floor without
-    it, and 5 with it.
+    them. If all of a joint are at most 0.1 % of the longest bone, its OFFSET is kept. The format's first description
+    [1]_ adds ROOT's OFFSET to its channels; of 419 public files in which that makes a difference, 414 have the feet on
+    the floor without it, and 5 with it.
 
-    Cost: 140 MB a second where equally many digits stand after each point, as most programs write them, and 40 to 60
-    otherwise. Memory is at most some 2.2 times that of the array.
+    The file is read into memory as a whole.
 
     References
     ----------

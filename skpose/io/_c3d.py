@@ -30,30 +30,11 @@ Groups = dict[str, list[tuple[str, str]]]  # by a label without its prefix, the 
 
 
 class C3DQuantity(NamedTuple):
-    """A quantity that a model has computed from markers in each frame of a C3D file, such as the angles of a joint.
+    """A quantity that a model has computed from markers in each frame, such as the angles of a joint."""
 
-    Attributes
-    ----------
-    kind : str
-        What the file calls it: "angles", "symbolic_angles", "forces", "moments", "powers", "reactions", "scalars" or
-        another group that it has; where it lists the label in none, what the label ends in.
-    unit : str
-        The file's unit, such as "deg", "N" or "Nmm"; empty where it names none.
-    values : ndarray of shape (n_frames, 3)
-        The numbers as they are in the file, NaN where there are none.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from skpose.io import C3DQuantity
-    >>> knee = C3DQuantity("angles", "deg", np.zeros((580, 3)))
-    >>> f"{knee.kind} in {knee.unit}"
-    'angles in deg'
-    """
-
-    kind: str
-    unit: str
-    values: np.ndarray
+    kind: str  # "angles", "forces", "moments", "powers", "reactions", "scalars" or another group of the file
+    unit: str  # such as "deg", "N" or "Nmm"; empty if the file names none
+    values: np.ndarray  # (n_frames, 3), as in the file, NaN where there are none
 
 
 def load_c3d(
@@ -66,13 +47,12 @@ def load_c3d(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction that points up. None is the file's POINT:Y_SCREEN; where it has none, z, with a warning. Where an
-        axis points down the world is turned by half a turn: about x if y or z points down, about y if x does.
+        The axis that points up. By default the file's POINT:Y_SCREEN, or z, with a warning. If an axis points down, the
+        world is turned by half a turn: about x for y and z, about y for x.
     scale : float, default=None
-        Metres per unit of length. None is the unit that the file names, POINT:UNITS.
+        Metres per unit of length. By default that of POINT:UNITS.
     zeros : {"seen", "missing"}, default=None
-        What a position of exactly (0, 0, 0) is where the file does not say that the marker is lost: a position, or a
-        lost marker, as some programs write it. None is "seen", with a warning where there are any.
+        Whether a position of exactly (0, 0, 0) is a position or a lost marker. By default a position, with a warning.
 
     Returns
     -------
@@ -82,18 +62,15 @@ def load_c3d(
     Raises
     ------
     MocapFormatError
-        If the file does not follow its format, is cut short, or holds no positions; with its name and the parameter.
+        If the file is damaged, cut short, or holds no positions; with its name and the parameter.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If something is left out: points without a label, and what `load_c3d_quantities` reads. If labels are given
-        twice, which are numbered, or no point has one. If positions are (0, 0, 0). If all residuals are negative. If
-        the file does not say which axis points up, or markers of head and feet speak against what it says. If header
-        and parameters differ, and the length of the file says which is right. If the markers are less than 0.3 or more
-        than 5 m apart: the unit may be wrong.
+        If points are left out or numbered, positions are (0, 0, 0), all residuals are negative, the up axis is unknown
+        or unlikely, header and parameters differ, or the markers are not of the size of a person.
 
     See Also
     --------
@@ -103,13 +80,12 @@ def load_c3d(
 
     Notes
     -----
-    What POINT:ANGLES, FORCES, MOMENTS, POWERS, REACTIONS, SCALARS and other groups of POINT:TYPE_GROUPS list is no
-    position, in any case of the letters, with the prefix of a subject (``Anna:LKneeAngles``) or without. Nor are labels
-    that no group lists and that end in Angle, Force, GRF, Moment, Torque or Power, or the plural: the warning names
-    them, and `load_c3d_quantities` has the numbers if one is a marker nevertheless.
+    The labels that POINT:ANGLES, FORCES, MOMENTS, POWERS, REACTIONS, SCALARS and other groups of POINT:TYPE_GROUPS list
+    are not positions, in any case of the letters, with or without the prefix of a subject (``Anna:LKneeAngles``). Nor
+    are labels that no group lists and that end in Angle, Force, GRF, Moment, Torque or Power.
 
     A marker is lost where its residual is negative. Numbers may be floats or scaled integers, of Intel, DEC or MIPS.
-    Analog channels, events, force plates and rotations are left out.
+    Analog channels, events, force plates and rotations are not read.
 
     References
     ----------
@@ -153,21 +129,15 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     Returns
     -------
     dict of str to C3DQuantity
-        What is no position of a marker, see the notes of `load_c3d`, by label, in the order of the file: kind, unit and
-        values. Empty where there is nothing.
+        By label, in the order of the file: `kind`, such as "angles" or "moments", `unit`, such as "deg", and `values`,
+        (n_frames, 3), of the points that are not positions, see the notes of `load_c3d`.
 
     Raises
     ------
     MocapFormatError
-        If the file does not follow its format, or is cut short; with its name and the parameter.
+        If the file is damaged or cut short; with its name and the parameter.
     OSError
         If it cannot be read.
-
-    Warns
-    -----
-    UserWarning
-        If labels are given twice, which are numbered. If header and parameters differ, and the length of the file says
-        which is right.
 
     See Also
     --------

@@ -48,34 +48,31 @@ def load_keypoints(
         writes it.
     layout : Layout or str, default=None
         The layout of the keypoints, or the name of one of `skpose.keypoints.layouts`: the names of the points, the
-        axis that points up unless the file states it, and points that are means of others. Where the file names its
-        points they are found by their names, in any order and spelling, and others are left out.
+        axis that points up unless the file states it, and points that are means of others. If the file names its
+        points, they are found by their names, in any order and spelling, and others are left out.
     names : iterable of str, default=None
-        Name of each point in the file. None is the file's own, or those of the layout.
+        Name of each point in the file. By default the file's own, or those of the layout.
     frame_rate : float, default=None
-        Frames per second. None is the file's own, `frame_rate` or `fps`, which CSV files state where `save_csv` wrote
-        them.
+        Frames per second, Hz. By default the file's own, `frame_rate` or `fps`.
     scale : float, default=1.0
         Metres per unit of length.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction that points up. None is the file's own `up`, as `save_npz` and `save_csv` write it, else that of
-        the layout, and "y" without one, with a warning where heads and feet speak against it. Where an axis points down
-        the world is turned by half a turn: about x if y or z points down, about y if x does.
+        The axis that points up. By default the file's own `up`, as `save_npz` and `save_csv` write it, or that of the
+        layout, or y, with a warning if people stand along another axis. If an axis points down, the world is turned by
+        half a turn: about x for y and z, about y for x.
     zeros : {"seen", "missing"}, default=None
-        What a position of exactly (0, 0, 0) is: a position, or a lost point, as some programs write it. None is
-        "seen", with a warning where there are any. A point that is there in every frame is the origin of the others,
-        and seen.
+        Whether a position of exactly (0, 0, 0) is a position or a lost point. By default a position, with a warning. A
+        point that is at zero in every frame is the origin of the others, and seen.
 
     Returns
     -------
     Keypoints
-        Positions in m, NaN where a point is not seen: where a number is NaN or not there, or the confidence is 0.
+        Positions in m, NaN where a point is not seen: its numbers are NaN or missing, or its confidence is 0.
 
     Raises
     ------
     MocapFormatError
-        If the file is not what it should be, such as cut short, or in two dimensions; with its name, and the line or
-        the key.
+        If the file is damaged, or in two dimensions; with its name, and the line or the key.
     OSError
         If it cannot be read.
     ValueError
@@ -84,15 +81,8 @@ def load_keypoints(
     Warns
     -----
     UserWarning
-        If the points are less than 0.3 or more than 5 m apart: they may be in another unit than metres. Not for a
-        layout without left and right, such as that of a hand.
-    UserWarning
-        If x and y of nearly all points are from 0 to 1, or no number is negative and all third numbers are up to 100:
-        they may be those of a picture, the third ones scores.
-    UserWarning
-        If positions are (0, 0, 0). If people stand along another axis than the one that is taken as up. If times next
-        to the points contradict the frame rate, or leave out frames. If points are left out, as they are rotations or
-        velocities by their names.
+        If the points are not of the size of a person, may be in units of a picture, or are (0, 0, 0); if people stand
+        along another axis, times contradict the frame rate, or points are left out as rotations or velocities.
 
     See Also
     --------
@@ -103,34 +93,25 @@ def load_keypoints(
     Notes
     -----
     An .npy file is one array of shape (n_frames, n_points, 3), or (n_frames, n_points, 4), whose fourth number is the
-    confidence, from 0 to 1. An .npz file has these keys; others are not opened:
+    confidence, from 0 to 1. An .npz file has these keys:
 
     ============================ =============================================================
     ``positions``, ``keypoints`` the array, as above
-    ``confidences``, ``scores``  (n_frames, n_points), from 0 to 1, not with a fourth number
+    ``confidences``, ``scores``  (n_frames, n_points), from 0 to 1
     ``frame_rate``, ``fps``      one number, Hz
     ``names``                    (n_points,) texts
     ``up``                       a text, x, y or z
     ============================ =============================================================
 
-    Nothing is unpickled: arrays of objects are refused.
-
-    Confidences that are COCO's 0, 1 or 2 become 0 and 1, and scores that overshoot 1 become 1; others above 1, such as
-    percent, are refused.
+    Nothing is unpickled.
 
     A CSV file has a header and a row for each frame, with columns such as ``nose_x``, ``nose_y``, ``nose_z`` and, for
-    all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` says
-    which frame a row is; columns ``frame_rate`` and ``up`` that are the same in all rows say what they say.
-    Quaternions, with ``nose_w``, are refused.
+    all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` has the
+    number of the frame.
 
-    A JSON file is a frame, a list of frames, an object of frames by their numbers, or an object with a list of them as
-    ``frames``, and ``fps``. A frame has
-    one person's points as ``pose_world_landmarks`` (MediaPipe, also ``worldLandmarks``), ``pose_keypoints_3d`` of its
-    ``people`` (OpenPose), ``keypoints_3d``, or ``keypoints`` (COCO, MMPose): lists of x, y, z and how sure, or objects
-    with these, by name or in the order of a layout; with a layout, a list of numbers may be a frame. ``frame``,
-    ``frame_id`` or ``image_id`` says which frame it is, as a number or a name with one such as 000012.jpg; COCO's
-    images are in the order of these, of the numbers in their names, or of their ids. Frames that are left out between
-    others are not seen. Landmarks and keypoints of pictures are refused.
+    A JSON file has the form of OpenPose with ``--3d``, MediaPipe (``pose_world_landmarks``), COCO or MMPose, or is a
+    list of frames, an object of frames by their numbers, or an object with ``frames`` and ``fps``. One person is read.
+    Frames that are left out by their numbers are not seen.
 
     Examples
     --------

@@ -61,19 +61,18 @@ def load_trc(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction that points up, which the format does not state. None is OpenSim's, y, with a warning where
-        markers of head and feet speak against it. Where an axis points down the world is turned by half a turn: about x
-        if y or z points down, about y if x does.
+        The axis that points up, which the format does not state. By default y, as in OpenSim, with a warning if people
+        stand along another axis. If an axis points down, the world is turned by half a turn: about x for y and z, about
+        y for x.
     scale : float, default=None
-        Metres per unit of length. None is the unit that the file names.
+        Metres per unit of length. By default that of the file's Units.
     frame_rate : float, default=None
-        Frames per second, Hz. None is the file's DataRate, refused where the column Time contradicts it; where DataRate
-        is 0, the rate of that column, with a warning. A number comes before both, with a warning where it is neither.
+        Frames per second, Hz. By default the file's DataRate, which the column Time must not contradict; or, if that is
+        0, the rate of that column, with a warning. A number replaces both, with a warning if it differs.
     trust : {"header", "rows"}, default="header"
-        What to do where NumFrames is not the number of rows: refuse the file, or read the rows that there are.
+        Refuse a file in which NumFrames is not the number of rows, or read the rows.
     zeros : {"seen", "missing"}, default=None
-        What a position of exactly (0, 0, 0) is: a position, or a lost marker, as some programs write it. None is
-        "seen", with a warning where there are any.
+        Whether a position of exactly (0, 0, 0) is a position or a lost marker. By default a position, with a warning.
 
     Returns
     -------
@@ -83,19 +82,15 @@ def load_trc(
     Raises
     ------
     MocapFormatError
-        If the file does not follow its format; with its name, line and column.
+        If the file is damaged; with its name and line.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If the markers are less than 0.3 or more than 5 m apart: the file may name the wrong unit. If positions are
-        (0, 0, 0). If people stand along another axis than y. If two markers have one name: they are numbered. If
-        NumMarkers is not the number of names, and the number of columns says which is right. If markers have no names:
-        they are called by their numbers. If the first line names another order of the axes than (X/Y/Z). If DataRate is
-        0, or neither it nor Time is the frame rate that is given. If rows without Frame# and Time follow the last
-        frame.
+        If the markers are not of the size of a person, positions are (0, 0, 0), people stand along another axis than y,
+        names are missing, repeated or too many, the first line names another order of axes, or the rate is replaced.
 
     See Also
     --------
@@ -104,9 +99,7 @@ def load_trc(
 
     Notes
     -----
-    A marker is lost where its three cells are empty or NaN. Where there are tabs they separate the cells, so that an
-    empty cell shifts no other; a line without tabs is split at blanks, and one of a file that begins with
-    ``PathFileType,`` at commas. One or two empty cells of three are refused, as are rows that are too short.
+    A marker is lost where its three cells are empty or NaN.
 
     References
     ----------

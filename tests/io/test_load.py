@@ -43,7 +43,8 @@ def test_every_format_is_recognised_and_has_the_options_of_its_loader(kind, name
 
 
 @pytest.mark.parametrize(
-    "text", [MOT, "1 2 3\n4 5 6\n", "hello", "frame,time,frame_rate,up,root_axes,a\n0,0,1,y,x,0\n"]
+    "text",
+    [MOT, "1 2 3\n4 5 6\n", "hello", "frame,time,frame_rate,up,root_axes,a_x,a_y,a_z\n0,0,1,y,x,0,0,0\n"],
 )
 def test_files_of_no_format(text):
     with pytest.raises(MocapFormatError):
