@@ -179,7 +179,7 @@ def _lines(source: Source) -> Iterator[Line]:
 
 
 class _Rows:
-    """Reads the numbers of each frame; their places among the words are those of the frame before if they fit.
+    """Reads the numbers of each frame, at the same places among the words as in the frame before if they fit.
 
     Parameters
     ----------

@@ -267,7 +267,7 @@ def _read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
 
 
 def _rate_of(source: Source, word: Token, given: float | None) -> float:
-    """The frame rate, Hz, by the word after "Frame Time:", or the given one."""
+    """The frame rate, Hz: `given`, or by the word after "Frame Time:"."""
     seconds = source.number(word, "Frame Time", finite=False)
     if given is None and not (seconds > 0 and np.isfinite(seconds) and np.isfinite(1.0 / seconds)):
         raise source.error(f"Frame Time: expected a positive number, found {word[:40]!r}: pass frame_rate=", word)

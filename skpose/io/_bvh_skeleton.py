@@ -126,37 +126,17 @@ def bone_offsets(joints: list[Joint], numbers: np.ndarray, source: Source, stret
     moved = np.flatnonzero((vary > ROUNDING * longest) & ~unused)
     if len(moved) and stretch == "raise":
         joint = joints[moved[0]]
-        remedy = f"root={joint.name!r} or " if _stands_alone(joint, joints) else ""
         raise source.error(
             f"position channels move {joint} by {vary[moved[0]]:g} units, but bones have constant lengths: "
-            f"pass {remedy}stretch='mean'",
+            "pass root= or stretch='mean'",
             joint.opened,
         )
     offsets[unused] = stated[unused]
     elsewhere = (np.abs(offsets - stated) > ROUNDING * longest).any(axis=1) & stated.any(axis=1)
     elsewhere = np.setdiff1d(np.flatnonzero(elsewhere), moved)
     if len(elsewhere):
-        first = elsewhere[0]
-        source.warn(
-            f"position channels replace the OFFSET of {len(elsewhere)} joints: {joints[first]} is at "
-            f"{_format(offsets[first])}, not {_format(stated[first])}"
-        )
+        source.warn(f"position channels replace the OFFSET of {len(elsewhere)} joints, such as {joints[elsewhere[0]]}")
     return offsets, longest
-
-
-def _stands_alone(joint: Joint, joints: list[Joint]) -> bool:
-    """Whether the joint and all above it are the only children of their parents: it carries everything."""
-    n_children = Counter(one.parent for one in joints)
-    at: Joint | None = joint
-    while at is not None and at.parent is not None:
-        if n_children[at.parent] > 1:
-            return False
-        at = at.parent
-    return bool(joint.name)
-
-
-def _format(vector: np.ndarray) -> str:
-    return " ".join(f"{x:.6g}" for x in vector)
 
 
 def root_movement(

@@ -15,7 +15,7 @@ import numpy as np
 from skpose.io._source import Source
 
 BLOCK = 512  # bytes
-INTEL, DEC, MIPS = 84, 85, 86  # the processors whose numbers are in the file; those of MIPS have the high byte first
+INTEL, DEC, MIPS = 84, 85, 86  # processors; MIPS has the high byte first
 SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes of one value: characters, bytes, integers, floats
 MANY_FRAMES = 65535  # the largest count of POINT:FRAMES and of the header, which stands for larger ones as well
 
@@ -67,7 +67,7 @@ class Parameters:
             offset = int.from_bytes(data[here : here + 2], "big" if processor == MIPS else "little")
             if here + 2 > len(data) or group == 0 or offset == 1:
                 raise source.error(f"the parameter record at byte {at}, {name[:40]!r}, is damaged or cut short")
-            at = here + offset if offset else len(data)  # 0 is that of the last record; of some it is too large
+            at = here + offset if offset else len(data)  # it is 0 in the last record, or too large
             if group < 0:
                 groups[-group] = name
             else:
@@ -113,7 +113,7 @@ class Parameters:
         return texts
 
     def floats(self, data: bytes) -> np.ndarray:
-        """Floats of 32 bits; those of DEC have their words in the other order, and are four times as large."""
+        """Floats of 32 bits; DEC has the words in the other order, and numbers four times as large."""
         if self.processor != DEC:
             return np.frombuffer(data, f"{self.order}f4").astype(np.float64)
         words = np.frombuffer(data, "<u4").astype(np.uint32)
@@ -169,7 +169,7 @@ def _find_frames(
     Parameters
     ----------
     source, parameters, header, rate : Source, Parameters, tuple of int, float
-        The file and what is known of it.
+        The file, its parameters, the words of its header, and Hz.
     is_float : tuple of bool
         Whether numbers are floats, by the parameters and by the header.
     first : int

@@ -73,13 +73,13 @@ def read_unit(source: Source, where: str, unit: str, scale: float | None, at: An
 
 
 def choose_rate(source: Source, given: float | None, stated: float, where: str) -> float:
-    """The given frame rate, Hz, with a warning where the file states another; or else that of the file."""
+    """The frame rate, Hz: `given`, with a warning if the file states another, or the file's own."""
     if given is None:
         return stated
     if SLOWEST <= stated <= FASTEST and differ(given, stated):
         source.warn(
             f"frame_rate={given:g} replaces the {stated:g} Hz of {where}, so that it lasts {stated / given:.3g} times "
-            "as long; resample changes the rate of what has been read"
+            "as long; Motion.resample changes the rate"
         )
     return given
 
@@ -101,7 +101,7 @@ def complaint_of_frame_time(seconds: float) -> str:
 
 
 def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -> Motion:
-    """A motion with the axis that points up: the given one, or the usual one, with a warning if it seems wrong.
+    """A motion with its up axis: `up`, or the default, with a warning if people stand along another axis.
 
     If the axis points down the world is turned by half a turn: about x for y and z, about y for x.
     """
@@ -173,7 +173,7 @@ def check_points(
     up: Up | None,
     usual: tuple[Up, str],
 ) -> None:
-    """Make lost keypoints NaN, and warn if the points may be those of a picture, or people stand along another axis."""
+    """Make lost keypoints NaN, and warn if they may be in units of a picture, or people stand along another axis."""
     if len(names) != positions.shape[1]:
         return  # an error later
     seen = positions.copy()
@@ -198,7 +198,7 @@ def number_names(source: Source, names: list[str]) -> list[str]:
 
 
 def unused_name(name: str, used: Collection[str], reserved: Collection[str]) -> str:
-    """The name, or with a number where it is used; no numbered name is a reserved one."""
+    """The name, numbered if it is used; numbered names are never reserved ones."""
     new, count = name, 1
     while new in used or (count > 1 and new in reserved):
         count += 1

@@ -51,7 +51,7 @@ def load_keypoints(
         axis that points up unless the file states it, and points that are means of others. If the file names its
         points, they are found by their names, in any order and spelling, and others are left out.
     names : iterable of str, default=None
-        Name of each point in the file. By default the file's own, or those of the layout.
+        Name of each point in the file. By default the file's own, or the layout's.
     frame_rate : float, default=None
         Frames per second, Hz. By default the file's own, `frame_rate` or `fps`.
     scale : float, default=1.0
@@ -206,7 +206,7 @@ def _check_positions(stored: Stored, names: list[str] | None) -> None:
 
 
 def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
-    """The given frame rate, or else that of the file; warn if the times of frames contradict it."""
+    """`frame_rate`, or the file's own, with a warning if the times of frames contradict it."""
     rate = stored.frame_rate if frame_rate is None else frame_rate
     if rate is None:
         of_times = np.nan if stored.times is None else stored.times.rate()

@@ -27,7 +27,7 @@ from skpose.io._stored import (
 from skpose.keypoints._shared import REMEDY, complaint_of_flat
 
 # Keys of a frame: of its people in OpenPose, MMPose and COCO; of points in three dimensions in OpenPose, MediaPipe and
-# TensorFlow.js; of points that may be in two or three; and of those of pictures.
+# TensorFlow.js; of points in two or three dimensions; and of points in a picture.
 PEOPLE = "people", "instances", "annotations"
 SPATIAL = (
     *("pose_keypoints_3d", "pose_world_landmarks", "worldLandmarks", "hand_world_landmarks"),
@@ -123,7 +123,7 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
 
 
 def _with_numbers(source: Source, frames: list) -> list[Entry]:
-    """The frames with their numbers, if all in which somebody is seen have one."""
+    """The frames with their numbers, if all that are not null have one."""
     seen = [frame for frame in frames if frame is not None]
     keys = [frame_key(frame) if isinstance(frame, dict) else None for frame in seen]
     if not any(keys):
@@ -223,7 +223,7 @@ class _Reader:
         return self.source.error(f"these are keypoints in two dimensions: {what}. {REMEDY}")
 
     def frame(self, frame: Any) -> Frame | None:
-        """The points of the one person of a frame; None if nobody is seen."""
+        """The points of the one person of a frame; None without a person."""
         if not isinstance(frame, dict):
             return self.points(frame, "")
         keys = [key for key in (*SPATIAL, *PEOPLE, POINTS, *FLAT) if key in frame]

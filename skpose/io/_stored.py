@@ -11,7 +11,7 @@ from skpose.io._source import NUMBER, Source
 MOST = 100  # frames for each that is stored: a larger number of a frame is damage, and would need the memory
 # Keys of the number of a frame, the best first, without regard to case and signs between words; the last is an image.
 FRAME = "frame", "frameid", "frameindex", "frameidx", "framenumber", "framenum", "frameno", "fnum", "imageid"
-# The last word of names of what has three coordinates and is not a position.
+# The last word of names of rotations, velocities and the like, which have three coordinates too.
 NO_POSITION = (
     *("rot", "rotation", "rotations", "angle", "angles", "euler", "quat", "quaternion", "orientation"),
     *("vel", "velocity", "acc", "acceleration", "gyro"),
@@ -27,7 +27,7 @@ TIME = re.compile(
     re.IGNORECASE,
 )
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by its first letter, except microseconds
-CLOSE, DRIFT = 0.02, 0.4  # relative difference of rates, and what it is at the end, in frames: less may be jitter
+CLOSE, DRIFT = 0.02, 0.4  # relative difference of rates, and the resulting shift in frames: less may be jitter
 
 
 class Times(NamedTuple):
@@ -42,7 +42,7 @@ class Times(NamedTuple):
         n = len(self.values) - 1 if self.numbers is None else self.numbers[-1] - self.numbers[0]
         with np.errstate(all="ignore"):
             interval = (self.values[-1] - self.values[0]) / n if n else np.nan
-        if not 1e-12 < interval < 1e12 or interval == 1.0:  # 1 is that of counts of frames, without a unit
+        if not 1e-12 < interval < 1e12 or interval == 1.0:  # times that count frames have no unit
             return np.nan
         match = TIME.fullmatch(self.key)
         unit = match[1].lower() if match and match[1] else ""
@@ -64,7 +64,7 @@ class Times(NamedTuple):
 
 
 class Stored(NamedTuple):
-    """Positions with what the file says of them; None for what it does not say."""
+    """Positions and what the file states about them; None if it does not state it."""
 
     positions: np.ndarray  # (n_frames, n_points, 3), NaN where not seen
     confidences: np.ndarray | None  # (n_frames, n_points)

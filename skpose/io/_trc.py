@@ -40,7 +40,7 @@ class Head(NamedTuple):
     """The numbers and names above the frames."""
 
     frame_rate: float | None  # Hz, by DataRate; None where that is 0, or is not needed and not a rate
-    n_frames: int | None  # that the file states; None where it is not requested
+    n_frames: int | None  # stated by the file; None if it does not matter
     scale: float  # metres of one unit
     names: list[str]  # of the markers that have columns
 
@@ -282,7 +282,7 @@ def _numbers(source: Source, text: str, line: int, names: list[str]) -> np.ndarr
 
 
 def _rate(source: Source, times: np.ndarray, stated: float | None, given: float | None) -> float:
-    """The frame rate: the given one, or that of DataRate, or that of the column Time, which must not differ."""
+    """The frame rate, Hz: `given`, or DataRate, which the column Time must not contradict, or by that column."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         by_time = float((len(times) - 1) / (times[-1] - times[0])) if len(times) > 1 else np.nan
     has_times = by_time > 0 and isfinite(by_time)
