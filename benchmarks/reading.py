@@ -25,7 +25,8 @@ import common
 import numpy as np
 import pybvh
 
-from skpose.io import AsfFile, asf_path, load_amc, load_bvh, save_bvh
+from skpose.io import AsfFile, load_amc, load_bvh, save_bvh
+from skpose.io._amc import asf_path
 
 
 class Size(NamedTuple):

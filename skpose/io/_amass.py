@@ -1,4 +1,4 @@
-"""Reader of AMASS files: motions of the body models SMPL, SMPL-H and SMPL-X as .npz files.
+"""AMASS files: motions of the body models SMPL, SMPL-H and SMPL-X as .npz files.
 
 N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive of motion capture as surface shapes",
 ICCV 2019, doi:10.1109/ICCV.2019.00554.
@@ -9,18 +9,13 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.options import check_choice
 from skpose._warnings import warn
 from skpose.io._arguments import PathLike, Readable
-from skpose.io._keypoints import POSITIONS
-from skpose.io._npz import Archive
+from skpose.io._arrays import Archive
+from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._numbers import drop_not_finite
-from skpose.io._rates import choose_rate
-from skpose.io._save_npz import VERSION
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
-from skpose.io._source import Source
-from skpose.io._up import Up, check_up_of_file, stand
+from skpose.io._source import Source, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import continuous_triples
 
@@ -29,8 +24,6 @@ RATES = "mocap_framerate", "mocap_frame_rate"
 # Parts of a pose and their widths, of files without `poses`, in its order.
 PARTS = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
 FACE = "pose_jaw", "pose_eye"  # only in SMPL-X
-DROP = "; on_nan='drop' leaves such frames out"
-MOST_KEYS = 12  # that a message lists
 
 
 def load_amass(
@@ -49,61 +42,56 @@ def load_amass(
     path : str, path-like or file
         The file, or an open one.
     frame_rate : float, default=None
-        Frames per second, Hz. None is the file's own. A number comes before it, with a warning where they differ by
-        more than 1 %.
+        Frames per second, Hz. By default the file's own; a number replaces it, with a warning if the two differ by more
+        than 1 %.
     model : str or path-like, default=None
         The file of the body model (.npz), from which the lengths of the bones follow with the `betas` of the motion;
-        "{gender}" in it becomes female, male or neutral, as the motion says. None is a person of mean height and
+        "{gender}" in it becomes female, male or neutral, as the motion states. By default a person of mean height and
         proportions, with a warning.
     hands : bool, default=True
         Whether to read the joints beyond the wrists. Without them motions of SMPL and of SMPL-H have one skeleton.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number of the poses or of `trans` is NaN or infinite: refuse the file, or
-        leave these frames out. The others keep their times, see `Motion.frame_numbers`.
+        Refuse a file with NaN or infinite numbers in the poses or `trans`, or leave these frames out. The other frames
+        keep their numbers and times, see `Motion.frame_numbers`.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction of the file's world that points up, see `load_bvh`; None is z, with a warning where poses stand
-        along another axis.
+        The axis of the file's world that points up, as in `load_bvh`. By default z.
 
     Returns
     -------
     Motion
-        Motion whose skeleton has a ball joint for every joint of the model but the pelvis, which is the root. Its
+        Motion whose skeleton has a ball joint for every joint of the model except the pelvis, which is the root. Its
         columns are the file's numbers, rotation vectors in rad, in the file's order.
 
     Raises
     ------
     MocapFormatError
-        If the file, or the model's, is not what it should be; with its name and the key.
+        If the file, or the model's, is damaged or of another kind; with its name and the key.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If no model is given. If the model has fewer directions of shape than the file has `betas`. If frames are left
-        out, with their count. If the file states another frame rate than the one that is given.
+        If no model is given, the model has fewer directions of shape than the file has `betas`, frames are left out, or
+        the frame rate is replaced.
 
     See Also
     --------
-    load_motion : Read an AMASS, BVH or AMC file.
-    skpose.datasets.humanoid : The proportions where no model is given, as a skeleton of its own.
+    load_motion : Read a motion of any format.
+    skpose.datasets.humanoid : The proportions without a model, as a skeleton of its own.
 
     Notes
     -----
-    The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model but `betas`. Bones
-    are the differences of J, and the root moves along `trans` + J of the pelvis, as rotations leave the pelvis where
-    it is. The models' files are not free and not part of this library: https://smpl.is.tue.mpg.de, https://mano.is.tue.mpg.de
-    and https://smpl-x.is.tue.mpg.de have them. Without one, J of the pelvis is unknown as well, so that positions of
-    the root are all shifted by one vector (in the models by some 0.3 m); the movement is right.
+    The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model except `betas`. Bones
+    are the differences of J, and the root moves along `trans` + J of the pelvis. The models are not free and not part
+    of this library: https://smpl.is.tue.mpg.de, https://mano.is.tue.mpg.de and https://smpl-x.is.tue.mpg.de have them.
+    Without one, J of the pelvis is unknown as well, so that positions of the root are shifted by one vector (in the
+    models by 0.3 m).
 
-    The world's z is up, unless `up` says otherwise. The root's rotation vectors become angles about the axes "ZYX": the
-    heading, then the lean to a side, then forward, where 90° is upright, since a model's own y axis is its upward one.
+    The root's rotation vectors become angles about the axes "ZYX": the heading, then the lean to a side, then forward,
+    where 90° is upright, since a model's own y axis points up.
 
-    Joints that end a chain, such as the head of SMPL-H and the last joints of fingers, have columns as well. They move
-    nothing, so that no distance but "angle" depends on them. Eyes and jaw are read with or without `hands`.
-
-    Nothing is unpickled: pickled entries, such as `markers_latent_vids`, are not opened, and one that is needed is an
-    error. Models are read once and kept while their file does not change.
+    Nothing is unpickled. Models are read once and kept while their file does not change.
 
     References
     ----------
@@ -118,31 +106,12 @@ def load_amass(
     >>> load_amass("ACCAD/Female1Walking_c3d/B3_-_walk1_poses.npz", model="smplh/{gender}/model.npz")  # doctest: +SKIP
     Motion(415 frames at 120 Hz, 3.5 s, z up, Skeleton(n_joints=51, n_dofs=153))
     """
-    with Source(path, "an AMASS file (.npz)", binary=True) as source:
-        return read_amass(
-            source, Archive(source), frame_rate=frame_rate, model=model, hands=hands, on_nan=on_nan, up=up
-        )
-
-
-def read_amass(
-    source: Source,
-    file: Archive,
-    *,
-    frame_rate: float | None = None,
-    model: PathLike | None = None,
-    hands: bool = True,
-    on_nan: str = "raise",
-    up: Up | None = None,
-) -> Motion:
-    """Read the motion of an open AMASS file."""
-    if frame_rate is not None:
-        check_frame_rate(frame_rate)
-    check_choice("on_nan", on_nan, ("raise", "drop"))
-    check_up_of_file(up)
-    name, finite = _model_name(file), on_nan == "raise"
-    trans = file.numbers("trans", (None, 3), finite=finite, remedy=DROP)
-    frame_rate = _frame_rate(file, frame_rate)
-    poses = _poses(file, name, len(trans), finite)
+    check_options(frame_rate=frame_rate, on_nan=on_nan, up=up)
+    source = open_source(path, "an AMASS file (.npz)", binary=True)
+    file, finite = Archive(source), on_nan == "raise"
+    trans = file.numbers("trans", (None, 3), finite=finite)
+    name, poses = _poses(file, len(trans), finite)
+    rate = _frame_rate(file, frame_rate)
     rows, frames = drop_not_finite(np.hstack([trans, poses]), np.arange(len(trans)), source)
     trans, poses = rows[:, :3], rows[:, 3:]
     if model is None:
@@ -157,22 +126,17 @@ def read_amass(
     at_rest: dict[str | None, np.ndarray] = dict(zip(tree, joints, strict=True))
     root, *kept = [joint for joint in tree if hands or joint not in HANDS]
     bones = [
-        Bone(
-            joint,
-            None if tree[joint] == root else tree[joint],
-            at_rest[joint] - at_rest[tree[joint]],
-            "rotvec",
-        )
+        Bone(joint, None if tree[joint] == root else tree[joint], at_rest[joint] - at_rest[tree[joint]], "rotvec")
         for joint in kept
     ]
-    columns = np.repeat([joint in kept for joint in tree], 3)
     with source.format_errors():
+        vectors = Rotation.from_rotvec(poses[:, :3]) if len(poses) else None
         motion = Motion(
             Skeleton(bones, offset_frame="parent"),
-            poses[:, columns],
-            frame_rate,
+            poses[:, np.repeat([joint in kept for joint in tree], 3)],
+            rate,
             trans + at_rest[root],
-            _angles(poses[:, :3]),
+            np.zeros((0, 3)) if vectors is None else continuous_triples(ROOT_AXES, vectors),
             ROOT_AXES,
             frames,
             root_name=root,
@@ -180,66 +144,35 @@ def read_amass(
     return stand(motion, up, source, "z")
 
 
-def _model_name(file: Archive) -> str:
-    """Return the body model of a file's poses, by their width."""
-    if "poses" not in file.keys:
-        if not file.keys & set(PARTS):
-            raise file.source.error(
-                f"it has no poses, so it is no motion in the format of AMASS; {_other_reader(file)}; its keys are "
-                f"{_list_keys(file)}"
-            )
-        return "SMPL-X" if file.keys & set(FACE) else "SMPL-H"
-    shape = file.shape("poses")
-    if len(shape) != 2 or shape[1] not in {3 * size for size in BY_SIZE}:
-        widths = ", ".join(f"{3 * size} ({name})" for size, name in BY_SIZE.items())
-        raise file.source.error(f"poses: expected shape (n, k) with k one of {widths}, found {shape}")
-    return BY_SIZE[shape[1] // 3]
-
-
-def _other_reader(file: Archive) -> str:
-    """Return which function reads an .npz file with other keys."""
-    if VERSION in file.keys:
-        return "it is a motion that save_npz wrote: load_motion reads it"
-    if found := sorted(file.keys & set(POSITIONS)):
-        return f"it has {found[0]}, positions of points without a skeleton: load_keypoints reads them"
-    return (
-        f"load_keypoints reads positions of points, under the key {' or '.join(POSITIONS)}; other arrays of positions "
-        "become Keypoints(array, names, frame_rate), and arrays of joint angles Motion(skeleton, angles, frame_rate)"
-    )
-
-
-def _list_keys(file: Archive) -> str:
-    keys = sorted(file.keys)
-    more = f" and {len(keys) - MOST_KEYS} more" if len(keys) > MOST_KEYS else ""
-    return ", ".join(keys[:MOST_KEYS]) + more or "none"
-
-
-def _poses(file: Archive, name: str, n_frames: int, finite: bool) -> np.ndarray:
-    """Return the rotation vectors (n_frames, 3 n_joints) of all joints, the root first."""
+def _poses(file: Archive, n_frames: int, finite: bool) -> tuple[str, np.ndarray]:
+    """The body model, by the width of its poses, and the rotation vectors (n_frames, 3 n_joints) of all joints."""
     if "poses" in file.keys:
-        return file.angles("poses", (n_frames, 3 * len(MODELS[name])), finite=finite, remedy=DROP)
+        shapes = [(n_frames, 3 * size) for size in BY_SIZE]
+        poses = file.numbers("poses", *shapes, finite=finite)
+        return BY_SIZE[poses.shape[1] // 3], poses
+    if not file.keys & set(PARTS):
+        raise file.source.error(f"expected the key 'poses' of AMASS, found {file.list_keys()}")
+    name = "SMPL-X" if file.keys & set(FACE) else "SMPL-H"
     parts = {key: width for key, width in PARTS.items() if name == "SMPL-X" or key not in FACE}
-    arrays = [file.angles(key, (n_frames, width), finite=finite, remedy=DROP) for key, width in parts.items()]
-    return np.concatenate(arrays, axis=1)
+    arrays = [file.numbers(key, (n_frames, width), finite=finite) for key, width in parts.items()]
+    return name, np.concatenate(arrays, axis=1)
 
 
 def _frame_rate(file: Archive, given: float | None) -> float:
-    """Return the frames per second, Hz, which the two generations of files have under different keys."""
-    if given is not None and not file.keys & set(RATES):
+    """The frames per second, Hz, which the two generations of files have under different keys."""
+    key = next((key for key in RATES if key in file.keys), None)
+    if key is None:
+        if given is None:
+            raise file.source.error(f"expected {RATES[0]}, found {file.list_keys()}: pass frame_rate=")
         return given
-    key = next((key for key in RATES if key in file.keys), RATES[0])
-    if key not in file.keys:
-        raise file.source.error(f"it has no {key}; its keys are {_list_keys(file)}; frame_rate= chooses the rate")
     rate = float(file.numbers(key, (), (1,), finite=given is None).item())
-    if not (rate > 0 and np.isfinite(rate) and np.isfinite(1.0 / rate)):
-        if given is not None:
-            return given
-        raise file.source.error(f"{key}: expected a positive number, found {rate}; frame_rate= chooses the rate")
-    return choose_rate(file.source, given, rate, key)
+    if rate > 0 and np.isfinite(rate) and np.isfinite(1.0 / rate):
+        return choose_rate(file.source, given, rate, key)
+    if given is None:
+        raise file.source.error(f"{key}: expected a positive number, found {rate}: pass frame_rate=")
+    return given
 
 
-def _angles(vectors: np.ndarray) -> np.ndarray:
-    """Return rotation vectors (n_frames, 3) as angles about `ROOT_AXES`, continuous in time."""
-    if not len(vectors):
-        return np.zeros((0, 3))
-    return continuous_triples(ROOT_AXES, Rotation.from_rotvec(vectors))
+def is_amass(source: Source) -> bool:
+    """Whether a file is an archive: an .npz file with other keys than those of skpose is read as one of AMASS."""
+    return source.kind == "zip"

@@ -1,32 +1,33 @@
-"""Reader of Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone.
+"""Acclaim motion files (AMC): the angles of an ASF skeleton, frame by frame and bone by bone.
 
 A frame is a line for its number, and one for the name and the numbers of each bone.
 """
 
+import os
+import re
 from collections.abc import Iterator
-from itertools import chain
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from skpose._validation.options import check_choice, check_positive
 from skpose._warnings import warn
-from skpose.io._acclaim import Acclaim
-from skpose.io._arguments import Readable
-from skpose.io._asf import AsfFile, content_of
+from skpose.io._arguments import PathLike, Readable
+from skpose.io._asf import AsfFile
+from skpose.io._conventions import Up, check_options, stand
 from skpose.io._numbers import drop_not_finite
-from skpose.io._source import Chunk, Source
-from skpose.io._up import Up, check_up_of_file, stand
-from skpose.io._words import NUMBER, WHOLE, Token, complaint
+from skpose.io._source import WHOLE, Source, open_source
 from skpose.skeleton import Motion
 
 Line = tuple[int, str]  # its number, and its text without a comment
 USUAL_RATE = 120.0  # Hz, of CMU and HDM05
+KEYWORD = re.compile(r":[a-z][\w-]*", re.ASCII | re.IGNORECASE)  # such as :degrees and :fully-specified
+NUMERIC = re.compile(r"[+-]?[.\d]|nan|[+-]?inf", re.ASCII | re.IGNORECASE)  # how a number begins, also a damaged one
 
 
 def load_amc(
     path: Readable,
-    asf: Readable | AsfFile,
+    asf: Readable | AsfFile | None = None,
     *,
     frame_rate: float | None = None,
     scale: float | None = None,
@@ -40,22 +41,21 @@ def load_amc(
     ----------
     path : str, path-like or file
         The AMC file, or an open one; compressed by gzip or not.
-    asf : str, path-like, file or AsfFile
-        The ASF file that it belongs to, which states which angles the numbers are. An `AsfFile` is read once for
-        several motions.
+    asf : str, path-like, file or AsfFile, default=None
+        The ASF file of its skeleton. By default walk.asf in the folder of walk.amc, or 02.asf for 02_01.amc, or
+        HDM_bd.asf for HDM_bd_walk_001_120.amc.
     frame_rate : float, default=None
-        Frames per second, Hz; the format does not store it. None is 120 Hz, the usual rate of CMU and HDM05, with a
+        Frames per second, Hz; the format does not store it. By default 120 Hz, the usual rate of CMU and HDM05, with a
         warning.
     scale : float, default=None
-        Metres per unit of length, as in `load_asf`; None for an `AsfFile`, which has its scale.
+        Metres per unit of length, as in `load_asf`.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out. The
-        others keep their times, see `Motion.frame_numbers`; that of the first frame of the file is 0.
+        Refuse a file with NaN or infinite numbers, or leave these frames out. The other frames keep their numbers and
+        times, see `Motion.frame_numbers`.
     missing : {"raise", "rest"}, default="raise"
-        What to do with a bone that a frame does not mention: refuse the file, or set its angles there to zero.
+        Refuse a file in which a frame does not mention a bone, or set the angles of the bone to zero.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction of the file's world that points up, see `load_bvh`; None is y, with a warning where poses stand
-        along another axis.
+        The axis of the file's world that points up, as in `load_bvh`.
 
     Returns
     -------
@@ -66,17 +66,14 @@ def load_amc(
     Raises
     ------
     MocapFormatError
-        If a file does not follow its format, is cut short, or the two do not belong together; with its name, the line
-        and the column.
+        If a file is damaged, or the two do not belong together; with its name and line.
     OSError
-        If one cannot be read.
-    ValueError
-        If a scale differs from that of an `AsfFile`.
+        If one cannot be read, or the ASF file is not found.
 
     Warns
     -----
     UserWarning
-        If no frame rate is given. The text is the same for every file, so that Python shows it once for many files.
+        If no frame rate is given. The text is the same for every file, so that Python shows it once.
 
     See Also
     --------
@@ -84,10 +81,8 @@ def load_amc(
 
     Notes
     -----
-    The root's position and orientation in the ASF file are added to the root's numbers. Rigid bones, those without
-    dofs, need not be in the AMC file; where they are, their numbers must be zero.
-
-    Cost: some 25 MB a second. Memory is at most some 2.3 times that of the array.
+    The root's position and orientation in the ASF file are added to the root's numbers. The numbers of bones without
+    dofs must be zero.
 
     Examples
     --------
@@ -95,30 +90,29 @@ def load_amc(
     >>> load_amc("02_01.amc", "02.asf", frame_rate=120)  # doctest: +SKIP
     Motion(343 frames at 120 Hz, 2.9 s, y up, Skeleton(n_joints=30, n_dofs=56))
     """
-    content = content_of(asf, scale)
-    with Source(path, "an AMC file") as source:
-        return read_amc(source, content, frame_rate=frame_rate, on_nan=on_nan, missing=missing, up=up)
-
-
-def read_amc(
-    source: Source,
-    asf: Acclaim,
-    *,
-    frame_rate: float | None = None,
-    on_nan: str = "raise",
-    missing: str = "raise",
-    up: Up | None = None,
-) -> Motion:
-    """Read the motion of an open AMC file, with the content of its ASF file."""
-    if frame_rate is not None:
-        check_positive("frame_rate", frame_rate)
-    check_choice("on_nan", on_nan, ("raise", "drop"))
-    check_choice("missing", missing, ("raise", "rest"))
-    check_up_of_file(up)
-    asf, in_radians, first = _read_head(source, asf)
-    reader = RowReader(asf, source, fill=missing == "rest", keep_nan=on_nan == "drop")
-    numbers = read_frames(source, reader, first)
-    numbers, frames = drop_not_finite(numbers, np.arange(len(numbers)), source)  # none if on_nan="raise"
+    check_options(frame_rate=frame_rate, scale=scale, on_nan=on_nan, missing=missing, up=up)
+    source = open_source(path, "an AMC file")
+    if asf is None:
+        asf = asf_path(source.name)
+        if not os.path.lexists(asf):
+            raise FileNotFoundError(f"{source.name} needs its skeleton, and there is no {asf}: pass asf=")
+    if not isinstance(asf, AsfFile):
+        asf = AsfFile(asf, scale=scale)
+    elif scale not in (None, asf.scale):
+        raise ValueError(f"scale must be that of {asf!r}, {asf.scale}, or None, got {scale!r}")
+    lines = list(_lines(source))
+    n_keywords = next((i for i, (_, text) in enumerate(lines) if not text.lstrip().startswith(":")), len(lines))
+    in_radians = bool(asf.radians)
+    for line, text in lines[:n_keywords]:
+        keyword = text.split()[0].lower()
+        if keyword in (":degrees", ":radians"):
+            in_radians = keyword == ":radians"
+            if asf.radians not in (None, in_radians):
+                raise source.error(f"angles in {keyword[1:]}, but {asf.name} has the other unit", line)
+        elif keyword == ":force-all-joints-be-3dof":
+            asf = asf.with_three_dofs()
+    rows = _Rows(source, asf, fill=missing == "rest", finite=on_nan == "raise").read(lines[n_keywords:])
+    numbers, frames = drop_not_finite(rows, np.arange(len(rows)), source)
     with source.format_errors():
         motion = _motion(numbers, frames, asf, in_radians, frame_rate or USUAL_RATE)
     if frame_rate is None:
@@ -129,28 +123,38 @@ def read_amc(
     return stand(motion, up, source)
 
 
-def _read_head(source: Source, asf: Acclaim) -> tuple[Acclaim, bool, Chunk]:
-    """Return the skeleton, whether angles are in radians, and the line after the keywords before the first frame."""
-    in_radians = bool(asf.radians)
-    while (text := source.readline()) is not None:
-        if not (words := source.words(text, source.line)):
-            continue
-        token = words[0]
-        keyword = token.lower()
-        if not keyword.startswith(":"):
-            return asf, in_radians, Chunk(source.line, 0, text.encode())
-        if keyword in (":degrees", ":radians"):
-            in_radians = keyword == ":radians"
-            if asf.radians not in (None, in_radians):
-                raise source.error(f"angles in {keyword[1:]}, but {asf.name} has the other unit", token)
-        elif keyword == ":force-all-joints-be-3dof":
-            asf = asf.with_three_dofs
-    return asf, in_radians, Chunk(source.line, 0, b"")
+def is_amc(source: Source) -> bool:
+    """Whether a file begins with a keyword, or with the number of a frame and a bone with numbers."""
+    lines = [words for line in source.head.splitlines()[:1000] if (words := line.partition("#")[0].split())]
+    if not lines:
+        return "#" in source.head  # comments, which the other formats do not have
+    bone = lines[1] if len(lines) > 1 else []
+    is_frame = len(lines[0]) == 1 and WHOLE.fullmatch(lines[0][0]) and (len(bone) < 2 or NUMERIC.match(bone[1]))
+    return bool(KEYWORD.fullmatch(lines[0][0]) or is_frame)
 
 
-def _motion(numbers: np.ndarray, frames: np.ndarray, asf: Acclaim, in_radians: bool, frame_rate: float) -> Motion:
-    """Return the motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
-    names = [f"{bone}_{channel}" for bone, its in asf.channels.items() for channel in its]
+def asf_path(amc: PathLike) -> Path:
+    """The path at which the ASF file of an AMC file is expected.
+
+    It is walk.asf in the folder of walk.amc if there is such a file; otherwise the name is cut at its last underscore,
+    02.asf for 02_01.amc as in the CMU database, then at the one before it, and so on: HDM_bd.asf for
+    HDM_bd_walk_001_120.amc. For a link, the file that it points to is tried too. If none exists, it is 02.asf.
+    """
+    amc = Path(amc)
+    candidates = [asf for path in (amc, Path(os.path.realpath(amc))) for asf in _asf_paths(path)]
+    found = next((path for path in candidates if os.path.lexists(path) and not path.is_dir()), None)
+    return found or _asf_paths(amc)[:2][-1]
+
+
+def _asf_paths(amc: Path) -> list[Path]:
+    name = amc.name[:-3] if amc.name.lower().endswith(".gz") else amc.name
+    parts = Path(name).stem.split("_")
+    return [amc.with_name(f"{'_'.join(parts[:n])}.asf") for n in range(len(parts), 0, -1)]
+
+
+def _motion(numbers: np.ndarray, frames: np.ndarray, asf: AsfFile, in_radians: bool, frame_rate: float) -> Motion:
+    """The motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
+    names = [f"{bone}_{channel}" for bone, channels in asf.channels.items() for channel in channels]
     column = {name: i for i, name in enumerate(names)}
     skeleton, root = asf.skeleton, asf.root
     angles = numbers[:, [column[name] for name in skeleton.dof_names]]
@@ -165,141 +169,87 @@ def _motion(numbers: np.ndarray, frames: np.ndarray, asf: Acclaim, in_radians: b
     return Motion(skeleton, angles, frame_rate, asf.scale * positions, root_angles, root.axes, frames)
 
 
-class RowReader:
-    """Indices of a frame's numbers among its words; each frame is read with those of the previous one if they fit.
+def _lines(source: Source) -> Iterator[Line]:
+    """Yield the lines that are not empty, without comments."""
+    for number, text in enumerate(source.lines, 1):
+        if "#" in text:
+            text = text.partition("#")[0]
+        if text and not text.isspace():
+            yield number, text
+
+
+class _Rows:
+    """Reads the numbers of each frame, at the same places among the words as in the frame before if they fit.
 
     Parameters
     ----------
-    asf : Acclaim
-        The skeleton: its `channels`, by bone, have the order of the numbers that `row` returns.
-    source : Source
-        The AMC file, for its errors.
+    source, asf : Source, AsfFile
+        The file and its skeleton, whose `channels` have the order of the numbers in a row.
     fill : bool
         Whether the numbers of a bone that a frame does not mention are zero.
-    keep_nan : bool
-        Whether numbers may be NaN or infinite.
+    finite : bool
+        Whether numbers must be finite.
     """
 
-    def __init__(self, asf: Acclaim, source: Source, fill: bool, keep_nan: bool):
-        self.asf, self.channels, self.source, self.fill, self.keep_nan = asf, asf.channels, source, fill, keep_nan
+    def __init__(self, source: Source, asf: AsfFile, *, fill: bool, finite: bool):
+        self.source, self.asf, self.channels, self.fill, self.finite = source, asf, asf.channels, fill, finite
         self.n_words = -1
         self.names: dict[int, str] = {}  # bones by the index of their name
-        self.numbers: list[int] = []  # index of each number; -1 is a zero appended to the words
-        self.zeros: list[int] = []  # indices of the numbers of rigid bones
+        self.places: list[int] = []  # index of each number; -1 is a zero appended to the words
 
-    def row(self, number: Token, frame: list[Line]) -> np.ndarray:
-        """Return the numbers of a frame."""
+    def read(self, lines: list[Line]) -> np.ndarray:
+        """The numbers of all frames, (n_frames, n_channels)."""
+        starts = [i for i, (_, text) in enumerate(lines) if text.strip().isdecimal()]
+        if not starts or starts[0] > 0:
+            line = lines[0][0] if lines else len(self.source.lines)
+            raise self.source.error("expected the number of a frame, found none; not AMC, or cut short", line)
+        rows, first = list[np.ndarray](), int(lines[0][1].strip()[:18])
+        for expected, (start, stop) in enumerate(zip(starts, [*starts[1:], len(lines)], strict=True), first):
+            line, number = lines[start]
+            if not WHOLE.fullmatch(number.strip()) or int(number) != expected:
+                raise self.source.error(f"expected frame {expected}, found frame {number.strip()[:40]}", line)
+            rows.append(self._row(line, lines[start + 1 : stop]))
+        return np.array(rows)
+
+    def _row(self, line: int, frame: list[Line]) -> np.ndarray:
         text = " ".join([text for _, text in frame])
         words = text.split()
-        if len(words) != self.n_words or any(words[i] != name for i, name in self.names.items()):
-            self._learn(number, frame)
-        words.append("0")
-        try:
-            row = np.array([words[i] for i in self.numbers + self.zeros], dtype=np.float64)
-            as_expected = np.isfinite(row).all() and not row[len(self.numbers) :].any()
-            regular = bool(as_expected) and "_" not in text and text.isascii()  # "1_0" is a number to Python
-        except ValueError:
-            self._learn(number, frame)  # an error if lines end elsewhere, so that a name is among the numbers
-            regular = False
-        if not regular:
-            self._check(number, frame)
-            if not np.isfinite(row).all():
-                row[:] = np.nan  # of a rigid bone too: the frame is left out
-        return row[: len(self.numbers)]
+        if len(words) == self.n_words and all(words[i] == name for i, name in self.names.items()):
+            words.append("0")
+            try:
+                row = np.array([words[i] for i in self.places], dtype=np.float64)
+                if np.isfinite(row).all() and "_" not in text and text.isascii():  # "1_0" is a number to Python
+                    return row
+            except ValueError:
+                pass  # the other way names the word
+        return self._read_new(line, frame)
 
-    def _learn(self, number: Token, frame: list[Line]) -> None:
-        """Learn the indices from this frame, if it is complete."""
-        first: dict[str, int] = {}
-        self.names, self.n_words, self.zeros = {}, 0, []
-        for line, text in frame:
-            name, *values = self.source.words(text, line)
-            rigid = name in self.asf.bones and name not in self.channels
-            fits = rigid or (name in self.channels and len(values) == len(self.channels[name]))
-            if name in first or not fits:
-                raise self.source.error(self._fault(name, values, number, name in first), name)
-            self.names[self.n_words], first[name] = str(name), self.n_words + 1
-            if rigid:
-                self.zeros += range(self.n_words + 1, self.n_words + 1 + len(values))
-            self.n_words += 1 + len(values)
-        absent = [name for name in self.channels if name not in first]
+    def _read_new(self, line: int, frame: list[Line]) -> np.ndarray:
+        """The numbers of a frame, NaN where one is not finite, and learn their places for the next frames."""
+        found: dict[str, list[float]] = {}
+        starts: dict[str, int] = {}
+        self.names, n_words = {}, 0
+        for at, text in frame:
+            name, *values = text.split()
+            is_rigid = name in self.asf.bones and name not in self.channels
+            is_known = is_rigid or len(values) == len(self.channels.get(name, ()))
+            if not is_known or name in found or name not in {**self.asf.bones, **self.channels}:
+                raise self.source.error(
+                    f"expected a bone of {self.asf.name} with its numbers, found {name[:40]!r} with {len(values)}", at
+                )
+            numbers = [self.source.number(value, name, at, finite=self.finite, nan=not self.finite) for value in values]
+            if is_rigid and any(np.isfinite(number) and number != 0.0 for number in numbers):
+                raise self.source.error(f"expected zeros of {name!r}, which has no dofs; is it the right skeleton?", at)
+            self.names[n_words], found[name], starts[name] = name, numbers, n_words + 1
+            n_words += 1 + len(values)
+        absent = [name for name in self.channels if name not in found]
         if absent and not self.fill:
-            more = f" and {len(absent) - 5} more" if len(absent) > 5 else ""
-            raise self.source.error(
-                f"frame {number} ends without {', '.join(absent[:5])}{more}; is the file cut short? missing='rest' "
-                "sets their angles to zero",
-                frame[-1][0] if frame else number,
-            )
-        self.numbers = [
-            first[name] + k if name in first else -1 for name, its in self.channels.items() for k in range(len(its))
-        ]
-
-    def _fault(self, name: Token, values: list[Token], number: Token, again: bool) -> str:
-        """Return what is wrong with a line of a frame."""
-        if again:
-            return f"{str(name)!r} appears twice in frame {number}"
-        if name not in self.channels:
-            return f"{self.asf.name} has no bone {str(name[:40])!r}; is it the right skeleton?"
-        expected = self.channels[name]
-        return (
-            f"{str(name)!r} has {len(values)} numbers, but {self.asf.name} gives it {len(expected)} "
-            f"({' '.join(expected)}); is the line cut short, or the skeleton another?"
-        )
-
-    def _check(self, number: Token, frame: list[Line]) -> None:
-        """Check every word of a frame; an error names the first that is no number, or not zero as it must be."""
-        for line, text in frame:
-            name, *values = self.source.words(text, line)
-            for token in values:
-                if not NUMBER.fullmatch(token):
-                    raise self.source.error(f"frame {number}: {complaint(token)}", token)
-                if not self.keep_nan and not np.isfinite(float(token)):
-                    raise self.source.error(
-                        f"frame {number}: {complaint(token)}; on_nan='drop' leaves such frames out", token
-                    )
-                if name not in self.channels and np.isfinite(float(token)) and float(token) != 0.0:
-                    raise self.source.error(
-                        f"frame {number}: expected 0, found {str(token[:40])!r}, as {self.asf.name} gives "
-                        f"{str(name[:40])!r} no degrees of freedom; is it the right skeleton?",
-                        token,
-                    )
-
-
-def read_frames(source: Source, reader: RowReader, first: Chunk) -> np.ndarray:
-    """Return the numbers of all frames, (n_frames, n_channels), from the line after the keywords on."""
-    rows: list[np.ndarray] = []
-    last: int | None = None
-    for number, frame in _frames(source, _lines(source, first)):
-        if last is not None and int(number) != last + 1:
-            raise source.error(f"expected frame {last + 1}, found frame {number}", number)
-        last = int(number)
-        rows.append(reader.row(number, frame))
-    if not rows:
-        raise source.error("the file ends without a frame; not AMC, or cut short", source.line)
-    return np.array(rows)
-
-
-def _lines(source: Source, first: Chunk) -> Iterator[Line]:
-    """Yield the lines that are not empty, without comments, from a first one on."""
-    for line, _, text in chain((first,), source.chunks()):
-        for n, one in enumerate(text.decode("utf-8", errors="replace").split("\n"), line):
-            if "#" in one:
-                one = one.partition("#")[0]
-            if one and not one.isspace():
-                yield n, one
-
-
-def _frames(source: Source, lines: Iterator[Line]) -> Iterator[tuple[Token, list[Line]]]:
-    """Yield the frames, each with its number and its lines."""
-    number: Token | None = None
-    frame: list[Line] = []
-    for line, text in lines:
-        if text.strip().isdecimal() and WHOLE.fullmatch(text.strip()):  # the first for speed, the second for ASCII
-            if number is not None:
-                yield number, frame
-            number, frame = Token(text.strip(), line, 1), []
-        elif number is None:
-            raise source.error(f"expected a frame number, found {text.strip()[:40]!r}; not an AMC file?", line)
-        else:
-            frame.append((line, text))
-    if number is not None:
-        yield number, frame
+            at = frame[-1][0] if frame else line
+            raise self.source.error(f"expected {', '.join(absent[:5])} in the frame: missing='rest' takes zeros", at)
+        has_rigid = len(found) + len(absent) > len(self.channels)  # whose zeros are checked in every frame
+        self.n_words = -1 if has_rigid else n_words
+        channels = [(name, k) for name, its in self.channels.items() for k in range(len(its))]
+        self.places = [starts[name] + k if name in found else -1 for name, k in channels]
+        row = np.array([found[name][k] if name in found else 0.0 for name, k in channels])
+        is_whole = all(np.isfinite(numbers).all() for numbers in found.values())
+        return row if is_whole else np.full_like(row, np.nan)

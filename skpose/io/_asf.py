@@ -1,28 +1,62 @@
-"""Reader of Acclaim skeleton files (ASF), the format of the CMU database: sections, statements, the checks of both."""
+"""Acclaim skeleton files (ASF), the format of the CMU database.
 
+A bone b of an ASF file rotates with its own dofs, in axes C_b that the file gives in global coordinates: its world
+rotation is R_b = R_parent · C_b · M_b · C_bᵀ, where M_b is the product of its dofs' rotations, and its far end is at
+R_b · direction · length from its near end. In the terms of `Bone` the joint's own axes are H_b = R_b · C_b, so that the
+rest rotation is C_parentᵀ · C_b and the offset C_bᵀ · direction · length. Euler angles are extrinsic in the order of
+the bone's `axis` line.
+"""
+
+from copy import copy
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.options import check_positive
-from skpose.io._acclaim import CHANNELS, ROTATIONS, Acclaim, AcclaimBone, AcclaimRoot
+from skpose._validation.units import complaint_of_size
 from skpose.io._arguments import Readable
-from skpose.io._source import Source
-from skpose.io._words import NUMBER, Token
-from skpose.skeleton import Skeleton
+from skpose.io._conventions import check_options
+from skpose.io._source import NUMBER, Source, Token, open_source
+from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton._shared import size_of
 
 INCH = 0.0254  # m; the unit of length of the format, divided by the file's `length`
+ROTATIONS = ("rx", "ry", "rz")
+CHANNELS = ("tx", "ty", "tz", *ROTATIONS)
+KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
 Statements = list[list[Token]]
 
 
-class AsfFile:
-    """An Acclaim ASF file that is read once and serves any number of AMC files.
+@dataclass
+class AcclaimBone:
+    """One begin … end block of :bonedata."""
 
-    Pass it as `asf` to `load_amc` and `load_motion` instead of a path. All motions then share one skeleton, which is
-    built once.
+    direction: np.ndarray  # of length 1
+    length: float  # in the file's unit
+    axis: Rotation  # C_b
+    order: str
+    dofs: list[str]
+    limits: list[float]  # low and high of each dof, in the file's unit of angles
+
+
+@dataclass
+class AcclaimRoot:
+    """The :root section."""
+
+    channels: list[str] = field(default_factory=lambda: list(CHANNELS))  # in the order of the AMC file's numbers
+    order: str = "xyz"
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in the file's unit
+    orientation: np.ndarray = field(default_factory=lambda: np.zeros(3))  # about x, y, z, in the file's unit
+
+    @property
+    def axes(self) -> str:
+        return "".join(axis for axis in self.order if f"r{axis}" in self.channels)
+
+
+class AsfFile:
+    """An ASF file that is read once and serves any number of AMC files, as `asf` of `load_amc` and `load_motion`.
 
     Parameters
     ----------
@@ -39,60 +73,62 @@ class AsfFile:
         Metres per unit of length.
     skeleton : Skeleton
         The skeleton that `load_asf` returns.
-
-    Raises
-    ------
-    MocapFormatError
-        If the file is not a whole ASF file; with its name, the line and the column.
-    OSError
-        If it cannot be read.
-
-    Warns
-    -----
-    UserWarning
-        If the skeleton has not the size of a person, see `load_asf`.
-
-    See Also
-    --------
-    load_asf : Read the skeleton alone.
-
-    Examples
-    --------
-    >>> from skpose.io import AsfFile, load_amc
-    >>> asf = AsfFile("02.asf")  # doctest: +SKIP
-    >>> motions = [load_amc(f"02_{trial:02}.amc", asf, frame_rate=120) for trial in range(1, 11)]  # doctest: +SKIP
     """
 
-    def __init__(self, path: Readable, *, scale: float | None = None):
-        if scale is not None:
-            check_positive("scale", scale)
-        with Source(path, "an ASF file") as source:
-            self._content = parse_asf(source, scale)
-            with source.format_errors():
-                self.skeleton: Skeleton = self._content.skeleton
-                source.warn_of_size(self.skeleton, self._content.scale)
+    def __init__(self, path: Readable | Source, *, scale: float | None = None):
+        check_options(scale=scale)
+        source = open_source(path, "an ASF file")
+        self.name = Path(source.name).name
+        sections = _sections(source)
+        units = {tokens[0].lower(): tokens for tokens in sections["units"]}
+        self.radians = _is_radians(source, units.get("angle"))  # None if the file does not state the unit
+        if scale is None:
+            if "length" not in units:
+                raise source.error("expected a length under :units, found none: pass scale=")
+            _numbers(source, units["length"], 1, "length")
+            scale = INCH / source.positive(units["length"][1], "length")
+        self.scale = scale
+        self.root = _read_root(source, sections["root"])
+        self.bones = _read_bones(source, sections["bonedata"], bool(self.radians))
+        self.parents = _read_hierarchy(source, sections["hierarchy"], self.bones)
+        with source.format_errors():
+            self.skeleton = self._skeleton()
+            source.warn(complaint_of_size(size_of(self.skeleton), scale))
 
     @property
-    def name(self) -> str:
-        """The file's name, without its folder."""
-        return self._content.name
+    def channels(self) -> dict[str, list[str]]:
+        """Channels of the root and of each bone with dofs, in the order of the numbers in an AMC file."""
+        return {"root": self.root.channels} | {name: bone.dofs for name, bone in self.bones.items() if bone.dofs}
 
-    @property
-    def scale(self) -> float:
-        """Metres per unit of length."""
-        return self._content.scale
+    def with_three_dofs(self) -> "AsfFile":
+        """The same with three dofs for every bone that has any: its own first, then the others, without limits."""
+        new, new_bones = copy(self), dict[str, AcclaimBone]()
+        for name, bone in self.bones.items():
+            more = [dof for dof in ROTATIONS if dof not in bone.dofs] if bone.dofs else []
+            limits = bone.limits + [-np.inf, np.inf] * len(more) if bone.limits else []
+            new_bones[name] = replace(bone, dofs=bone.dofs + more, limits=limits)
+        new.bones = new_bones
+        new.skeleton = new._skeleton()
+        return new
+
+    def _skeleton(self) -> Skeleton:
+        return Skeleton([self._bone(name) for name in self.bones])
+
+    def _bone(self, name: str) -> Bone:
+        bone, parent = self.bones[name], self.parents[name]
+        parent_axis = Rotation.identity() if parent is None else self.bones[parent].axis
+        order = [axis for axis in bone.order if f"r{axis}" in bone.dofs]
+        limits: np.ndarray | None = None
+        if bone.limits:
+            pairs = dict(zip(bone.dofs, np.reshape(bone.limits, (-1, 2)), strict=True))
+            limits = np.array([pairs[f"r{axis}"] for axis in order])
+            limits = limits if self.radians else np.radians(limits)
+        rest = (parent_axis.inv() * bone.axis).as_matrix()
+        offset = bone.axis.inv().apply(bone.direction * (bone.length * self.scale))
+        return Bone(name, parent, tuple(offset), "".join(order), rest, limits)
 
     def __repr__(self) -> str:
         return f"AsfFile({self.name!r}, {self.skeleton})"
-
-
-def content_of(asf: Readable | AsfFile, scale: float | None) -> Acclaim:
-    """Return the content of an ASF file, which is read unless it is one that has been read."""
-    if not isinstance(asf, AsfFile):
-        asf = AsfFile(asf, scale=scale)
-    elif scale not in (None, asf.scale):
-        raise ValueError(f"scale must be that of {asf!r}, {asf.scale}, or None, got {scale!r}; pass scale= to AsfFile")
-    return asf._content
 
 
 def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
@@ -103,8 +139,8 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     scale : float, default=None
-        Metres per unit of length. None follows the file's ``:units length``, as for CMU: one unit is 1/length inch,
-        0.0564 m at 0.45. 1.0 leaves the file's numbers as they are.
+        Metres per unit of length. By default that of the file's ``:units length``: one unit is 1/length inch, 0.0564 m
+        for the 0.45 of CMU. 1.0 leaves the numbers as they are.
 
     Returns
     -------
@@ -115,24 +151,22 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     Raises
     ------
     MocapFormatError
-        If the file is not a whole ASF file; with its name, the line and the column.
+        If the file is not a complete ASF file; with its name, line and column.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If the skeleton has not the size of a person, 0.3 to 5 m from end to end at angle zero: the message names the
-        `scale` that would give it.
+        If the skeleton is not of the size of a person, 0.3 to 5 m from end to end at angle zero.
 
     See Also
     --------
-    AsfFile : Read an ASF file once for several AMC files.
     load_amc : Read a motion of the skeleton.
 
     Notes
     -----
-    Euler angles are extrinsic in the order of each bone's `axis`, unlike those of BVH. The root's own position and
+    Euler angles are extrinsic in the order of each bone's `axis`, unlike in BVH. The root's own position and
     orientation are not part of a skeleton; `load_amc` adds them to the root's channels.
 
     Examples
@@ -144,45 +178,24 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     return AsfFile(path, scale=scale).skeleton
 
 
-def parse_asf(source: Source, scale: float | None) -> Acclaim:
-    """Return the content of an ASF file; a scale, m per unit of length, replaces the file's."""
-    sections = _sections(source)
-    units = {tokens[0].lower(): tokens for tokens in sections["units"]}
-    radians = _is_radians(units.get("angle"), source)
-    if scale is None:
-        if "length" not in units:
-            raise source.error("no length under :units; pass scale=, the metres per unit of length")
-        (unit,) = _numbers(1, units["length"], source, "length", positive=True)
-        scale = INCH / unit
-    root = _read_root(sections["root"], source)
-    bones = _read_bones(sections["bonedata"], bool(radians), source)
-    parents = _read_hierarchy(sections["hierarchy"], bones, source)
-    for name, bone in bones.items():
-        if name not in parents:
-            raise source.error(f"bone {name!r} does not appear under :hierarchy", bone.begin)
-    return Acclaim(Path(source.name).name, bones, parents, scale, radians, root)
-
-
 def _sections(source: Source) -> dict[str, Statements]:
-    """Return the file's statements by the keyword of their section."""
+    """The file's statements by the keyword of their section."""
     sections: dict[str, Statements] = {}
     section: Statements | None = None
     for tokens in source.statements():
         if tokens[0].startswith(":"):
             section = sections.setdefault(tokens[0][1:].lower(), [])
         elif section is None:
-            raise source.error(
-                f"expected a keyword such as :version, found {str(tokens[0][:40])!r}; not an ASF file?", tokens[0]
-            )
+            raise source.error(f"expected a keyword such as :version, found {tokens[0][:40]!r}", tokens[0])
         else:
             section.append(tokens)
     for keyword in ("units", "root", "bonedata", "hierarchy"):
         if keyword not in sections:
-            raise source.error(f"the file ends without a :{keyword} section; not ASF, or cut short", source.line)
+            raise source.error(f"expected a :{keyword} section, found none; is the file cut short?", len(source.lines))
     return sections
 
 
-def _is_radians(tokens: list[Token] | None, source: Source) -> bool | None:
+def _is_radians(source: Source, tokens: list[Token] | None) -> bool | None:
     if tokens is None:
         return None
     unit = tokens[1].lower() if len(tokens) > 1 else ""
@@ -191,142 +204,114 @@ def _is_radians(tokens: list[Token] | None, source: Source) -> bool | None:
     return unit.startswith("rad")
 
 
-def _read_root(section: Statements, source: Source) -> AcclaimRoot:
+def _read_root(source: Source, section: Statements) -> AcclaimRoot:
     root = AcclaimRoot()
     for tokens in section:
         key = tokens[0].lower()
         if key == "order":
-            root.channels = _some_of(CHANNELS, tokens, source, "order of the root")
+            root.channels = _some_of(source, CHANNELS, tokens, "order of the root")
         elif key == "axis":
-            root.order = _axis_order(tokens, source, "axis of the root")
+            root.order = _axis_order(source, tokens, "axis of the root")
         elif key in ("position", "orientation"):
-            setattr(root, key, np.array(_numbers(3, tokens, source, f"{key} of the root")))
+            setattr(root, key, np.array(_numbers(source, tokens, 3, f"{key} of the root")))
     return root
 
 
-def _read_bones(section: Statements, radians: bool, source: Source) -> dict[str, AcclaimBone]:
+def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str, AcclaimBone]:
     bones: dict[str, AcclaimBone] = {}
-    begin: Token | None = None  # of the block that is open
-    given: dict[str, Any] = {}  # by the statements of that block
-    key: str | None = None
+    given: dict[str, list[Token]] | None = None  # the statements of the block that is open, by their keys
+    key = ""
     for tokens in section:
         word = tokens[0].lower()
-        if word == "begin":
-            if begin is not None:
-                raise source.error(f"bone {_name(given)}, which begins in line {begin.line}, has no end", tokens[0])
-            begin, given, key = tokens[0], {}, None
-        elif begin is None:
-            raise source.error(f"expected begin, found {str(tokens[0][:40])!r}", tokens[0])
+        if word == "begin" and given is None:
+            given, key = {}, ""
+        elif given is None or word == "begin":
+            raise source.error(f"expected {'begin' if given is None else 'end'}, found {tokens[0][:40]!r}", tokens[0])
         elif word == "end":
-            bone = _bone(begin, given, tokens[0], source)
-            if bone.name in bones:
-                raise source.error(f"bone {bone.name!r} is defined twice", begin)
-            bones[bone.name], begin = bone, None
+            name, bone = _read_bone(source, given, tokens[0], radians)
+            if name in bones:
+                raise source.error(f"bone {name!r} is defined twice", tokens[0])
+            bones[name], given = bone, None
         elif key == "limits" and (NUMBER.fullmatch(word) or not word[0].isalpha()):  # one pair a line, or all in one
-            _read_key("limits", given, [tokens[0], *tokens], radians, source)
+            given[key] += tokens
         else:
-            key = tokens[0].lower()
-            _read_key(key, given, tokens, radians, source)
-    if begin is not None:
-        raise source.error(f"bone {_name(given)} begins here and has no end; is the file cut short?", begin)
-    if not bones:
-        raise source.error("there are no bones under :bonedata")
+            key = word
+            given[key] = (given.get(key) or tokens[:1]) + tokens[1:] if key == "limits" else tokens
+    if given is not None or not bones:
+        raise source.error(
+            "expected begin … end of each bone; is the file cut short?", section[-1][0] if section else None
+        )
     return bones
 
 
-def _name(given: dict[str, Any]) -> str:
-    """Return the quoted name of the bone of a block, as far as it is read."""
-    return repr(given.get("name", ""))
-
-
-def _read_key(key: str, given: dict[str, Any], tokens: list[Token], radians: bool, source: Source) -> None:
-    """Add what one statement gives; ignore those that no pose needs, such as id and bodymass."""
-    what = f"{key} of bone {_name(given)}"
-    if key == "name":
-        if len(tokens) != 2:
-            raise source.error(f"name of a bone: expected one word, found {' '.join(tokens[1:])[:40]!r}", tokens[-1])
-        given["name"] = str(tokens[1])
-    elif key == "direction":
-        given["direction"] = np.array(_numbers(3, tokens, source, what))
-    elif key == "length":
-        (given["length"],) = _numbers(1, tokens, source, what)
-    elif key == "axis":
-        order = _axis_order(tokens, source, what)
-        angles = dict(zip("xyz", _numbers(3, tokens[:-1], source, what), strict=True))
-        given["order"] = order
-        given["axis"] = Rotation.from_euler(order, [angles[axis] for axis in order], degrees=not radians)
-    elif key == "dof":
-        given["dofs"] = _some_of(ROTATIONS, tokens, source, what)
-    elif key == "limits":
-        numbers = [source.number(token, what, finite=False) for token in tokens[1:]]
-        given["limits"] = given.get("limits", []) + numbers
-
-
-def _bone(begin: Token, given: dict[str, Any], end: Token, source: Source) -> AcclaimBone:
-    """Return the bone of a block, checked."""
+def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radians: bool) -> tuple[str, AcclaimBone]:
+    """The name and the content of a block; keys that no pose needs, such as id and bodymass, are ignored."""
     for key in ("name", "direction", "length"):
-        if key not in given:
-            raise source.error(f"bone {_name(given)}, which begins in line {begin.line}, has no {key}", end)
-    bone = AcclaimBone(begin, **given)
-    if bone.name == "root":
-        raise source.error("a bone is named 'root', which is the name of the root; give it another name", begin)
-    with source.format_errors():
-        norm = np.linalg.norm(bone.direction)
-    if not np.isfinite(norm) or (norm == 0 and bone.length != 0):
-        raise source.error(f"bone {bone.name!r} has a length but no direction", begin)
-    bone.direction = bone.direction / (norm or 1.0)  # printed to six digits, so its length is not exactly 1
-    if bone.limits and len(bone.limits) != 2 * len(bone.dofs):
-        raise source.error(
-            f"bone {bone.name!r}: expected a pair of limits for each of its {len(bone.dofs)} dofs, found "
-            f"{len(bone.limits)} numbers",
-            end,
-        )
-    return bone
+        if key not in given or len(given[key]) < 2:
+            raise source.error(f"expected a {key} of the bone that ends here, found none", end)
+    name = str(given["name"][1])
+    if name == "root" or len(given["name"]) > 2:
+        raise source.error("expected a name of one word other than 'root'", given["name"][1])
+    direction = np.array(_numbers(source, given["direction"], 3, f"direction of bone {name!r}"))
+    (length,) = _numbers(source, given["length"], 1, f"length of bone {name!r}")
+    with np.errstate(over="ignore"):
+        norm = np.linalg.norm(direction)
+    if not np.isfinite(norm) or (norm == 0 and length != 0):
+        raise source.error(f"bone {name!r} has a length but no direction", given["direction"][0])
+    axis, order = Rotation.identity(), "xyz"
+    if tokens := given.get("axis"):
+        order = _axis_order(source, tokens, f"axis of bone {name!r}")
+        angles = dict(zip("xyz", _numbers(source, tokens[:-1], 3, f"axis of bone {name!r}"), strict=True))
+        axis = Rotation.from_euler(order, [angles[letter] for letter in order], degrees=not radians)
+    dofs = _some_of(source, ROTATIONS, given.get("dof", []), f"dof of bone {name!r}")
+    limits = [source.number(token, f"limits of bone {name!r}", finite=False) for token in given.get("limits", [])[1:]]
+    if limits and len(limits) != 2 * len(dofs):
+        raise source.error(f"bone {name!r}: expected {2 * len(dofs)} limits, found {len(limits)}", end)
+    # The direction is printed to six digits, so its length is not exactly 1.
+    return name, AcclaimBone(direction / (norm or 1.0), length, axis, order, dofs, limits)
 
 
-def _numbers(n: int, tokens: list[Token], source: Source, what: str, positive: bool = False) -> list[float]:
-    """Return the n numbers after a keyword."""
+def _numbers(source: Source, tokens: list[Token], n: int, what: str) -> list[float]:
+    """The n numbers after a keyword."""
     if len(tokens) != n + 1:
-        raise source.error(f"{what}: expected {n} numbers, found {len(tokens) - 1}", tokens[-1])
-    return [(source.positive if positive else source.number)(token, what) for token in tokens[1:]]
+        raise source.error(f"{what}: expected {n} numbers, found {len(tokens) - 1}", tokens[-1] if tokens else None)
+    return [source.number(token, what) for token in tokens[1:]]
 
 
-def _some_of(choices: tuple[str, ...], tokens: list[Token], source: Source, what: str) -> list[str]:
-    """Return the words after a keyword, each one of the choices and none twice."""
+def _some_of(source: Source, choices: tuple[str, ...], tokens: list[Token], what: str) -> list[str]:
+    """The words after a keyword, each one of the choices and none twice."""
     found: list[str] = []
     for token in tokens[1:]:
         if token.lower() not in choices or token.lower() in found:
-            raise source.error(
-                f"{what}: expected some of {' '.join(choices)}, each once, found {str(token[:40])!r}", token
-            )
+            raise source.error(f"{what}: expected some of {' '.join(choices)}, found {token[:40]!r}", token)
         found.append(token.lower())
     return found
 
 
-def _axis_order(tokens: list[Token], source: Source, what: str) -> str:
+def _axis_order(source: Source, tokens: list[Token], what: str) -> str:
     order = tokens[-1].lower()
     if sorted(order) != ["x", "y", "z"]:
-        raise source.error(
-            f"{what}: expected an order such as XYZ at the end, found {str(tokens[-1][:40])!r}", tokens[-1]
-        )
+        raise source.error(f"{what}: expected an order such as XYZ, found {tokens[-1][:40]!r}", tokens[-1])
     return order
 
 
-def _read_hierarchy(section: Statements, bones: dict[str, AcclaimBone], source: Source) -> dict[str, str | None]:
-    """Return the parent of every bone, None for the root."""
+def _read_hierarchy(source: Source, section: Statements, bones: dict[str, AcclaimBone]) -> dict[str, str | None]:
+    """The parent of every bone, None for the root."""
     parents: dict[str, str | None] = {}
     for parent, *children in section:
         if not children and parent.lower() in ("begin", "end"):
             continue
-        if parent not in bones and parent != "root":
-            child = str(children[0]) if children else ""
-            raise source.error(f"bone {child!r} is a child of {str(parent)!r}, which the file does not define", parent)
+        for name in (parent, *children):
+            if name not in bones and (name != "root" or name is not parent):
+                raise source.error(f"expected a bone of :bonedata, found {name[:40]!r}", name)
         for child in children:
-            if child not in bones:
-                raise source.error(
-                    f"bone {str(child)!r} is a child of {str(parent)!r}, but the file does not define it", child
-                )
             if child in parents:
-                raise source.error(f"bone {str(child)!r} is a child of {parents[child] or 'root'!r} already", child)
+                raise source.error(f"bone {child!r} is a child of {parents[child] or 'root'!r} already", child)
             parents[str(child)] = None if parent == "root" else str(parent)
+    if missing := bones.keys() - parents.keys():
+        raise source.error(f"bone {sorted(missing)[0]!r} does not appear under :hierarchy")
     return parents
+
+
+def is_asf(source: Source) -> bool:
+    return source.first_word in KEYWORDS

@@ -1,26 +1,37 @@
-"""Reader of Biovision hierarchy (BVH) files.
+"""Biovision hierarchy (BVH) files.
 
 A joint's channels rotate its children, so a bone's offset is given in the axes of the joint at its near end. Euler
 angles are intrinsic in the order in which the joint lists its channels: R = R_1 · R_2 · R_3. The root's channels are
 the global position and orientation, which are not part of a pose.
 """
 
+import re
+from itertools import pairwise
 from typing import Literal, cast
 
 import numpy as np
 
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.options import check_choice, check_positive
+from skpose._validation.units import complaint_of_size
 from skpose.io._arguments import Readable
-from skpose.io._hierarchy import Joint, Lexer, read_hierarchy, read_motion_head
-from skpose.io._numbers import drop_not_finite, in_words, read_numbers
-from skpose.io._offsets import bone_offsets, longest_bone
-from skpose.io._rates import choose_rate, complaint_of_frame_time
-from skpose.io._root import choose_root, root_movement
-from skpose.io._source import Source
-from skpose.io._up import Up, check_up_of_file, stand
-from skpose.io._words import Token
+from skpose.io._bvh_skeleton import Joint, bone_offsets, choose_root, root_movement
+from skpose.io._conventions import (
+    Up,
+    check_options,
+    choose_rate,
+    complaint_of_frame_time,
+    stand,
+    unused_name,
+    warn_of_renamed,
+)
+from skpose.io._numbers import drop_not_finite, read_numbers
+from skpose.io._source import WHOLE, Source, Token, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._shared import size_of
+
+WORD = re.compile(rb"[{}]|[^\s{}]+")
+WORD_OR_COLON = re.compile(rb"[^\s:]+")  # after MOTION, as "Frames:12" and "Frames : 12" mean the same
+NAME = re.compile(rb"[^{}\r\n]*")
+CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 
 
 def load_bvh(
@@ -42,31 +53,26 @@ def load_bvh(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     frame_rate : float, default=None
-        Frames per second, Hz. None is the file's own, by its Frame Time. A number comes before it, with a warning where
-        they differ by more than 1 %; the poses are the same, see `Motion.resample` for others.
+        Frames per second, Hz. By default 1 / Frame Time; a number replaces it, with a warning if the two differ by more
+        than 1 %.
     scale : float, default=1.0
         Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches.
     on_nan : {"raise", "drop"}, default="raise"
-        What to do with frames in which a number is NaN or infinite: refuse the file, or leave these frames out. The
-        others keep their numbers and times, see `Motion.frame_numbers`.
+        Refuse a file with NaN or infinite numbers, or leave these frames out. The other frames keep their numbers and
+        times, see `Motion.frame_numbers`.
     trust : {"header", "rows"}, default="header"
-        Source of the number of frames: the count after ``Frames:``, and a file with more or fewer is refused; or as
-        many whole frames as the file has. Where most lines hold one frame each, the others are left out as lines, so
-        that a number that is missing in one does not shift those after it.
+        Refuse a file with another number of frames than it states, or read the whole frames that it has.
     stretch : {"raise", "mean"}, default="raise"
-        What to do with a file that moves joints besides the root by position channels, as bones of a skeleton have
-        constant lengths: refuse it, or give those bones the mean of their positions.
+        Refuse a file whose position channels change the length of a bone, or take the mean.
     root : str, default=None
-        Name of the joint that is the root of the skeleton. Joints above it are left out, and their movement is part of
-        the root's. None is the first joint, ROOT; but if that stands still and has a single child, which position
-        channels move, it is that child, also through several such joints.
+        Name of the joint that becomes the root of the skeleton. Joints above it are left out, and their movement is
+        part of the root's. By default it is the first joint, ROOT; if that stands still and has a single child, which
+        position channels move, it is that child.
     root_offset : {"replace", "add"}, default="replace"
-        What the position channels of ROOT do with its OFFSET: replace it, as those of other joints do, or are added to
-        it, as the format's first description has it. See Notes.
+        Whether the position channels of ROOT replace its OFFSET or are added to it.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction of the file's world that points up. None is y, as is usual, with a warning where poses stand along
-        another axis. Where an axis points down the world is turned by half a turn, so that `Motion.up` is an axis:
-        about x if y or z points down, about y if x does.
+        The axis of the file's world that points up. By default y, with a warning if poses stand along another axis. If
+        an axis points down, the world is turned by half a turn: about x for y and z, about y for x.
 
     Returns
     -------
@@ -77,38 +83,32 @@ def load_bvh(
     Raises
     ------
     MocapFormatError
-        If the file is not a whole BVH file; with its name, the line and the column.
+        If the file is not a complete BVH file; with its name, line and column.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If several joints have one name: all but the first get a number. If position channels differ from the OFFSET of
-        their joint. If frames, or joints that are not below `root`, are left out. If the skeleton has not the size of a
-        person, 0.3 to 5 m from end to end at angle zero: the message names the `scale` that would give it. If no `up`
-        is given, and in nearly all frames the pose stands along another axis than y, or the joints with "head" in their
-        names are below those with "foot", "toe" or "ankle". If the file states another frame rate than the one that is
-        given, or less than 2 or more than 2,000 frames a second: the message names the rates that may be meant.
+        If several joints have one name, position channels differ from an OFFSET, frames or joints are left out, the
+        skeleton is not of the size of a person, people stand along another axis than y, or the frame rate is unlikely
+        or replaced.
 
     See Also
     --------
     save_bvh : Write a BVH file.
-    load_motion : Read a BVH or an AMC file.
+    load_motion : Read a motion of any format.
 
     Notes
     -----
-    Rotations are intrinsic in the order in which each joint lists them. Keywords may be in either case, and lines may
-    end anywhere except in a name, which is the rest of its line.
+    Rotations are intrinsic in the order in which each joint lists them.
 
     Position channels replace the OFFSET of their joint, as the programs that write them (MotionBuilder, Blender) mean
-    them: those of ROOT are its position, constant ones of another joint are the bone's offset. Where all of another
-    joint are at most 0.1 % of the longest bone, its OFFSET is kept. The format's first description [1]_ adds ROOT's
-    OFFSET to its channels; of 419 public files in which that makes a difference, 414 have the feet on the floor without
-    it, and 5 with it.
+    them. If all of a joint are at most 0.1 % of the longest bone, its OFFSET is kept. The format's first description
+    [1]_ adds ROOT's OFFSET to its channels; of 419 public files in which that makes a difference, 414 have the feet on
+    the floor without it, and 5 with it.
 
-    Cost: 140 MB a second where equally many digits stand after each point, as most programs write them, and 40 to 60
-    otherwise. Memory is at most some 2.2 times that of the array.
+    The file is read into memory as a whole.
 
     References
     ----------
@@ -120,172 +120,194 @@ def load_bvh(
     >>> load_bvh("dance.bvh", scale=0.01)  # doctest: +SKIP
     Motion(1200 frames at 60 Hz, 20.0 s, y up, Skeleton(n_joints=52, n_dofs=114))
     """
-    with Source(path, "a BVH file") as source:
-        return read_bvh(
-            source,
-            frame_rate=frame_rate,
-            scale=scale,
-            on_nan=on_nan,
-            trust=trust,
-            stretch=stretch,
-            root=root,
-            root_offset=root_offset,
-            up=up,
-        )
-
-
-def read_bvh(
-    source: Source,
-    *,
-    frame_rate: float | None = None,
-    scale: float = 1.0,
-    on_nan: str = "raise",
-    trust: str = "header",
-    stretch: str = "raise",
-    root: str | None = None,
-    root_offset: str = "replace",
-    up: Up | None = None,
-) -> Motion:
-    """Read the motion of an open BVH file."""
-    if frame_rate is not None:
-        check_frame_rate(frame_rate)
-    check_positive("scale", scale)
-    check_choice("on_nan", on_nan, ("raise", "drop"))
-    check_choice("trust", trust, ("header", "rows"))
-    check_choice("stretch", stretch, ("raise", "mean"))
-    check_choice("root_offset", root_offset, ("replace", "add"))
-    check_up_of_file(up)
+    check_options(
+        frame_rate=frame_rate, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root_offset=root_offset, up=up
+    )
+    source = open_source(path, "a BVH file")
     lexer = Lexer(source)
-    joints = read_hierarchy(lexer)
-    claimed, frame_time = read_motion_head(lexer)
-    width = sum(len(joint.channels) for joint in joints)
+    joints = _read_hierarchy(lexer)
+    claimed, frame_time = _read_motion_head(lexer)
     rate = _rate_of(source, frame_time, frame_rate)
-    numbers, frame_numbers = _read_rows(lexer, width, claimed, trust, on_nan)
-    if frame_rate is None and len(numbers) > 1 and (complaint := complaint_of_frame_time(1.0 / rate)):
-        source.warn(complaint)
+    numbers, frames = _read_rows(source, lexer.at, sum(len(joint.channels) for joint in joints), claimed, trust, on_nan)
+    if frame_rate is None and len(numbers) > 1:
+        source.warn(complaint_of_frame_time(1.0 / rate))
 
     with source.format_errors():
-        names: dict[Joint | None, str] = dict(zip(joints[1:], _unique_names(joints[1:], source), strict=True))
+        names = _unique_names(joints[1:], source)
         chain, below = choose_root(joints, numbers, root, names, source)
-        _check_moves(joints, chain[-1], below, source)
-        offsets = bone_offsets(below, numbers, source, stretch)
-        positions, axes, angles = root_movement(chain, numbers, longest_bone(below, numbers), root_offset)
-        parents = {**names, chain[-1]: None}
+        if not any(joint.columns("rotation") for joint in below):
+            raise source.error(f"expected rotation channels below the root {chain[-1]}, found none", chain[-1].opened)
+        offsets, longest = bone_offsets(below, numbers, source, stretch)
+        positions, axes, angles = root_movement(chain, numbers, longest, root_offset)
+        parents: dict[Joint | None, str] = {joint: name for joint, name in names.items() if joint is not chain[-1]}
         bones = [
-            Bone(names[joint], parents[joint.parent], offset, "".join(joint.columns("rotation")).upper())
+            Bone(names[joint], parents.get(joint.parent), offset, "".join(joint.columns("rotation")).upper())
             for joint, offset in zip(below, scale * offsets, strict=True)
         ]
         skeleton = Skeleton(bones, offset_frame="parent")
-        source.warn_of_size(skeleton, scale)
+        source.warn(complaint_of_size(size_of(skeleton), scale))
+        poses = numbers[:, [column for joint in below for column in joint.columns("rotation").values()]]
         motion = Motion(
             skeleton,
-            _radians(numbers, [column for joint in below for column in joint.columns("rotation").values()]),
+            np.radians(poses, out=poses),
             rate,
             scale * positions,
             angles,
             axes,
-            frame_numbers,
+            frames,
             root_name=chain[-1].name,
         )
     return stand(motion, up, source)
 
 
-def _check_moves(joints: list[Joint], root: Joint, below: list[Joint], source: Source) -> None:
-    """Raise an error unless a joint below the root can be rotated."""
-    if not any(joint.columns("rotation") for joint in below):
-        others = any(joint.columns("rotation") for joint in joints[1:])
-        raise source.error(
-            f"expected joints with rotation channels below the root {root.name!r}, found none: without a degree of "
-            f"freedom there is no pose; {'choose another root=' if others else 'export all joints of the skeleton'}",
-            root.opened,
-        )
+class Lexer:
+    """The words of a file, one after another."""
+
+    def __init__(self, source: Source):
+        self.source, self.at = source, 0
+
+    def next(self, what: str, pattern: re.Pattern[bytes] = WORD) -> Token:
+        match = pattern.search(self.source.data, self.at)
+        if match is None:
+            end = self.source.data.rstrip().count(b"\n") + 1
+            raise self.source.error(f"expected {what}, found the end of the file; is it cut short?", end)
+        self.at = match.end()
+        return Token(match)
+
+    def name(self) -> str:
+        """The rest of the line, up to a brace: names may have blanks in them."""
+        match = cast(re.Match, NAME.match(self.source.data, self.at))  # at least the empty string matches
+        self.at = match.end()
+        return Token(match).strip()
+
+
+def _read_hierarchy(lexer: Lexer) -> list[Joint]:
+    """The joints in the order of the file, the root first, up to the word MOTION."""
+    source, joints = lexer.source, list[Joint]()
+    first = lexer.next("HIERARCHY")
+    if first.upper() != "HIERARCHY":
+        raise source.error(f"expected HIERARCHY, found {first[:40]!r}; not a BVH file?", first)
+    joint: Joint | None = None  # the block that is open
+    while True:
+        word = lexer.next(f"the end of {joint}" if joint else "MOTION" if joints else "ROOT")
+        keyword = word.upper()
+        if keyword in ("ROOT", "JOINT", "END"):
+            joint = _open(lexer, word, joint, joints)
+            joints.append(joint)
+        elif joint is not None and keyword == "OFFSET" and not joint.offset:
+            joint.offset = [source.number(lexer.next("3 numbers"), f"OFFSET of {joint}") for _ in range(3)]
+        elif joint is not None and keyword == "CHANNELS" and not joint.channels:
+            joint.channels = _channels(lexer, joint)
+        elif joint is not None and word == "}":
+            if not joint.offset:
+                raise source.error(f"expected an OFFSET of {joint}, found none", word)
+            joint = joint.parent
+        elif joint is not None:
+            raise source.error(
+                f"expected OFFSET, CHANNELS, JOINT, End Site or }} in {joint}, found {word[:40]!r}", word
+            )
+        elif keyword == "MOTION" and joints:
+            for before, one in pairwise(joints):
+                one.first = before.first + len(before.channels)
+            return joints
+        else:
+            raise source.error(f"expected {'MOTION' if joints else 'ROOT'}, found {word[:40]!r}", word)
+
+
+def _open(lexer: Lexer, word: Token, parent: Joint | None, joints: list[Joint]) -> Joint:
+    """The block that a keyword begins, read up to its brace."""
+    source, keyword = lexer.source, word.upper()
+    if keyword == "ROOT" and joints:
+        raise source.error("expected one skeleton in a file, found a second ROOT", word)
+    if keyword != "ROOT" and parent is None:
+        raise source.error(f"found {word} outside a joint", word)
+    name = lexer.name()
+    brace = lexer.next("{")
+    if keyword == "END":
+        name = ""
+        if brace.upper() == "SITE":
+            brace = lexer.next("{")
+    elif not name:
+        raise source.error(f"expected a name after {word}, found none", word)
+    if brace != "{":
+        raise source.error(f"expected {{ after {name or 'End Site'!r}, found {brace[:40]!r}", brace)
+    return Joint(name, parent, word)
+
+
+def _channels(lexer: Lexer, joint: Joint) -> list[str]:
+    source, what = lexer.source, f"CHANNELS of {joint}"
+    count = lexer.next("a number")
+    if not WHOLE.fullmatch(count):
+        raise source.error(f"{what}: expected how many there are, found {count[:40]!r}", count)
+    channels: list[str] = []
+    while len(channels) < int(count):  # at most seven times, as a seventh channel is an error
+        word = lexer.next("a channel")
+        channel = word.lower()
+        if channel not in CHANNELS or channel in channels:
+            raise source.error(f"{what}: expected {count} of Xposition … Zrotation, found {word[:40]!r}", word)
+        channels.append(channel)
+    return channels
+
+
+def _read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
+    """The number of frames that the file states, and the duration of each, as words."""
+    found: dict[str, Token] = {}
+    while len(found) < 2:
+        missing = "Frame Time:" if "frames" in found else "Frames:"
+        word = lexer.next(missing, WORD_OR_COLON)
+        key = word.lower()
+        if key == "frame":
+            key += " " + lexer.next("Time:", WORD_OR_COLON).lower()
+        if key not in ("frames", "frame time") or key in found:
+            raise lexer.source.error(f"expected {missing} after MOTION, found {word[:40]!r}", word)
+        found[key] = lexer.next("a number", WORD_OR_COLON)
+    if not WHOLE.fullmatch(found["frames"]):
+        raise lexer.source.error(f"Frames: expected a whole number, found {found['frames'][:40]!r}", found["frames"])
+    return found["frames"], found["frame time"]
 
 
 def _rate_of(source: Source, word: Token, given: float | None) -> float:
-    """Return the frame rate, Hz, by the word after "Frame Time:", or the one that is given."""
+    """The frame rate, Hz: `given`, or by the word after "Frame Time:"."""
     seconds = source.number(word, "Frame Time", finite=False)
     if given is None and not (seconds > 0 and np.isfinite(seconds) and np.isfinite(1.0 / seconds)):
-        raise source.error(
-            f"Frame Time: expected a positive number, found {str(word)!r}; frame_rate= chooses the rate", word
-        )
+        raise source.error(f"Frame Time: expected a positive number, found {word[:40]!r}: pass frame_rate=", word)
     if given is not None and not seconds > 0:
         return given
     return choose_rate(source, given, 1.0 / seconds, "Frame Time")
 
 
-def _read_rows(lexer: Lexer, width: int, claimed: Token, trust: str, on_nan: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers (n_frames, width) after the head of MOTION, and the numbers of these frames, from 0."""
-    source = lexer.source
+def _read_rows(
+    source: Source, start: int, width: int, claimed: Token, trust: str, on_nan: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers (n_frames, width) from a byte on, and the numbers of these frames, from 0."""
     if width == 0:
         raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
-    n_frames, counts, finite = int(claimed), list[int](), on_nan == "raise"
-    if trust == "rows":
-        numbers = read_numbers(source, lexer.rest(), width, None, finite=finite, counts=counts)
-    else:
-        numbers = read_numbers(source, lexer.rest(), width, n_frames, finite=finite)
-    frames = None
-    if len(numbers) != n_frames * width:
+    numbers = read_numbers(source, start, finite=on_nan == "raise")
+    n_frames, frames = len(numbers) // width, np.arange(len(numbers) // width)
+    if len(numbers) != int(claimed) * width:
         if trust == "header":
             raise source.error(
-                f"expected {in_words(n_frames * width, width)}, found {in_words(len(numbers), width)}; is the file cut "
-                "short? trust='rows' reads the whole frames that there are",
+                f"expected {claimed} frames of {width} numbers, found {len(numbers) / width:.6g}; "
+                "trust='rows' reads the whole frames",
                 claimed,
             )
-        # The rest of the line of "Frame Time:", if there is any, is a line of its own.
-        numbers, frames = _by_line(numbers, counts, source.line - len(counts) + 1, width, source)
-    rows = numbers[: len(numbers) // width * width].reshape(-1, width)
-    frames = np.arange(len(rows)) if frames is None else frames
-    return (rows, frames) if finite else drop_not_finite(rows, frames, source)
+        counts = np.array([count for line in source.data[start:].split(b"\n") if (count := len(line.split()))])
+        is_frame = counts == width
+        if 2 * np.count_nonzero(is_frame) > len(counts):  # a number that is missing in a line shifts no other line
+            numbers, frames = numbers[np.repeat(is_frame, counts)], np.flatnonzero(is_frame)
+            n_frames = len(frames)
+        if left := counts.sum() - n_frames * width:
+            source.warn(f"{left} numbers that are not a whole frame of {width} are left out")
+    return drop_not_finite(numbers[: n_frames * width].reshape(-1, width), frames, source)
 
 
-def _by_line(
-    numbers: np.ndarray, counts: list[int], first: int, width: int, source: Source
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the numbers of the lines that hold one frame, and which of all lines these are.
-
-    Where such lines are not the majority, a line is no frame: all numbers and None.
-    """
-    lines = np.flatnonzero(counts)
-    count = np.array(counts)[lines]
-    whole = count == width
-    if 2 * np.count_nonzero(whole) <= len(lines):
-        if left := len(numbers) % width:
-            source.warn(f"the last frame has {left} of {width} numbers and is left out")
-        return numbers, None
-    if not whole.all():
-        at = int(np.argmin(whole))
-        source.warn(
-            f"{np.count_nonzero(~whole)} of {len(lines)} lines of numbers are left out, as they are not one frame: "
-            f"line {first + lines[at]} has {count[at]} numbers, not {width}"
-        )
-    return numbers[np.repeat(whole, count)], np.flatnonzero(whole)
-
-
-def _radians(numbers: np.ndarray, columns: list[int]) -> np.ndarray:
-    angles = numbers[:, columns]
-    return np.radians(angles, out=angles)
-
-
-def _unique_names(joints: list[Joint], source: Source) -> list[str]:
-    """Return a different name for each joint: the first of a name keeps it; End Sites have none in the file."""
-    names: dict[str, Joint] = {}
+def _unique_names(joints: list[Joint], source: Source) -> dict[Joint, str]:
+    """A different name for each joint: the first of a name keeps it; End Sites have none in the file."""
+    unique, used, reserved = dict[Joint, str](), dict[str, str](), {joint.name for joint in joints}
     for joint in joints:
-        if joint.name:
-            names.setdefault(joint.name, joint)
-    counts: dict[str, int] = {}
-    unique: dict[Joint | None, str] = {joint: name for name, joint in names.items()}
-    repeated: list[str] = []  # warnings on joints that have another's name
-    for joint in joints:
-        if joint not in unique:
-            parent = cast(Joint, joint.parent)  # only the root, which is not among the joints, has none
-            stem = name = joint.name or f"{unique.get(parent, parent.name)}_end"
-            while name in names:
-                counts[stem] = counts.get(stem, 1) + 1
-                name = f"{stem}_{counts[stem]}"
-            if joint.name:
-                lines = f"{names[stem].opened.line} and {joint.opened.line}"
-                repeated.append(f"joints in lines {lines} are both named {stem!r}; the second is {name!r} here")
-            names[name], unique[joint] = joint, name
-    if repeated:
-        source.warn(repeated[0] + (f", and {len(repeated) - 1} more likewise" if len(repeated) > 1 else ""))
-    return [unique[joint] for joint in joints]
+        parent = cast(Joint, joint.parent)  # only the root, which is not among the joints, has none
+        name = joint.name or unused_name(f"{unique.get(parent, parent.name)}_end", {*used, *reserved}, ())
+        unique[joint] = unused_name(name, used, reserved)
+        used[unique[joint]] = name
+    warn_of_renamed(source, "joints", used)
+    return unique

@@ -1,62 +1,40 @@
-"""Reader of C3D files, positions of markers as most motion-capture systems write them, and what models make of them."""
+"""C3D files, positions of markers as most motion-capture systems write them, and quantities that models compute."""
 
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._validation.options import check_positive
+from skpose._validation.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._c3d_file import Parameters, Recording, read_recording
+from skpose.io._conventions import UPS, Up, Zeros, check_options, number_names, read_unit, stand_markers
 from skpose.io._error import MocapFormatError
-from skpose.io._lengths import complaint_of_unit, is_angle, metres_of
-from skpose.io._points import Zeros, check_options, drop_origin, number_names, stand_points
-from skpose.io._source import Source
-from skpose.io._up import UPS, Up
+from skpose.io._source import Source, open_source
 from skpose.keypoints import Keypoints
 
-# The parameters of the group POINT that list labels of what is no position of a marker. POINT:TYPE_GROUPS names more of
+# The parameters of the group POINT that list labels of points that are not positions. POINT:TYPE_GROUPS names more of
 # them, each with the singular of its name, by which its unit is found.
 KINDS = "ANGLES", "SYMBOLIC_ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS"
-# Those that list positions, and parts of the names of other groups that do.
-MARKERS = "MODELED_MARKERS", "VIRTUAL_MARKERS"
+# Parts of the names of groups that list positions.
 OF_MARKERS = "MARKER", "TRAJECTOR", "POINT", "LABEL", "DESCRIPTION"
-# Words at the end of labels that are no positions by their names alone, before a number, a side or an axis. Points of
+# Words at the end of labels that are not positions by their names alone, before a number, a side or an axis. Points of
 # the body and of things are: the inferior angle of the scapula, a marker of a triangle.
 BY_NAME = {
     "angle": "ANGLES", "force": "FORCES", "grf": "FORCES", "moment": "MOMENTS", "torque": "MOMENTS", "power": "POWERS",
 }  # fmt: skip
 QUANTITY = re.compile(rf"({'|'.join(BY_NAME)})s?(?:[\s_.-]*\d+|[\s_.-]+(?:left|right|[lrxyz]))*\Z")
 ANATOMICAL = re.compile(r"(?:tri|rect|quadr|(?:inf|sup|scap|acrom|stern|mandib|jaw|cost|rib)[a-z]*[\s_.-]*)angle")
-UP: dict[str, Up] = {sign + axis.upper(): axis for axis in UPS[:3] for sign in ("", "+")}  # type: ignore[misc]
-UP |= {axis.upper(): axis for axis in UPS[3:]}  # type: ignore[misc]
+
+Groups = dict[str, list[tuple[str, str]]]  # by a label without its prefix, the kind ("" for positions) and the prefix
 
 
 class C3DQuantity(NamedTuple):
-    """A quantity that a model has computed from markers in each frame of a C3D file, such as the angles of a joint.
+    """A quantity that a model has computed from markers in each frame, such as the angles of a joint."""
 
-    Attributes
-    ----------
-    kind : str
-        What the file calls it: "angles", "symbolic_angles", "forces", "moments", "powers", "reactions", "scalars" or
-        another group that it has; where it lists the label in none, what the label ends in.
-    unit : str
-        The file's unit, such as "deg", "N" or "Nmm"; empty where it names none.
-    values : ndarray of shape (n_frames, 3)
-        The numbers as they are in the file, NaN where there are none.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from skpose.io import C3DQuantity
-    >>> knee = C3DQuantity("angles", "deg", np.zeros((580, 3)))
-    >>> f"{knee.kind} in {knee.unit}"
-    'angles in deg'
-    """
-
-    kind: str
-    unit: str
-    values: np.ndarray
+    kind: str  # "angles", "forces", "moments", "powers", "reactions", "scalars" or another group of the file
+    unit: str  # such as "deg", "N" or "Nmm"; empty if the file names none
+    values: np.ndarray  # (n_frames, 3), as in the file, NaN where there are none
 
 
 def load_c3d(
@@ -69,13 +47,12 @@ def load_c3d(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction that points up. None is the file's POINT:Y_SCREEN; where it has none, z, with a warning. Where an
-        axis points down the world is turned by half a turn: about x if y or z points down, about y if x does.
+        The axis that points up. By default the file's POINT:Y_SCREEN, or z, with a warning. If an axis points down, the
+        world is turned by half a turn: about x for y and z, about y for x.
     scale : float, default=None
-        Metres per unit of length. None is the unit that the file names, POINT:UNITS.
+        Metres per unit of length. By default that of POINT:UNITS.
     zeros : {"seen", "missing"}, default=None
-        What a position of exactly (0, 0, 0) is where the file does not say that the marker is lost: a position, or a
-        lost marker, as some programs write it. None is "seen", with a warning where there are any.
+        Whether a position of exactly (0, 0, 0) is a position or a lost marker. By default a position, with a warning.
 
     Returns
     -------
@@ -85,18 +62,15 @@ def load_c3d(
     Raises
     ------
     MocapFormatError
-        If the file does not follow its format, is cut short, or holds no positions; with its name and the parameter.
+        If the file is damaged, cut short, or holds no positions; with its name and the parameter.
     OSError
         If it cannot be read.
 
     Warns
     -----
     UserWarning
-        If something is left out: points without a label, and what `load_c3d_quantities` reads. If labels are given
-        twice, which are numbered, or no point has one. If positions are (0, 0, 0). If all residuals are negative. If
-        the file does not say which axis points up, or markers of head and feet speak against what it says. If header
-        and parameters differ, and the length of the file says which is right. If the markers are less than 0.3 or more
-        than 5 m apart: the unit may be wrong.
+        If points are left out or numbered, positions are (0, 0, 0), all residuals are negative, the up axis is unknown
+        or unlikely, header and parameters differ, or the markers are not of the size of a person.
 
     See Also
     --------
@@ -106,13 +80,12 @@ def load_c3d(
 
     Notes
     -----
-    What POINT:ANGLES, FORCES, MOMENTS, POWERS, REACTIONS, SCALARS and other groups of POINT:TYPE_GROUPS list is no
-    position, in any case of the letters, with the prefix of a subject (``Anna:LKneeAngles``) or without. Nor are labels
-    that no group lists and that end in Angle, Force, GRF, Moment, Torque or Power, or the plural: the warning names
-    them, and `load_c3d_quantities` has the numbers if one is a marker nevertheless.
+    The labels that POINT:ANGLES, FORCES, MOMENTS, POWERS, REACTIONS, SCALARS and other groups of POINT:TYPE_GROUPS list
+    are not positions, in any case of the letters, with or without the prefix of a subject (``Anna:LKneeAngles``). Nor
+    are labels that no group lists and that end in Angle, Force, GRF, Moment, Torque or Power.
 
     A marker is lost where its residual is negative. Numbers may be floats or scaled integers, of Intel, DEC or MIPS.
-    Analog channels, events, force plates and rotations are left out.
+    Analog channels, events, force plates and rotations are not read.
 
     References
     ----------
@@ -124,33 +97,24 @@ def load_c3d(
     >>> load_c3d("walk.c3d")  # doctest: +SKIP
     Keypoints(580 frames at 100 Hz, 5.8 s, 51 points, 0.8 % not seen)
     """
-    check_options(up, zeros)
-    if scale is not None:
-        check_positive("scale", scale)
-    with Source(path, "a C3D file", binary=True) as source, source.format_errors():
+    check_options(up=up, zeros=zeros, scale=scale)
+    source = open_source(path, "a C3D file", binary=True)
+    with source.format_errors():
         recording, names, kinds = _read(source)
-        chosen = [i for i, name in names.items() if i not in kinds]
-        if not chosen:
-            raise source.error(
-                f"none of its points is a position of a marker: {_counts(kinds, names)}, which load_c3d_quantities "
-                "reads"
-            )
+        chosen = [i for i in names if i not in kinds]
         if kinds:
-            source.warn(
-                f"{len(kinds)} of {len(names)} points are no positions of markers and are left out: "
-                f"{_counts(kinds, names)}; load_c3d_quantities reads them by their names"
-            )
-        labels, positions = [names[i] for i in chosen], recording.positions[:, chosen]
-        parameters = recording.parameters
+            shown = ", ".join([names[i] for i in kinds][:5]) + (" and others" if len(kinds) > 5 else "")
+            message = f"{len(kinds)} of {len(names)} points are not positions of markers ({shown})"
+            if not chosen:
+                raise source.error(f"{message}: load_c3d_quantities reads them")
+            source.warn(f"{message} and are left out; load_c3d_quantities reads them by their names")
+        labels, parameters = [names[i] for i in chosen], recording.parameters
         units = parameters.texts("POINT:UNITS") if scale is None else _texts_if_any(parameters, "POINT:UNITS")
-        unit = units[0] if units else ""
-        if is_angle(unit) or (scale is None and (scale := metres_of(unit)) is None):
-            raise source.error(complaint_of_unit("POINT:UNITS", unit))
-        drop_origin(source, positions, labels, zeros)
-        usual, why = _up(source, parameters.text("POINT:Y_SCREEN")) if up is None else (up, "")
-        positions, axis = stand_points(source, positions * scale, labels, up, usual, why, "markers")
+        scale = read_unit(source, "POINT:UNITS", units[0] if units else "", scale)
+        usual: tuple[Up, str] = ("z", "") if up is not None else _up(source, parameters)
+        positions, axis = stand_markers(source, recording.positions[:, chosen], labels, scale, zeros, up, usual)
         found = Keypoints(positions, labels, recording.frame_rate, up=axis)
-        source.warn_of_extent(found.positions, scale)
+        source.warn(complaint_of_extent(found.positions, scale))
         return found
 
 
@@ -165,21 +129,15 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     Returns
     -------
     dict of str to C3DQuantity
-        What is no position of a marker, see the notes of `load_c3d`, by label, in the order of the file: kind, unit and
-        values. Empty where there is nothing.
+        By label, in the order of the file: `kind`, such as "angles" or "moments", `unit`, such as "deg", and `values`,
+        (n_frames, 3), of the points that are not positions, see the notes of `load_c3d`.
 
     Raises
     ------
     MocapFormatError
-        If the file does not follow its format, or is cut short; with its name and the parameter.
+        If the file is damaged or cut short; with its name and the parameter.
     OSError
         If it cannot be read.
-
-    Warns
-    -----
-    UserWarning
-        If labels are given twice, which are numbered. If header and parameters differ, and the length of the file says
-        which is right.
 
     See Also
     --------
@@ -196,62 +154,49 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     >>> quantities["LKneeAngles"].unit, quantities["LKneeAngles"].values.shape  # doctest: +SKIP
     ('deg', (580, 3))
     """
-    with Source(path, "a C3D file", binary=True) as source, source.format_errors():
+    source = open_source(path, "a C3D file", binary=True)
+    with source.format_errors():
         recording, names, kinds = _read(source)
         found = dict[str, C3DQuantity]()
-        for i, (kind, _) in kinds.items():
-            unit = recording.parameters.text(f"POINT:{kind.removesuffix('S')}_UNITS")
-            found[names[i]] = C3DQuantity(kind.lower(), unit, recording.positions[:, i])
+        for i, kind in kinds.items():
+            units = recording.parameters.texts(f"POINT:{kind.removesuffix('S')}_UNITS")
+            found[names[i]] = C3DQuantity(kind.lower(), next(iter(units), ""), recording.positions[:, i])
         return found
 
 
-class Kind(NamedTuple):
-    """Why a point is no position of a marker."""
-
-    group: str  # the parameter of POINT that lists it, or that would
-    is_listed: bool  # or else its name alone says so
-
-
-def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, Kind]]:
-    """Return a file, and by the indices of its points the names, where they have one, and the kinds of no positions."""
-    if source.binary != "C3D":
-        raise source.error("expected a C3D file, whose second byte is 80; this is none, or is damaged")
+def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
+    """A file, and by the indices of its points the names, where they have one, and the kinds of quantities."""
+    if source.kind != "C3D":
+        raise source.error("expected a C3D file, whose second byte is 80")
     recording = read_recording(source)
     n_points = recording.positions.shape[1]
     labels = recording.parameters.texts("POINT:LABELS")[:n_points]
     named = [i for i, label in enumerate(labels) if label]
     if not named:
-        source.warn(
-            f"none of its {n_points} points has a name (POINT:LABELS): they are called '1' to '{n_points}' here"
-        )
+        source.warn(f"none of its {n_points} points has a name (POINT:LABELS): they are called by their numbers")
         return recording, {i: str(i + 1) for i in range(n_points)}, {}
     if without := n_points - len(named):
         source.warn(f"{without} of {n_points} points have no label and are left out")
     names = number_names(source, [labels[i] for i in named])
     groups = _list_groups(recording.parameters)
-    kinds = {i: kind for i in named if (kind := _kind_of(labels[i], groups)) is not None}
+    kinds = {i: kind for i in named if (kind := _kind_of(labels[i], groups))}
     return recording, dict(zip(named, names, strict=True)), kinds
 
 
-def _list_groups(parameters: Parameters) -> dict[str, dict[str, set[str]]]:
-    """Return the labels without prefixes that groups list, the kinds of these, and there the prefixes of the label.
-
-    The kind of positions is empty.
-    """
+def _list_groups(parameters: Parameters) -> Groups:
     more = [group.upper() for group in _texts_if_any(parameters, "POINT:TYPE_GROUPS")]
-    found = dict[str, dict[str, set[str]]]()
-    for group in dict.fromkeys([*KINDS, *MARKERS, *more]):
-        kind = "" if any(part in group for part in OF_MARKERS) else group
-        name = f"POINT:{group}"
+    found: Groups = {}
+    for group in dict.fromkeys([*KINDS, "MODELED_MARKERS", "VIRTUAL_MARKERS", *more]):
+        kind, name = "" if any(part in group for part in OF_MARKERS) else group, f"POINT:{group}"
         for label in parameters.texts(name) if group in KINDS else _texts_if_any(parameters, name):
             if label:
                 prefix, rest = _split(label)
-                found.setdefault(rest, {}).setdefault(kind, set()).add(prefix)
+                found.setdefault(rest, []).append((kind, prefix))
     return found
 
 
 def _texts_if_any(parameters: Parameters, name: str) -> list[str]:
-    """Return the texts of a parameter that points do not need: none where it holds none, or is damaged."""
+    """The texts of a parameter that points do not need: none if it is damaged."""
     try:
         return parameters.texts(name)
     except MocapFormatError:
@@ -259,47 +204,31 @@ def _texts_if_any(parameters: Parameters, name: str) -> list[str]:
 
 
 def _split(label: str) -> tuple[str, str]:
-    """Return the prefix of a label, as that of a subject before a colon, and the rest, in lower case."""
+    """The prefix of a label, as that of a subject before a colon, and the rest, in lower case."""
     prefix, _, name = label.lower().rpartition(":")
     return prefix.strip(), name.strip()
 
 
-def _kind_of(label: str, groups: dict[str, dict[str, set[str]]]) -> Kind | None:
-    """Return why the point of a label is no position of a marker; None if it is one.
+def _kind_of(label: str, groups: Groups) -> str:
+    """The kind of quantity of a label, empty for a marker.
 
     Labels are the same in any case of the letters, and where one of them has no prefix: of two subjects both have one.
     """
     prefix, name = _split(label)
-    for group, prefixes in groups.get(name, {}).items():
-        if not prefix or prefixes & {prefix, ""}:
-            return Kind(group, is_listed=True) if group else None
+    for kind, other in groups.get(name, []):
+        if not prefix or other in (prefix, ""):
+            return kind
     match = QUANTITY.search(name)
-    if match is None or ANATOMICAL.search(name):
-        return None
-    return Kind(BY_NAME[match[1]], is_listed=False)
+    return "" if match is None or ANATOMICAL.search(name) else BY_NAME[match[1]]
 
 
-def _counts(kinds: dict[int, Kind], names: dict[int, str]) -> str:
-    """Return in words how many points are of each kind; those that are so by their names alone are named."""
-    listed = [kind.group for kind in kinds.values() if kind.is_listed]
-    counts = [
-        f"{listed.count(group)} in POINT:{group}" for group in dict.fromkeys([*KINDS, *listed]) if group in listed
-    ]
-    if by_name := [names[i] for i, kind in kinds.items() if not kind.is_listed]:
-        more = f" and {len(by_name) - 5} more" if len(by_name) > 5 else ""
-        counts.append(f"{len(by_name)} by name alone ({', '.join(by_name[:5])}{more})")
-    return ", ".join(counts)
-
-
-def _up(source: Source, axis: str) -> tuple[Up, str]:
-    """Return the direction that points up by the file, and why it is taken."""
+def _up(source: Source, parameters: Parameters) -> tuple[Up, str]:
+    """The direction that points up by the file, and why it is taken."""
+    axis = next(iter(parameters.texts("POINT:Y_SCREEN")), "")
     if not axis:
-        source.warn(
-            "it does not say which axis points up (POINT:Y_SCREEN): z is taken, as is usual; pass up= otherwise"
-        )
+        source.warn("it does not say which axis points up (POINT:Y_SCREEN): z is taken; pass up= otherwise")
         return "z", "as is usual"
-    if (up := UP.get(axis.upper())) is None:
-        raise source.error(
-            f"POINT:Y_SCREEN: expected +X, +Y, +Z, -X, -Y or -Z, found {axis[:40]!r}; up= chooses the axis"
-        )
+    up: Any = axis.lower().lstrip("+")
+    if up not in UPS:
+        raise source.error(f"POINT:Y_SCREEN: expected +X, +Y, +Z, -X, -Y or -Z, found {axis[:40]!r}: pass up=")
     return up, "by POINT:Y_SCREEN"

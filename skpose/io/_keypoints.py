@@ -1,45 +1,30 @@
-"""Reader of keypoints that a program has stored as arrays of numpy, as JSON or as CSV."""
+"""Keypoints that a program has stored as arrays of numpy, as JSON or as CSV."""
 
 import os
-import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.options import check_positive
+from skpose._validation.options import check_choice
 from skpose._validation.positions import refuse_infinite
+from skpose._validation.units import complaint_of_extent
 from skpose.io._arguments import Readable
+from skpose.io._arrays import Archive, read_array
+from skpose.io._conventions import Up, Zeros, check_options, check_points, turn_up
 from skpose.io._error import MocapFormatError
-from skpose.io._frame_times import complaint_of_times
-from skpose.io._keypoints_csv import is_table, read_csv
-from skpose.io._keypoints_json import json_files, read_folder, read_json
-from skpose.io._npz import Archive, read_array
-from skpose.io._other import NUMBERS, is_numbers
-from skpose.io._points import Zeros, check_options, turn_up, watch_points
-from skpose.io._save_npz import VERSION
-from skpose.io._source import Source
+from skpose.io._keypoints_csv import is_csv, read_csv
+from skpose.io._keypoints_json import is_json, json_files, read_folder, read_json
+from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
-from skpose.io._up import Up
 from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.keypoints._shared import (
-    REMEDY,
-    find_names,
-    name_points,
-    refuse_pictures,
-    remedy_without,
-)
+from skpose.keypoints._shared import REMEDY, find_names, name_points, refuse_pictures, remedy_without
 
-POSITIONS = "positions", "keypoints"
-CONFIDENCES = "confidences", "scores"
-RATES = "frame_rate", "fps"
-NAMES = "names"
-UP = "up"
-SHAPES = (None, None, 3), (None, None, 4)
-KIND = "keypoints as JSON, CSV with a header, .npz or .npy"
+POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
+SHAPES = (None, None, 3), (None, None, 4), (None, None, 2)
+EXPECTED = "keypoints as JSON, CSV with a header, .npz or .npy"
 
 
 def load_keypoints(
@@ -63,34 +48,31 @@ def load_keypoints(
         writes it.
     layout : Layout or str, default=None
         The layout of the keypoints, or the name of one of `skpose.keypoints.layouts`: the names of the points, the
-        axis that points up unless the file states it, and points that are means of others. Where the file names its
-        points they are found by their names, in any order and spelling, and others are left out.
+        axis that points up unless the file states it, and points that are means of others. If the file names its
+        points, they are found by their names, in any order and spelling, and others are left out.
     names : iterable of str, default=None
-        Name of each point in the file. None is the file's own, or those of the layout.
+        Name of each point in the file. By default the file's own, or the layout's.
     frame_rate : float, default=None
-        Frames per second. None is the file's own, `frame_rate` or `fps`, which CSV files state where `save_csv` wrote
-        them.
+        Frames per second, Hz. By default the file's own, `frame_rate` or `fps`.
     scale : float, default=1.0
         Metres per unit of length.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The direction that points up. None is the file's own `up`, as `save_npz` and `save_csv` write it, else that of
-        the layout, and "y" without one, with a warning where heads and feet speak against it. Where an axis points down
-        the world is turned by half a turn: about x if y or z points down, about y if x does.
+        The axis that points up. By default the file's own `up`, as `save_npz` and `save_csv` write it, or that of the
+        layout, or y, with a warning if people stand along another axis. If an axis points down, the world is turned by
+        half a turn: about x for y and z, about y for x.
     zeros : {"seen", "missing"}, default=None
-        What a position of exactly (0, 0, 0) is: a position, or a lost point, as some programs write it. None is
-        "seen", with a warning where there are any. A point that is there in every frame is the origin of the others,
-        and seen.
+        Whether a position of exactly (0, 0, 0) is a position or a lost point. By default a position, with a warning. A
+        point that is at zero in every frame is the origin of the others, and seen.
 
     Returns
     -------
     Keypoints
-        Positions in m, NaN where a point is not seen: where a number is NaN or not there, or the confidence is 0.
+        Positions in m, NaN where a point is not seen: its numbers are NaN or missing, or its confidence is 0.
 
     Raises
     ------
     MocapFormatError
-        If the file is not what it should be, such as cut short, or in two dimensions; with its name, and the line or
-        the key.
+        If the file is damaged, or in two dimensions; with its name, and the line or the key.
     OSError
         If it cannot be read.
     ValueError
@@ -99,15 +81,8 @@ def load_keypoints(
     Warns
     -----
     UserWarning
-        If the points are less than 0.3 or more than 5 m apart: they may be in another unit than metres. Not for a
-        layout without left and right, such as that of a hand.
-    UserWarning
-        If x and y of nearly all points are from 0 to 1, or no number is negative and all third numbers are up to 100:
-        they may be those of a picture, the third ones scores.
-    UserWarning
-        If positions are (0, 0, 0). If people stand along another axis than the one that is taken as up. If times next
-        to the points contradict the frame rate, or leave out frames. If points are left out, as they are rotations or
-        velocities by their names.
+        If the points are not of the size of a person, may be in units of a picture, or are (0, 0, 0); if people stand
+        along another axis, times contradict the frame rate, or points are left out as rotations or velocities.
 
     See Also
     --------
@@ -118,34 +93,25 @@ def load_keypoints(
     Notes
     -----
     An .npy file is one array of shape (n_frames, n_points, 3), or (n_frames, n_points, 4), whose fourth number is the
-    confidence, from 0 to 1. An .npz file has these keys; others are not opened:
+    confidence, from 0 to 1. An .npz file has these keys:
 
     ============================ =============================================================
     ``positions``, ``keypoints`` the array, as above
-    ``confidences``, ``scores``  (n_frames, n_points), from 0 to 1, not with a fourth number
+    ``confidences``, ``scores``  (n_frames, n_points), from 0 to 1
     ``frame_rate``, ``fps``      one number, Hz
     ``names``                    (n_points,) texts
     ``up``                       a text, x, y or z
     ============================ =============================================================
 
-    Nothing is unpickled: arrays of objects are refused.
-
-    Confidences that are COCO's 0, 1 or 2 become 0 and 1, and scores that overshoot 1 become 1; others above 1, such as
-    percent, are refused.
+    Nothing is unpickled.
 
     A CSV file has a header and a row for each frame, with columns such as ``nose_x``, ``nose_y``, ``nose_z`` and, for
-    all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` says
-    which frame a row is; columns ``frame_rate`` and ``up`` that are the same in all rows say what they say.
-    Quaternions, with ``nose_w``, are refused.
+    all points or none, ``nose_visibility``, ``_confidence``, ``_score`` or ``_likelihood``. A column ``frame`` has the
+    number of the frame.
 
-    A JSON file is a frame, a list of frames, an object of frames by their numbers, or an object with a list of them as
-    ``frames``, and ``fps``. A frame has
-    one person's points as ``pose_world_landmarks`` (MediaPipe, also ``worldLandmarks``), ``pose_keypoints_3d`` of its
-    ``people`` (OpenPose), ``keypoints_3d``, or ``keypoints`` (COCO, MMPose): lists of x, y, z and how sure, or objects
-    with these, by name or in the order of a layout; with a layout, a list of numbers may be a frame. ``frame``,
-    ``frame_id`` or ``image_id`` says which frame it is, as a number or a name with one such as 000012.jpg; COCO's
-    images are in the order of these, of the numbers in their names, or of their ids. Frames that are left out between
-    others are not seen. Landmarks and keypoints of pictures are refused.
+    A JSON file has the form of OpenPose with ``--3d``, MediaPipe (``pose_world_landmarks``), COCO or MMPose, or is a
+    list of frames, an object of frames by their numbers, or an object with ``frames`` and ``fps``. One person is read.
+    Frames that are left out by their numbers are not seen.
 
     Examples
     --------
@@ -164,176 +130,139 @@ def load_keypoints(
     ...     load_keypoints(path, frame_rate=30)
     Keypoints(2 frames at 30 Hz, 0.1 s, 1 points)
     """
-    check_positive("scale", scale)
-    if frame_rate is not None:
-        check_frame_rate(frame_rate)
-    check_options(up, zeros)
-    layout = None if layout is None else _layout(layout)
+    check_options(scale=scale, frame_rate=frame_rate, up=up, zeros=zeros)
+    if isinstance(layout, str):
+        check_choice("layout", layout, tuple(sorted(layouts)))
+        layout = layouts[layout]
+    if layout is not None and not isinstance(layout, Layout):
+        raise TypeError(f"layout must be a Layout or the name of one, got {type(layout).__name__}")
     names = None if names is None else list(names)
-    folder = path if isinstance(path, str | os.PathLike) and Path(path).is_dir() else None
-    files = json_files(folder) if folder is not None else []
-    if folder is not None and not files:
-        raise MocapFormatError(folder, None, "expected a JSON file for each frame in the folder, found none")
-    with Source(files[0] if files else path, KIND, binary=True) as source:
-        n_points = len(names) if names is not None else len(layout.names) if layout is not None else None
-        if folder is not None:
-            source.name = os.fspath(folder)
-            stored = read_folder(source, files, n_points)
+    n_points = len(names) if names is not None else len(layout.names) if layout is not None else None
+    if isinstance(path, str | os.PathLike) and Path(path).is_dir():
+        files = json_files(path)
+        if not files:
+            raise MocapFormatError(path, None, "expected a JSON file for each frame in the folder, found none")
+        source = Source(files[0], "a JSON file")
+        source.name = os.fspath(path)
+        stored = read_folder(source, files, n_points)
+    else:
+        source = open_source(path, EXPECTED, binary=True)
+        stored = _read(source, n_points)
+    rate = _rate(source, stored, frame_rate)
+    up = stored.up if up is None else up  # type: ignore[assignment]
+    names = stored.names if names is None else names
+    if layout is None and names is None:
+        raise ValueError(f"{source.name} does not name its points: pass layout= or names=")
+    with source.format_errors():
+        _check_positions(stored, names)
+        positions, confidences = stored.positions * scale, stored.confidences
+        if layout is None:
+            check_points(source, positions, confidences, names or (), zeros, up, ("y", "as is usual"))
+            positions, axis = turn_up(positions, up or "y")
+            found = Keypoints(positions, names or (), rate, confidences, axis)
         else:
-            stored = _read(source, n_points)
-        frame_rate = _rate(source, stored, frame_rate)
-        up = stored.up if up is None else up
-        names = stored.names if names is None else names
-        if layout is None and names is None:
-            raise ValueError(f"{source.name} does not name its points: pass layout=, or names=, one for each point")
-        with source.format_errors():
-            refuse_infinite(stored.positions, "positions")
-            refuse_pictures(stored.positions, names or (), "positions")
-            positions, confidences = stored.positions * scale, stored.confidences
-            if layout is not None and names is not None:
+            if names is not None:
                 order = _order(source, names, positions.shape[1], layout)
                 positions = positions[:, order]
                 confidences = None if confidences is None else confidences[:, order]
-            if layout is None:
-                positions = watch_points(source, positions, confidences, names or (), zeros, up, ("y", "as is usual"))
-                positions, axis = turn_up(positions, up or "y")
-                found = Keypoints(positions, names or (), frame_rate, confidences, axis)
-            else:
-                usual = layout.up, f"as the layout {layout.name!r} says"
-                positions = watch_points(source, positions, confidences, layout.names, zeros, up, usual)
-                stated = layout if up is None else replace(layout, up=up)
-                found = name_points(stated, positions, frame_rate, confidences)
-        if layout is None or layout.pairs:
-            source.warn_of_extent(found.positions, scale)
-        return found
+            usual = layout.up, f"as the layout {layout.name!r} says"
+            check_points(source, positions, confidences, layout.names, zeros, up, usual)
+            found = name_points(layout if up is None else replace(layout, up=up), positions, rate, confidences)
+    if layout is None or layout.pairs:
+        source.warn(complaint_of_extent(found.positions, scale))
+    return found
 
 
-def read_stored(path: Readable) -> Stored:
-    """Return what a file of keypoints states, whether or not it names its points and has a frame rate.
-
-    Keypoints of pictures are refused.
-    """
-    with Source(path, KIND, binary=True) as source:
-        stored = _read(source, None)
-        with source.format_errors():
-            refuse_infinite(stored.positions, "positions")
-            refuse_pictures(stored.positions, stored.names or (), "positions")
-        return stored
+def read_stored(path: Readable | Source) -> Stored:
+    """What a file of keypoints states, whether or not it names its points and has a frame rate."""
+    source = open_source(path, EXPECTED, binary=True)
+    stored = _read(source, None)
+    with source.format_errors():
+        _check_positions(stored, stored.names)
+    return stored
 
 
-def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
-    """Return the frame rate that is given, or else that of the file; warn if the times of frames contradict it."""
-    rate = stored.frame_rate if frame_rate is None else frame_rate
-    if rate is None:
-        of_times = "" if stored.times is None else stored.times.rate()
-        likely = "" if stored.times is None or np.isnan(of_times) else f"; {stored.times.key!r} has {of_times:.4g} Hz"
-        raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{likely}")
-    if stored.times is not None and (complaint := complaint_of_times(stored.times, rate)):
-        source.warn(complaint)
-    return rate
+def is_array(source: Source) -> bool:
+    """Whether a file is an array of numpy, or an archive with one of positions."""
+    return source.kind == "npy" or (source.kind == "zip" and bool(Archive(source).keys & {*POSITIONS}))
 
 
 def _read(source: Source, n_points: int | None) -> Stored:
-    """Return what an open file holds, whose content says which of the formats it is."""
-    if source.binary == "npy":
-        return _with_fourth(source, Stored(_read_or_explain(source, lambda: read_array(source, *SHAPES)), None, None))
-    if source.binary == "zip":
-        return _with_fourth(source, _from_archive(source))
-    start = source.head.lstrip()[:1]
-    if start and start in "[{":
+    """What a file holds, whose content says which of the formats it is."""
+    if source.kind == "npy":
+        return _from_array(source, read_array(source, *SHAPES))
+    if source.kind == "zip":
+        return _from_archive(source)
+    if is_json(source):
         return read_json(source, n_points)
-    if source.binary is None and is_table(source.head):
+    if source.kind == "text" and is_csv(source):
         return read_csv(source)
-    raise source.error(_not_keypoints(source))
+    raise source.error(f"expected {EXPECTED}, found {source.describe()}")
 
 
-def _not_keypoints(source: Source) -> str:
-    """Return the message on a file that holds no keypoints, with the function that reads it."""
-    expected = f"expected {KIND}"
-    if source.binary == "C3D":
-        return f"{expected}, found C3D: load_c3d reads it"
-    if is_numbers(source.head):
-        return f"{expected}, found {NUMBERS}"
-    lines = (line.split() for line in source.head.splitlines())
-    word = next((words[0] for words in lines if words and not words[0].startswith("#")), "")
-    for beginning, reader in (("pathfiletype", "load_trc"), ("hierarchy", "load_bvh"), (":", "load_motion")):
-        if word.lower().startswith(beginning):
-            return f"{expected}, found {word[:40]!r}: {reader} reads it"
-    return f"{expected}, found {word[:40]!r}, which begins none of them"
+def _check_positions(stored: Stored, names: list[str] | None) -> None:
+    refuse_infinite(stored.positions, "positions")
+    refuse_pictures(stored.positions, names or (), "positions")
 
 
-def _with_fourth(source: Source, stored: Stored) -> Stored:
-    """Return positions of three coordinates, the fourth as confidences."""
-    if stored.positions.shape[2] == 3:
-        return stored
-    if stored.confidences is not None:
-        raise source.error("confidences are given twice: as a key, and as the fourth number of each position")
-    confidences = as_confidences(source, np.nan_to_num(stored.positions[:, :, 3], posinf=np.inf))
-    return stored._replace(positions=stored.positions[:, :, :3], confidences=confidences)
+def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
+    """`frame_rate`, or the file's own, with a warning if the times of frames contradict it."""
+    rate = stored.frame_rate if frame_rate is None else frame_rate
+    if rate is None:
+        of_times = np.nan if stored.times is None else stored.times.rate()
+        likely = "" if np.isnan(of_times) else f"; by its times {of_times:.4g} Hz"
+        raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{likely}")
+    if stored.times is not None:
+        source.warn(stored.times.complaint(rate))
+    return rate
+
+
+def _from_array(source: Source, array: np.ndarray) -> Stored:
+    """Positions of three coordinates, and the fourth as confidences."""
+    if array.shape[2] == 2:
+        raise source.error(f"these are keypoints in two dimensions. {REMEDY}")
+    confidences = as_confidences(source, array[:, :, 3]) if array.shape[2] == 4 else None
+    return Stored(array[:, :, :3], confidences, None)
 
 
 def _from_archive(source: Source) -> Stored:
-    """Return what an .npz file holds."""
     file = Archive(source)
-    key = _one_of(file, POSITIONS)
-    if key is None and VERSION in file.keys:
-        raise source.error("this is a motion that save_npz wrote: load_motion reads it")
-    if key is None:
-        raise source.error(f"it has no {' or '.join(POSITIONS)}; its keys are {', '.join(sorted(file.keys)) or 'none'}")
-    array = _read_or_explain(source, lambda: file.numbers(key, *SHAPES, finite=False))
-    confidences = rate = names = None
+    if (key := _one_of(file, POSITIONS)) is None:
+        raise source.error(f"expected the key {' or '.join(POSITIONS)}, found {file.list_keys()}")
+    stored = _from_array(source, file.numbers(key, *SHAPES, finite=False))
     if found := _one_of(file, CONFIDENCES):
-        scores = file.numbers(found, array.shape[:2], finite=False)
-        confidences = as_confidences(source, np.nan_to_num(scores, posinf=np.inf))
+        if stored.confidences is not None:
+            raise source.error(f"{found}: expected no confidences, as positions have a fourth number")
+        scores = file.numbers(found, stored.positions.shape[:2], finite=False)
+        stored = stored._replace(confidences=as_confidences(source, scores))
     if found := _one_of(file, RATES):
         rate = float(file.numbers(found, (), (1,)).item())
         if not (rate > 0 and np.isfinite(1.0 / rate)):
             raise source.error(f"{found}: expected a positive number, found {rate:g}")
-    if NAMES in file.keys:
-        names = file.texts(NAMES, (None,))
-    up = file.texts(UP, ())[0] if UP in file.keys else None
-    if up is not None and up not in ("x", "y", "z"):
-        raise source.error(f"{UP}: expected x, y or z, found {up[:40]!r}")
-    return Stored(array, confidences, names, rate, up)
+        stored = stored._replace(frame_rate=rate)
+    if "names" in file.keys:
+        stored = stored._replace(names=file.texts("names", (None,)))
+    if "up" in file.keys:
+        (up,) = file.texts("up", ())
+        if up not in ("x", "y", "z"):
+            raise source.error(f"up: expected x, y or z, found {up[:40]!r}")
+        stored = stored._replace(up=up)
+    return stored
+
+
+def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
+    return next((key for key in keys if key in file.keys), None)
 
 
 def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:
-    """Return the columns of the points of a layout, by the names of the file's points."""
+    """The columns of the points of a layout, by the names of the file's points."""
     if len(names) != n_points:
         raise source.error(f"there are {len(names)} names, and {n_points} points")
     found = find_names(layout.names, names)
     missing = [name for name in layout.names if name not in found]
     if missing:
         raise source.error(
-            f"it has no point {missing[0]!r}, as the layout {layout.name!r} has; its points are "
-            f"{', '.join(names[:50])}. Pass the layout that they are of, none, or {remedy_without(layout, missing)}"
+            f"expected the point {missing[0]!r} of the layout {layout.name!r}, found {', '.join(names[:50])}: "
+            f"pass another layout, or {remedy_without(layout, missing)}"
         )
     return [names.index(found[name]) for name in layout.names]
-
-
-def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
-    found = [key for key in keys if key in file.keys]
-    if len(found) > 1:
-        raise file.source.error(f"it has both {found[0]} and {found[1]}: keep one of them")
-    return found[0] if found else None
-
-
-def _read_or_explain(source: Source, read: Callable[[], np.ndarray]) -> np.ndarray:
-    """Return what `read` does; its error on an array of two coordinates says why three are needed."""
-    try:
-        return read()
-    except MocapFormatError as error:
-        if re.search(r"found \(\d+, \d+, 2\)$", error.message):
-            raise source.error(f"{error.message}: these are keypoints in two dimensions. {REMEDY}") from None
-        raise
-
-
-def _layout(layout: Any) -> Layout:
-    """Return a layout, which may be named."""
-    if not isinstance(layout, str):
-        if not isinstance(layout, Layout):
-            raise TypeError(f"layout must be a Layout or the name of one, got {type(layout).__name__}")
-        return layout
-    if layout not in layouts:
-        raise ValueError(f"layout must be one of {', '.join(sorted(layouts))}, got {layout!r}")
-    return layouts[layout]

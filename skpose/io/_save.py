@@ -110,7 +110,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
 
 
 def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarray]:
-    """Return the motion in a world in which the axis points up, and what the root's own axes are turned by.
+    """The motion in a world in which the axis points up, and what the root's own axes are turned by.
 
     The world is turned by a quarter turn. The root's own axes stay, so that the skeleton does. They are turned with the
     world if the skeleton stands along the motion's vertical at angle zero: then it stands in the file, too.
@@ -151,7 +151,7 @@ def _statements(motion: Motion, turn: np.ndarray, scale: float) -> Iterator[tupl
         rest[bone.name] = rest[bone.parent] @ rotation
 
     def offset(bone: Bone | None) -> str:
-        """Return the offset of a bone's far end, in axes that are parallel to the root's at angle zero."""
+        """The offset of a bone's far end, in axes that are parallel to the root's at angle zero."""
         if bone is None:
             return "OFFSET 0 0 0"
         vector = rest[bone.name if own else bone.parent] @ bone.offset / scale
@@ -200,21 +200,21 @@ def _channels(positions: list[str], axes: str) -> str:
 
 
 def _intrinsic(dofs: str, angles: np.ndarray) -> tuple[str, np.ndarray]:
-    """Return the same rotations as intrinsic ones about three axes, zero about those added; none stay none."""
+    """The same rotations as intrinsic ones about three axes, zero about those added; none stay none."""
     axes, angles = (dofs[::-1].upper(), angles[:, ::-1]) if dofs.islower() else (dofs, angles)
     more = [axis for axis in "ZXY" if axis not in axes] if axes else []
     return "".join([axes, *more]), np.concatenate([angles, np.zeros((len(angles), len(more)))], axis=1)
 
 
 def _turn_axes(axes: str, angles: np.ndarray, turn: np.ndarray) -> tuple[str, np.ndarray]:
-    """Return intrinsic rotations about axes that are turned, each to another one or to its opposite."""
+    """Intrinsic rotations about axes that are turned, each to another one or to its opposite."""
     columns = turn[:, ["XYZ".index(axis) for axis in axes]].T  # (n_axes, 3)
     turned = "".join("XYZ"[i] for i in np.abs(columns).argmax(axis=1))
     return turned, angles if turned == axes else angles * columns.sum(axis=1)
 
 
 def _about_root(bone: Bone, angles: np.ndarray, axes: np.ndarray) -> tuple[str, np.ndarray]:
-    """Return a joint's rotations as three intrinsic ones about the axes of the root, continuous in time."""
+    """A joint's rotations as three intrinsic ones about the axes of the root, continuous in time."""
     if not angles.size:  # no frames, or a rigid joint
         return "ZYX", np.zeros((len(angles), 3))
     to_root = Rotation.from_matrix(axes)

@@ -7,8 +7,7 @@ import numpy as np
 
 from skpose._files import check_new, new_file
 from skpose.io._arguments import PathLike
-from skpose.io._keypoints_csv import LONGEST, find_points
-from skpose.io._stored import ANGLES_HEAD, POINTS_HEAD
+from skpose.io._keypoints_csv import ANGLES_HEAD, POINTS_HEAD, find_points
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion
 
@@ -83,9 +82,8 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
         header, same, numbers, columns = _of_keypoints(content)
     else:
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
-    broken = next((name for name in header if set(name) & set("\r\n")), None)
-    if broken is not None:
-        raise ValueError(f"column {broken!r} cannot be written: a CSV file of skpose has names of one line")
+    if broken := [name for name in header if set(name) & set("\r\n")]:
+        raise ValueError(f"expected names of one line, got {broken[0]!r}")
     check_new(path)
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -98,7 +96,7 @@ Table = tuple[list[str], list, np.ndarray, Iterable[list[float]]]
 
 
 def _of_motion(motion: Motion) -> Table:
-    """Return the header, the cells that are the same in all rows, the numbers of the frames, and the other cells."""
+    """The header, the cells that are the same in all rows, the numbers of the frames, and the other cells."""
     names, root = motion.skeleton.dof_names, "root"
 
     def root_columns() -> list[str]:
@@ -113,7 +111,7 @@ def _of_motion(motion: Motion) -> Table:
 
 
 def _of_keypoints(points: Keypoints) -> Table:
-    """Return the same of keypoints."""
+    """The same of keypoints."""
     axes = "x", "y", "z"
     array = points.positions
     if not np.isin(points.confidences, [0.0, 1.0]).all():
@@ -123,10 +121,8 @@ def _of_keypoints(points: Keypoints) -> Table:
     found = list(find_points([cell.strip() for cell in header]))
     if found != list(points.names):
         name = next((name for name in points.names if name not in found), points.names[0])
-        why = f" of more than {LONGEST} characters" if len(name) > LONGEST - len(SURE) else ""
         raise ValueError(
-            f"point {name[:LONGEST]!r}{why} would have another name where the CSV file is read: rename it, or write an "
-            ".npz file"
+            f"point {name[:100]!r} would have another name in a CSV file: rename it, or write an .npz file"
         )
     same = [float(points.frame_rate), points.up]
     return header, same, np.arange(len(points)), (row.ravel().tolist() for row in array)

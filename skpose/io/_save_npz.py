@@ -3,12 +3,10 @@
 import numpy as np
 
 from skpose._files import check_new, new_file
-from skpose._validation.options import check_choice
 from skpose.io._arguments import PathLike
-from skpose.io._npz import Archive
-from skpose.io._rates import choose_rate
+from skpose.io._arrays import Archive
+from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._source import Source
-from skpose.io._up import Up, check_up_of_file, stand
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import HINGE, SLIDE
@@ -87,12 +85,11 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
     check_new(path)
     with new_file(path) as new, new.open("wb") as file:  # to a path numpy adds .npz where it is missing
-        # Not compressed: of a person who stands still, the reader would refuse it, see `_npz`.
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
-    """Return the arrays of a motion by their keys."""
+    """The arrays of a motion by their keys."""
     bones = motion.skeleton.bones
     nowhere = np.full((3, 3), np.nan)
     limits = [np.full((bone.n_dofs, 2), np.nan) if bone.limits is None else bone.limits for bone in bones]
@@ -114,58 +111,45 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
     }
 
 
-def read_npz(
-    source: Source, file: Archive, *, frame_rate: float | None = None, on_nan: str = "raise", up: Up | None = None
-) -> Motion:
-    """Read the motion of an open file that `save_npz` wrote."""
-    check_choice("on_nan", on_nan, ("raise", "drop"))
-    check_up_of_file(up)
+def load_npz(source: Source, *, frame_rate: float | None = None, on_nan: str = "raise", up: Up | None = None) -> Motion:
+    """Read the motion of a file that `save_npz` wrote."""
+    check_options(frame_rate=frame_rate, on_nan=on_nan, up=up)
+    file = Archive(source)
     version = file.numbers(VERSION, ()).item()
     if version != LATEST:
-        raise source.error(
-            f"{VERSION}: the version of the format is {version:g}, and this version of skpose reads {LATEST}: read it "
-            "with the skpose that wrote it"
-        )
-    skeleton = _skeleton(source, file)
-    angles = file.angles("angles", (None, skeleton.n_dofs))
-    n = len(angles)
-    axes = _text(file, "root_axes")
-    numbers = file.numbers("frame_numbers", (n,))
-    if (numbers % 1.0).any() or (np.abs(numbers) >= 2**53).any():
-        raise source.error("frame_numbers: expected whole numbers")
+        raise source.error(f"expected version {LATEST} of the format, found {version:g}")
     with source.format_errors():
+        skeleton = _skeleton(file)
+        angles = file.numbers("angles", (None, skeleton.n_dofs))
+        n, axes = len(angles), _text(file, "root_axes")
+        numbers = file.numbers("frame_numbers", (n,))
+        if (numbers % 1.0).any() or (np.abs(numbers) >= 2**53).any():
+            raise source.error("frame_numbers: expected whole numbers")
+        seen = file.numbers("seen", (n, skeleton.n_joints), (0, 0))
         motion = Motion(
             skeleton,
             angles,
             choose_rate(source, frame_rate, file.numbers("frame_rate", ()).item(), "frame_rate"),
             file.numbers("root_positions", (n, 3)),
-            file.angles("root_angles", (n, None)),
+            file.numbers("root_angles", (n, None)),
             axes,
             numbers.astype(np.int64),
             _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks
             root_name=_text(file, "root_name"),
-            seen=_read_seen(file, (n, skeleton.n_joints)),
+            seen=seen > 0.0 if seen.shape == (n, skeleton.n_joints) else None,
         )
     return motion if up is None else stand(motion, up, source)
 
 
-def _read_seen(file: Archive, shape: tuple[int, int]) -> np.ndarray | None:
-    """Return which joints of fitted poses were seen; None where nothing is stored."""
-    seen = file.numbers("seen", shape, (0, 0))
-    return seen > 0.0 if seen.shape == shape else None
-
-
-def _skeleton(source: Source, file: Archive) -> Skeleton:
-    """Return the skeleton of an open file."""
-    names = file.texts("joint_names", (None,))
+def _skeleton(file: Archive) -> Skeleton:
+    names, dof_names = file.texts("joint_names", (None,)), file.texts("dof_names", (None,))
     n = len(names)
     parents, dofs = file.texts("joint_parents", (n,)), file.texts("joint_dofs", (n,))
-    dof_names = file.texts("dof_names", (None,))
     offsets = file.numbers("joint_offsets", (n, 3))
     axes = file.numbers("joint_axes", (n, 3), finite=False)
     rest = file.numbers("rest_rotations", (n, 3, 3), finite=False)
     weights = file.numbers("weights", (n,), finite=False)
-    limits = file.numbers("limits", (None, 2), finite=False)
+    limits = file.numbers("limits", (len(dof_names), 2), finite=False)
     bones, column = [], 0
     for i, name in enumerate(names):
         bone = Bone(name, parents[i] or None, offsets[i], dofs[i])
@@ -180,15 +164,17 @@ def _skeleton(source: Source, file: Archive) -> Skeleton:
                 dof_name=own_names[0] if bone.dofs in (HINGE, SLIDE) and own_names else None,
             )
         )
-    if len(limits) != column:
-        raise source.error(f"limits: expected {column} rows, one for each dof, found {len(limits)}")
-    with source.format_errors():
-        skeleton = Skeleton(bones, _text(file, "offset_frame"))  # type: ignore[arg-type]  # which Skeleton checks
+    skeleton = Skeleton(bones, _text(file, "offset_frame"))  # type: ignore[arg-type]  # which Skeleton checks
     if list(skeleton.dof_names) != dof_names:
-        raise source.error("dof_names: expected the names of the dofs of the joints, in their order")
+        raise file.source.error("dof_names: expected the names of the dofs of the joints, in their order")
     return skeleton
 
 
 def _text(file: Archive, key: str) -> str:
     (text,) = file.texts(key, ())
     return text
+
+
+def is_npz(source: Source) -> bool:
+    """Whether a file is an archive that `save_npz` wrote."""
+    return source.kind == "zip" and VERSION in Archive(source).keys

@@ -12,7 +12,7 @@ import numpy as np
 
 from skpose._warnings import warn
 from skpose.io._arguments import PathLike
-from skpose.io._npz import Archive
+from skpose.io._arrays import Archive
 from skpose.io._source import Source
 from skpose.skeleton._shared import MEAN_HEIGHT, PROPORTIONS
 
@@ -20,11 +20,6 @@ Tree = dict[str, str | None]  # the parent of each joint, in the order of the mo
 
 FINGERS = "index", "middle", "pinky", "ring", "thumb"
 GENDERS = "female", "male", "neutral"
-# The remedy for a model whose arrays are pickled: scipy's sparse matrices, or chumpy's arrays.
-DENSE = (
-    "If you trust the file: m = numpy.load(path, allow_pickle=True); numpy.savez(new, J_regressor=m['J_regressor']"
-    ".item().toarray(), v_template=m['v_template'], shapedirs=m['shapedirs'])"
-)
 EXPRESSIONS = 300  # a model SMPL-X with fewer shapedirs has only ten of shape, then those of the face
 SHAPES_BEFORE_EXPRESSIONS = 10
 
@@ -106,7 +101,7 @@ class Body(NamedTuple):
 
 
 def mean_joints(name: str) -> np.ndarray:
-    """Return the joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
+    """The joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
     joints: dict[str | None, np.ndarray] = {}
     for joint, parent in MODELS[name].items():
         if parent is None:
@@ -119,7 +114,7 @@ def mean_joints(name: str) -> np.ndarray:
 
 
 def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
-    """Return the joints at rest (n_joints, 3), m, of the person of a file, from the file of a model."""
+    """The joints at rest (n_joints, 3), m, of the person of a file, from the file of a model."""
     path = os.fspath(model)
     if "{gender}" in path:
         gender = file.texts("gender", (), (1,))[0].lower().removeprefix("b'").removesuffix("'")
@@ -141,15 +136,14 @@ def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
 @lru_cache(maxsize=8)
 def _read_model(path: str, _modified: int, _size: int) -> Body:
     """Read the file of a model, once for the many motions that use it, until it changes."""
-    with Source(path, "the file of an SMPL model (.npz)", binary=True) as source:
-        model = Archive(source, DENSE)
-        n_joints, n_vertices = (*model.shape("J_regressor"), 0, 0)[:2]
-        if n_joints not in BY_SIZE:
-            known = ", ".join(f"{size} ({name})" for size, name in BY_SIZE.items())
-            raise source.error(f"J_regressor: expected as many rows as a model has joints, {known}, found {n_joints}")
-        regressor = model.numbers("J_regressor", (n_joints, n_vertices))
-        vertices = model.numbers("v_template", (n_vertices, 3))
-        directions = model.numbers("shapedirs", (n_vertices, 3, None))
+    source = Source(path, "the file of an SMPL model (.npz)", binary=True)
+    model = Archive(source)
+    sizes = [(size, None) for size in BY_SIZE]
+    # Where it is a pickled sparse matrix, docs/formats.md has the lines that make it a plain array.
+    regressor = model.numbers("J_regressor", *sizes)
+    n_joints, n_vertices = regressor.shape
+    vertices = model.numbers("v_template", (n_vertices, 3))
+    directions = model.numbers("shapedirs", (n_vertices, 3, None))
     if BY_SIZE[n_joints] == "SMPL-X" and directions.shape[2] < EXPRESSIONS:
         directions = directions[:, :, :SHAPES_BEFORE_EXPRESSIONS]
     return Body(regressor @ vertices, np.tensordot(regressor, directions, axes=1))

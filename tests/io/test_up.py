@@ -1,6 +1,5 @@
 """The axis that points up: the one that is stated, else the usual one, with a warning where people stand otherwise."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Motion
 from skpose.datasets import humanoid, make_gait
-from skpose.io import load_bvh, load_motion, save_bvh
+from skpose.io import load_bvh, save_bvh
 
 GAIT = make_gait(1, 1, frame_rate=12, duration=2, random_state=0).motions[0]
 # What takes y to each direction, without a reflection.
@@ -42,24 +41,12 @@ def write(tmp_path):
     return write
 
 
-@pytest.mark.parametrize("up", [up for up in TURNS if up != "y"])
-@pytest.mark.parametrize("named", [True, False], ids=["head and feet", "numbers"])
-def test_another_axis_is_named_by_a_warning(up, named, write):
-    """Without names of joints either end may be up."""
-    motion = turned(GAIT, TURNS[up])
-    if not named:
-        names = {name: f"j{i}" for i, name in enumerate(motion.skeleton.joint_names)}
-        bones = [bone._replace(name=names[bone.name], parent=names.get(bone.parent)) for bone in motion.skeleton.bones]
-        motion = replace(motion, skeleton=type(motion.skeleton)(bones, motion.skeleton.offset_frame))
-    path, found = write(motion), up if named else up[-1]
-    if found == "y":
-        assert load_bvh(path).up == "y"
-        return
-    person = "is upside down" if found == "-y" else "lies"
-    with pytest.warns(UserWarning, match=rf"along {found[-1]}: pass up='{found}', or up='y' if the person {person}"):
+@pytest.mark.parametrize("up", ["x", "z", "-y"])
+def test_another_axis_is_named_by_a_warning(up, write):
+    path = write(turned(GAIT, TURNS[up]))
+    with pytest.warns(UserWarning, match=f"up='{up}'"):
         load_bvh(path)
-    for load in (load_bvh, load_motion):
-        assert load(path, up=found).up == found[-1]
+    assert load_bvh(path, up=up).up == up[-1]
 
 
 def test_nothing_is_said_of_people_who_stand_or_hold_their_arms_out(write):
@@ -67,15 +54,6 @@ def test_nothing_is_said_of_people_who_stand_or_hold_their_arms_out(write):
     arms = np.zeros((3, skeleton.n_dofs))
     assert load_bvh(write(GAIT)).up == "y"
     assert load_bvh(write(Motion(skeleton, arms, 30))).up == "y"
-
-
-def test_no_axis_is_found_in_what_is_no_person(write):
-    """Of a chain that lies, nobody knows how it stands."""
-    from skpose import Skeleton
-
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*size.*")
-        assert load_bvh(write(Motion(Skeleton.chain(30), np.zeros((3, 30)), 30))).up == "y"
 
 
 @pytest.mark.parametrize("up", TURNS)
@@ -90,21 +68,3 @@ def test_the_world_is_the_same_however_it_is_turned(up, write):
             for one in (motion, load_bvh(write(turned(GAIT, TURNS[up[-1]])), up=up[-1]))
         ]
         np.testing.assert_allclose(np.linalg.norm(tilts[0], axis=1), np.linalg.norm(tilts[1], axis=1), atol=1e-6)
-
-
-def test_other_directions_are_refused(write):
-    with pytest.raises(ValueError, match="up must be"):
-        load_bvh(write(GAIT), up="w")
-
-
-def test_the_root_keeps_its_name(write):
-    motion = replace(GAIT, root_name="Hips")
-    path = write(motion)
-    assert "ROOT Hips\n" in path.read_text()
-    assert load_bvh(path).root_name == "Hips"
-    joint = motion.skeleton.joint_names[0]
-    assert f"ROOT {joint}_\n" in write(replace(motion, root_name=joint)).read_text()
-    with pytest.raises(ValueError, match="cannot be written"):
-        write(replace(motion, root_name="Hips {"))
-    with pytest.raises(ValueError, match="root_name must be the name"):
-        replace(motion, root_name="")

@@ -1,0 +1,214 @@
+"""What formats leave open, and files may state wrongly: the unit of length, the frame rate, the axis that points up,
+names given twice, and whether a point at the origin is a lost one.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose._validation.motions import check_frame_rate
+from skpose._validation.options import check_choice, check_positive
+from skpose.io._source import Source
+from skpose.keypoints._shared import complaint_of_origin, complaint_of_picture, find_lost, find_up
+from skpose.keypoints._shared import complaint_of_up as complaint_of_up_of_points
+from skpose.skeleton import Motion
+from skpose.skeleton._shared import complaint_of_up, root_angles_of, root_orientations
+
+Axis = Literal["x", "y", "z"]
+Up = Literal["x", "y", "z", "-x", "-y", "-z"]
+UPS = ("x", "y", "z", "-x", "-y", "-z")
+# Half a turn that makes an axis point up that points down.
+HALF_TURNS = {"-x": Rotation.from_rotvec([0.0, np.pi, 0.0]), "-y": Rotation.from_rotvec([np.pi, 0.0, 0.0])}
+HALF_TURNS["-z"] = HALF_TURNS["-y"]
+Zeros = Literal["seen", "missing"]
+CHOICES: dict[str, tuple] = {
+    "on_nan": ("raise", "drop"),
+    "trust": ("header", "rows"),
+    "stretch": ("raise", "mean"),
+    "missing": ("raise", "rest"),
+    "root_offset": ("replace", "add"),
+    "up": (None, *UPS),
+    "zeros": (None, "seen", "missing"),
+}
+
+METRES = {
+    "m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0,
+    "cm": 0.01, "centimeter": 0.01, "centimetre": 0.01, "centimeters": 0.01, "centimetres": 0.01,
+    "mm": 0.001, "millimeter": 0.001, "millimetre": 0.001, "millimeters": 0.001, "millimetres": 0.001,
+    "in": 0.0254, "inch": 0.0254, "inches": 0.0254,
+    "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
+}  # fmt: skip
+ANGLES = ("rad", "rads", "radian", "radians", "deg", "degs", "degree", "degrees", "°")
+FEWEST = 4  # letters of a name that is cut short, as in C3D files without room for more
+
+SAME = 0.01  # relative difference between two roundings of one rate
+SLOWEST, FASTEST = 2.0, 2000.0  # Hz, of recordings of people
+LIKELY = 10.0, 500.0  # Hz, of another reading of a number
+
+
+def check_options(**options: Any) -> None:
+    """Check the options that several readers have, by their names."""
+    for name, value in options.items():
+        if name in CHOICES:
+            check_choice(name, value, CHOICES[name])
+        elif value is not None:
+            check_frame_rate(value) if name == "frame_rate" else check_positive(name, value)
+
+
+def read_unit(source: Source, where: str, unit: str, scale: float | None, at: Any = None) -> float:
+    """The metres of one unit: the scale, or else by the name of the unit in any case, also if it is cut off."""
+    word = unit.strip().lower()
+    names = [name for name in (*METRES, *ANGLES) if name == word or (len(word) >= FEWEST and name.startswith(word))]
+    if any(name in ANGLES for name in names):
+        raise source.error(f"{where}: expected a unit of length, found {unit[:40]!r}: these are angles", at)
+    if scale is not None:
+        return scale
+    metres = {METRES[name] for name in names}
+    if len(metres) != 1:
+        raise source.error(f"{where}: expected a unit such as mm, cm or m, found {unit[:40]!r}: pass scale=", at)
+    return metres.pop()
+
+
+def choose_rate(source: Source, given: float | None, stated: float, where: str) -> float:
+    """The frame rate, Hz: `given`, with a warning if the file states another, or the file's own."""
+    if given is None:
+        return stated
+    if SLOWEST <= stated <= FASTEST and differ(given, stated):
+        source.warn(
+            f"frame_rate={given:g} replaces the {stated:g} Hz of {where}, so that it lasts {stated / given:.3g} times "
+            "as long; Motion.resample changes the rate"
+        )
+    return given
+
+
+def differ(one: float, other: float) -> bool:
+    """Whether two rates, Hz, differ by more than rounding."""
+    return abs(one - other) > SAME * other
+
+
+def complaint_of_frame_time(seconds: float) -> str:
+    """Say that the duration of a frame is unlikely, and which rates may be meant; empty if it is likely."""
+    rate = 1.0 / seconds
+    if SLOWEST <= rate <= FASTEST:
+        return ""
+    readings = {1000.0 * rate, seconds} if rate < SLOWEST else {rate / 1000.0}  # in ms, or frames a second
+    likely = [f"frame_rate={hertz:.4g}" for hertz in sorted(readings) if LIKELY[0] <= hertz <= LIKELY[1]]
+    remedy = " or ".join(likely) or "frame_rate="
+    return f"Frame Time is {seconds:.6g} s, which is {rate:.3g} frames a second: pass {remedy}"
+
+
+def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -> Motion:
+    """A motion with its up axis: `up`, or the default, with a warning if people stand along another axis.
+
+    If the axis points down the world is turned by half a turn: about x for y and z, about y for x.
+    """
+    if up is None:
+        source.warn(complaint_of_up(motion, default))
+        up = default
+    if up in HALF_TURNS:
+        turn = HALF_TURNS[up]
+        angles, axes = motion.root_angles, motion.root_axes
+        if len(motion):
+            turned = turn * root_orientations(motion.root_angles, motion.root_axes)
+            angles, axes = root_angles_of(turned, np.zeros(3), motion.root_axes)
+        motion = replace(motion, root_positions=turn.apply(motion.root_positions), root_angles=angles, root_axes=axes)
+    axis: Any = up[-1]
+    return replace(motion, up=axis)
+
+
+def turn_up(positions: np.ndarray, up: Up) -> tuple[np.ndarray, Axis]:
+    """Positions in a world turned as by `stand`, and the axis that points up."""
+    if up.startswith("-"):
+        positions = positions * ([-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0])
+    axis: Any = up[-1]
+    return positions, axis
+
+
+def warn_of_up(source: Source, positions: np.ndarray, names: Sequence[str], usual: Up, why: str, what: str) -> None:
+    """Warn if people stand along another axis than the usual one."""
+    found = find_up(positions, names, usual)
+    if found != usual:
+        state = "is upside down" if found[-1] == usual[-1] else "lies"
+        remedy = f"up={found!r}, or up={usual!r} if the person {state}"
+        source.warn(complaint_of_up_of_points(found, usual, why, what, remedy))
+
+
+def drop_lost(
+    source: Source, positions: np.ndarray, lost: np.ndarray, names: Sequence[str], zeros: Zeros | None, what: str
+) -> None:
+    """Make positions (n_frames, n_points, 3) NaN where they are lost (n_frames, n_points), or warn of these."""
+    remedy = "zeros='missing' reads them as not seen, zeros='seen' as they are"
+    if zeros == "missing":
+        positions[lost] = np.nan
+    elif zeros is None:
+        source.warn(complaint_of_origin(lost, names, what, remedy))
+
+
+def stand_markers(
+    source: Source,
+    positions: np.ndarray,
+    names: Sequence[str],
+    scale: float,
+    zeros: Zeros | None,
+    up: Up | None,
+    usual: tuple[Up, str],
+) -> tuple[np.ndarray, Axis]:
+    """Positions of markers in m without lost ones, and the axis that points up; `usual` has a reason with it."""
+    drop_lost(source, positions, (positions == 0.0).all(axis=2), names, zeros, "markers")
+    positions = positions * scale
+    if up is None:
+        warn_of_up(source, positions, names, *usual, "markers")
+    return turn_up(positions, up or usual[0])
+
+
+def check_points(
+    source: Source,
+    positions: np.ndarray,
+    confidences: np.ndarray | None,
+    names: Sequence[str],
+    zeros: Zeros | None,
+    up: Up | None,
+    usual: tuple[Up, str],
+) -> None:
+    """Make lost keypoints NaN, and warn if they may be in units of a picture, or people stand along another axis."""
+    if len(names) != positions.shape[1]:
+        return  # an error later
+    seen = positions.copy()
+    if confidences is not None:
+        seen[confidences == 0.0] = np.nan
+    lost = find_lost(seen)
+    drop_lost(source, positions, lost, names, zeros, "points")
+    if zeros != "seen":
+        seen[lost] = np.nan
+    source.warn(complaint := complaint_of_picture(seen, names))
+    if not complaint and up is None:
+        warn_of_up(source, seen, names, *usual, "points")
+
+
+def number_names(source: Source, names: list[str]) -> list[str]:
+    """A different name for each point: the first of a name keeps it, the others are numbered, with a warning."""
+    unique: dict[str, str] = {}
+    for name in names:
+        unique[unused_name(name, unique, names)] = name
+    warn_of_renamed(source, "points", unique)
+    return list(unique)
+
+
+def unused_name(name: str, used: Collection[str], reserved: Collection[str]) -> str:
+    """The name, numbered if it is used; numbered names are never reserved ones."""
+    new, count = name, 1
+    while new in used or (count > 1 and new in reserved):
+        count += 1
+        new = f"{name}_{count}"
+    return new
+
+
+def warn_of_renamed(source: Source, what: str, names: dict[str, str]) -> None:
+    """Warn if new names, the keys, differ from those in the file."""
+    renamed = [(new, name) for new, name in names.items() if name != new]
+    if renamed:
+        more = f", and {len(renamed) - 1} more likewise" if len(renamed) > 1 else ""
+        source.warn(f"several {what} are named {renamed[0][1]!r}; the next one is {renamed[0][0]!r} here{more}")
