@@ -11,7 +11,7 @@ from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import Shape
+from skpose.view._shape import Shape
 from skpose.plot._axes import COLOURS, SIDES, axes
 from skpose.plot._views import choose_projection, find_vertical
 from skpose.plot._volume import draw_ground, draw_volume, lowest_of, shape_of_person, with_root

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose.kinematics._shared import Shape, find_shape, outline
+from skpose.view._shape import Shape, find_shape, outline
 from skpose.plot._axes import SIDES
 from skpose.skeleton import Skeleton
 

@@ -7,12 +7,12 @@ import numpy as np
 from skpose._validation.units import extent_of
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._shared import find_layout, find_names
-from skpose.kinematics._shared import Shape, find_shape, join_shapes, point_shape
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack
 from skpose.view._scene import AXES, Scene, largest_error
+from skpose.view._shape import Shape, find_shape, join_shapes, point_shape
 
 
 class Figure(NamedTuple):

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import find_shape
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import heading, root_orientations, sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack, pack_angles, unpack
+from skpose.view._shape import find_shape
 
 # For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.
 AXES = {"x": (2, 0, 1), "y": (0, 1, 2), "z": (1, 2, 0)}

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._shared import find_shape, tree_of
+from skpose.kinematics._shared import tree_of
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
+from skpose.view._shape import find_shape
 
 # Scripts that compute and need no page, each after those that it uses.
 NUMBERS = ("rotations.js", "kinematics.js", "distances.js", "chart.js", "path.js", "band.js", "geodesic.js")

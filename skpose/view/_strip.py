@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skpose.kinematics._shared import Shape, find_shape, outline
+from skpose.view._shape import Shape, find_shape, outline
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import sides
 from skpose.view._scene import Scene, scene_of

@@ -1,5 +1,5 @@
 // The shape of a person: head, trunk, limbs, hands and feet, as hulls of spheres. The rules are those of
-// skpose/kinematics/_person_shape.py, and names and numbers come from there.
+// skpose/view/_person_shape.py, and names and numbers come from there.
 
 const SHAPE = data.constants.person;
 const SHARES = SHAPE.PROPORTIONS;
@@ -238,7 +238,7 @@ class Person {
   /** Add thin links for the bones that are in no part. */
   addRest() {
     this.skeleton.parents.forEach((_, j) => {
-      if (!this.covered.has(j) && this.length(j)) this.addLink(j, SHAPE.MARKER);
+      if (!this.covered.has(j) && this.length(j)) this.addLink(j, SHAPE.R_MARKER);
     });
   }
 }

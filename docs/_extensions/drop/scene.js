@@ -77,7 +77,7 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
 /** The shape of a figure: that of a person, or links. */
 const shapeOf = (skeleton) => personShape(skeleton) ?? linkShape(skeleton);
 
-/** Links for all bones: `link_shape` of skpose/kinematics/_shape.py. */
+/** Links for all bones: `link_shape` of skpose/view/_shape.py. */
 function linkShape(skeleton) {
   const { names, parents, offsets } = skeleton;
   const still = positionsAtZero(skeleton);

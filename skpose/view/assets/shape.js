@@ -1,4 +1,4 @@
-// Figures with volume: parts that are hulls of spheres about joints, see skpose/kinematics/_shape.py.
+// Figures with volume: parts that are hulls of spheres about joints, see skpose/view/_shape.py.
 
 const circle = (n) => Array.from({ length: n }, (_, i) => [Math.cos, Math.sin].map((f) => f((i * 2 * Math.PI) / n)));
 const [ROUGH, ROUND, ROUNDEST] = [12, 20, 32].map(circle); // directions in which an outline is found

@@ -1,7 +1,7 @@
-"""The shape of a figure, for those who draw one: hulls of spheres about joints, thick as the limbs of people are.
+"""The shape of a figure, for drawing: hulls of spheres about joints, as thick as the limbs of people.
 
-A *part* is what is drawn as one, such as a forearm or a head: hulls of *spheres*, whose centres follow from the
-positions of the joints alone. People have the parts of a person, see `_person_shape`; all other skeletons have links.
+A *part* is drawn as one, such as a forearm or a head: hulls of *spheres*, whose centres follow from the positions of
+the joints alone. People have the parts of a person, see `_person_shape`; all other skeletons have links.
 """
 
 from collections.abc import Sequence
@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics._landmarks import find_landmarks
-from skpose.kinematics._person_shape import Part, Sphere, person_parts
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import size_of
+from skpose.view._person_shape import Part, Shift, Sphere, person_parts
 
-# Radii of links, as shares of the size of the figure and of the length of the bone. A size is that of the box around
+# Radii of links, as shares of the size of the figure and of the length of the bone. The size is that of the box around
 # all joints at angle zero.
 THICKEST, OF_LENGTH, THINNEST, OF_POINT = 0.018, 0.12, 0.003, 0.008
 GAP = 1.2  # radii of a joint inside of a figure, up to which there is no edge
@@ -29,83 +29,66 @@ class Shape(NamedTuple):
     is_person: bool
 
     def centres(self, points: np.ndarray) -> np.ndarray:
-        """Return the centres (..., n_spheres, 3) of the spheres, of points (..., n_points, 3)."""
+        """Centres (..., n_spheres, 3) of the spheres, of points (..., n_points, 3)."""
         return np.stack([_centre(sphere, points) for sphere in self.spheres], axis=-2)
 
     @property
     def radii(self) -> np.ndarray:
-        """Radii (n_spheres,) of the spheres, in the unit of the skeleton."""
         return np.array([sphere.radius for sphere in self.spheres])
 
     def data(self) -> dict[str, Any]:
-        """Return the shape as an object of JSON, for assets/shape.js of the pages."""
+        """The shape as an object of JSON, for assets/shape.js of the pages."""
         return {
             "spheres": [_sphere_data(sphere) for sphere in self.spheres],
             "parts": [[part.joint, part.hulls] for part in self.parts],
         }
 
     def renumber(self, points: Sequence[int]) -> "Shape":
-        """Return the shape with other indices of the points: those of the root and of each joint."""
-        moved = [
-            sphere._replace(
-                points=tuple(points[i] for i in sphere.points),
-                along=_renumber(sphere.along, points),
-                across=_renumber(sphere.across, points),
-            )
-            for sphere in self.spheres
+        """The shape with other indices of the points: those of the root and of each joint."""
+
+        def moved(shift: Shift | None) -> Shift | None:
+            return shift and Shift(tuple(points[i] for i in shift.start), tuple(points[i] for i in shift.end), shift[2])
+
+        spheres = [
+            one._replace(points=tuple(points[i] for i in one.points), along=moved(one.along), across=moved(one.across))
+            for one in self.spheres
         ]
-        parts = [part._replace(joint=points[part.joint + 1] - 1) for part in self.parts]
-        return Shape(moved, parts, self.is_person)
+        return Shape(spheres, [part._replace(joint=points[part.joint + 1] - 1) for part in self.parts], self.is_person)
 
 
 def find_shape(skeleton: Skeleton) -> Shape:
-    """Return the shape of a skeleton: that of a person where the names of its joints are those of a known rig."""
+    """The shape of a person where the names of the joints are those of a known rig, else links."""
     person = person_parts(skeleton, find_landmarks(skeleton))
-    if person is not None:
-        return Shape(*person, is_person=True)
-    return link_shape(skeleton, range(skeleton.n_joints))
+    return link_shape(skeleton) if person is None else Shape(*person, is_person=True)
 
 
-def link_shape(skeleton: Skeleton, joints: Sequence[int]) -> Shape:
-    """Return links for the bones that end at some joints: as thick at a joint as the thickest of those that meet."""
+def link_shape(skeleton: Skeleton) -> Shape:
+    """Links for all bones, as thick at a joint as the thickest of those that meet."""
     size = size_of(skeleton) or 1.0
     lengths = np.linalg.norm(skeleton.offsets, axis=1)
     own = np.where(lengths > 1e-3 * size, np.minimum(THICKEST * size, OF_LENGTH * lengths + THINNEST * size), 0.0)
-    radii = np.zeros(skeleton.n_joints + 1)  # of the points
-    for j in joints:
-        for point in (j + 1, int(skeleton.parents[j]) + 1):
-            radii[point] = max(radii[point], own[j])
+    before = skeleton.parents + 1  # the point at which each bone begins
+    radii = np.concatenate([[0.0], own])
+    np.maximum.at(radii, before, own)
     radii[0] = radii[0] or max(radii.max(), OF_POINT * size)
     without = np.flatnonzero(own == 0.0).tolist()
     for j in (*reversed(without), *without):  # points at one place are as thick as the thickest of them
-        both = [j + 1, int(skeleton.parents[j]) + 1]
-        radii[both] = radii[both].max()
-    spheres: list[Sphere] = []
-    at: dict[int, int] = {}
-    carries = {int(skeleton.parents[j]) + 1 for j in joints}
-
-    def sphere(point: int) -> int:
-        if point not in at:
-            at[point] = len(spheres)
-            spheres.append(Sphere((point,), float(radii[point]), inside=point in carries and point > 0))
-        return at[point]
-
-    parts = []
-    for j in joints:
-        ends = (int(skeleton.parents[j]) + 1, j + 1)
-        moves = own[j] > 0.0 or skeleton.bones[j].is_slide
-        parts.append(Part(j, (tuple(sphere(point) for point in (ends if moves else ends[1:])),)))
+        radii[[j + 1, before[j]]] = radii[[j + 1, before[j]]].max()
+    moves = [own[j] > 0.0 or bone.is_slide for j, bone in enumerate(skeleton.bones)]
+    hulls = [(int(before[j]), j + 1) if moves[j] else (j + 1,) for j in range(skeleton.n_joints)]
+    at = {point: i for i, point in enumerate(dict.fromkeys(point for hull in hulls for point in hull))}
+    spheres = [Sphere((point,), float(radii[point]), inside=point > 0 and point in before) for point in at]
+    parts = [Part(j, (tuple(at[point] for point in hull),)) for j, hull in enumerate(hulls)]
     return Shape(spheres, parts, False)
 
 
 def point_shape(points: Sequence[int], size: float) -> Shape:
-    """Return a ball for each point without a bone, by its index among the points."""
+    """A ball for each point without a bone, by its index among the points."""
     spheres = [Sphere((point,), OF_POINT * size) for point in points]
     return Shape(spheres, [Part(point - 1, ((i,),)) for i, point in enumerate(points)], False)
 
 
 def join_shapes(a: Shape, b: Shape) -> Shape:
-    """Return the parts of both."""
     n = len(a.spheres)
     moved = [part._replace(hulls=tuple(tuple(i + n for i in hull) for hull in part.hulls)) for part in b.parts]
     return Shape(a.spheres + b.spheres, a.parts + moved, a.is_person or b.is_person)
@@ -115,13 +98,13 @@ class Outline(NamedTuple):
     """The outline of the hull of discs."""
 
     points: np.ndarray  # (n, 2) in order
-    edges: np.ndarray  # (n_edges, 2, 2) the lines between them but near joints where another part goes on
+    edges: np.ndarray  # (n_edges, 2, 2) the lines between them, except near joints where another part continues
 
 
 def outline(
     centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool] | np.ndarray, n_directions: int = N_DIRECTIONS
 ) -> Outline:
-    """Return the outline of the hull of discs: in each direction the point that is farthest."""
+    """The outline of the hull of discs: in each direction the farthest point."""
     angles = np.linspace(0.0, 2.0 * np.pi, n_directions, endpoint=False)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     farthest = (directions @ centres.T + radii).argmax(axis=1)
@@ -142,23 +125,19 @@ def outline(
 def _centre(sphere: Sphere, points: np.ndarray) -> np.ndarray:
     weights = sphere.weights or (1.0 / len(sphere.points),) * len(sphere.points)
     centre = np.einsum("...pk,p->...k", points[..., list(sphere.points), :], np.array(weights))
-    along = _direction(sphere.along, points)
-    if sphere.along is not None:
-        centre = centre + sphere.along.length * along
-    if sphere.across is not None:
-        across = _vector(sphere.across, points)
-        across = across - (across * along).sum(axis=-1, keepdims=True) * along
-        centre = centre + sphere.across.length * _unit(across)
-    return centre
+    if sphere.along is None:
+        return centre
+    along = _unit(_line(sphere.along, points))
+    centre = centre + sphere.along.length * along
+    if sphere.across is None:
+        return centre
+    across = _line(sphere.across, points)
+    return centre + sphere.across.length * _unit(across - (across * along).sum(axis=-1, keepdims=True) * along)
 
 
-def _vector(shift: Any, points: np.ndarray) -> np.ndarray:
+def _line(shift: Shift, points: np.ndarray) -> np.ndarray:
     start, end = (points[..., list(ends), :].mean(axis=-2) for ends in (shift.start, shift.end))
     return end - start
-
-
-def _direction(shift: Any, points: np.ndarray) -> np.ndarray:
-    return np.zeros((*points.shape[:-2], 3)) if shift is None else _unit(_vector(shift, points))
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -166,14 +145,8 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths != 0.0)
 
 
-def _renumber(shift: Any, points: Sequence[int]) -> Any:
-    if shift is None:
-        return None
-    return shift._replace(start=tuple(points[i] for i in shift.start), end=tuple(points[i] for i in shift.end))
-
-
 def _sphere_data(sphere: Sphere) -> dict[str, Any]:
-    """Return a sphere as an object of JSON, without what it has not."""
+    """A sphere as an object of JSON, without empty fields."""
     data: dict[str, Any] = {"at": sphere.points, "radius": _short(sphere.radius)}
     if sphere.weights:
         data["weights"] = [_short(weight) for weight in sphere.weights]
