@@ -25,6 +25,7 @@ ASSETS = (
     "page.js",
     "figure.js",
     "shape.js",
+    "gestures.js",
     "orbit.js",
     "between.js",
     "clip.js",

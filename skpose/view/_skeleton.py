@@ -11,7 +11,7 @@ from skpose.skeleton._shared import sides
 from skpose.view._shape import find_shape
 
 # Scripts that compute and need no page, each after those that it uses.
-NUMBERS = ("rotations.js", "kinematics.js", "distances.js", "chart.js", "path.js", "band.js", "geodesic.js")
+NUMBERS = ("rotations.js", "kinematics.js", "distances.js")
 
 
 def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:

@@ -24,7 +24,7 @@ ASSETS = (
     "page.css",
     HERE / "drop.css",
     "page.js",
-    *NUMBERS[:3],
+    *NUMBERS,
     "figure.js",
     HERE / "people.js",
     HERE / "person.js",

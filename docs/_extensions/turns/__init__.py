@@ -10,7 +10,7 @@ from skpose.view._page import page_of
 from skpose.view._skeleton import NUMBERS, skeleton_data
 
 HERE = Path(__file__).parent
-SCRIPTS = ("page.js", *NUMBERS[:3], "figure.js", "shape.js")
+SCRIPTS = ("page.js", *NUMBERS, "figure.js", "shape.js")
 TURNS = {"shoulder": "left_upper_arm_rz", "wrist": "left_hand_rz"}  # and the columns that turn
 SOLE = 0.02  # m below the lowest joint
 MOST = np.radians(90)

@@ -1,8 +1,8 @@
 // The explorer of poses: what is chosen, time, controls, and the texts about it.
 
 const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
-const PARTS = 60; // steps of the slider along two paths
-const SECONDS = 2; // of two paths
+const PARTS = 60; // steps of the slider along the line between two poses
+const SECONDS = 2; // of that line
 const N_COLOURS = 10; // of groups; the eleventh has the colour of the first, and another form
 
 const poses = await Poses.of(data);
@@ -20,7 +20,7 @@ const state = {
   first: -1, // the pose that was chosen
   current: 0, // the pose that is shown
   comparison: null,
-  share: 0, // of the two paths
+  share: 0, // of the line between its poses
   lasso: [], // corners, in the plane
   keyed: false, // whether they were chosen by keys
   inside: null, // the poses in the lasso
@@ -104,10 +104,8 @@ const position = () =>
 /** Choose a pose and play from there, or with `second` compare it with the one that was chosen before. */
 function choose(row, second) {
   state.hover = -1;
-  state.comparison?.stop();
   if (second && state.first >= 0) {
-    state.comparison = new Comparison(poses, state.first, row, () => (writeComparison(), announce(), refresh()));
-    state.share = 0;
+    Object.assign(state, { comparison: new Comparison(poses, state.first, row), share: 0 });
     show(row);
   } else {
     Object.assign(state, { first: row, comparison: null });
@@ -120,7 +118,6 @@ function choose(row, second) {
 
 function endComparison() {
   if (!state.comparison) return;
-  state.comparison.stop();
   state.comparison = null;
   writeComparison();
   refresh();
@@ -177,10 +174,10 @@ function drawSmall(context, all) {
 function colour() {
   const groups = poses.groups(element("colour").value);
   const { names, of } = groups;
-  const palette = names && Array.from({ length: N_COLOURS }, (_, i) => packedColour(groupColour(i)));
-  const shades = names ? null : Array.from({ length: 65 }, (_, i) => packedColour(heat(i / 64)));
+  scatter.palette = names ? Array.from({ length: N_COLOURS }, (_, i) => groupColour(i))
+    : Array.from({ length: 65 }, (_, i) => heat(i / 64));
   for (let row = 0; row < poses.count; row++) {
-    scatter.colours[row] = names ? palette[of[row] % N_COLOURS] : shades[Math.round(64 * of[row])];
+    scatter.colours[row] = names ? of[row] % N_COLOURS : Math.round(64 * of[row]);
     scatter.forms[row] = names ? formOf(of[row]) : 0;
   }
   state.colourOf = (row) => (names ? groupColour(of[row]) : heat(of[row]));
@@ -237,7 +234,7 @@ function escape() {
 function listen() {
   const home = () => (scatter.home(), view.fit(true), refresh(true));
   followTheme(element("theme"), colour);
-  gestures(element("canvas"), scatter, {
+  moveScatter(element("canvas"), scatter, {
     moved: () => refresh(true),
     point: (x, y) => {
       const row = scatter.nearest(x, y, within());
@@ -245,7 +242,7 @@ function listen() {
       hover(state.clicked < 0 ? row : -1); // what was clicked plays on under the pointer
     },
     leave: () => hover(-1),
-    click: (x, y, shift) => ((state.clicked = scatter.nearest(x, y, within())), click(state.clicked, shift)),
+    click: (x, y, { shiftKey }) => ((state.clicked = scatter.nearest(x, y, within())), click(state.clicked, shiftKey)),
     lassoes: () => mode() === "lasso",
     lasso: (corners) => ((state.keyed = false), hover(-1), enclose(corners)),
     go,
@@ -279,7 +276,7 @@ function listen() {
   for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
 }
 
-/** What a video shows: the motion, or the two paths; its duration, s, and the state at so many seconds. */
+/** What a video shows: the motion, or the line between two poses; its duration, s, and the state at so many seconds. */
 function loopOfFile() {
   if (state.comparison) {
     return { duration: SECONDS, moment: (at) => ({ ...state, hover: -1, share: Math.min(1, at / SECONDS) }) };

@@ -23,7 +23,6 @@ function linked() {
 /** Show what a link says; what it does not say, or says wrongly, is as usual. */
 function restore(words) {
   const row = (value) => (Number.isInteger(value) && value >= 0 && value < poses.count ? value : -1);
-  state.comparison?.stop();
   Object.assign(state, { comparison: null, first: -1, group: -1, hover: -1 });
   const usePlane = (metric, method) => {
     setControl(element("metric"), metric, usual.metric);

@@ -153,6 +153,13 @@ function drawRing(context, { x, y }) {
   context.stroke();
 }
 
+/** The middle of the box around points in space. */
+const centreOfBox = (points) => [0, 1, 2].map((axis) => {
+  const [low, high] = points.reduce(([a, b], point) => [Math.min(a, point[axis]), Math.max(b, point[axis])],
+    [Infinity, -Infinity]);
+  return (low + high) / 2;
+});
+
 /** The index of the projected point that is nearest to a place in the canvas, of those within a distance, or -1. */
 function nearestPoint(flat, x, y, within) {
   let [best, least] = [-1, within];

@@ -65,7 +65,7 @@ function step(now) {
   if (!state.stale) return;
   state.stale = false;
   stage.draw(moment());
-  showTip();
+  writeTip();
   showTime();
   link.write();
   if (!state.drawn++) performance.mark("skpose: first frame drawn");
@@ -223,30 +223,21 @@ function describe() {
   element("place").value = !pairs && !data.overlay ? "world" : turns ? "forward" : "spot";
 }
 
-/** Show the name of the joint under the pointer next to it. */
-function showTip() {
-  const [tip, { hover, overlaid }] = [element("tip"), stage];
-  if (hover?.name) return showAt(tip, hover, [textElement("span", hover.name)]);
+/** Name the joint, or the motion, under the pointer. */
+function writeTip() {
+  const { hover, overlaid, canvas } = stage;
+  const [tip, write] = [element("tip"), (place, words) => showTip(tip, canvas, place, words)];
+  if (hover?.name) return write(hover, [textElement("span", hover.name)]);
   const figure = hover && stage.views.flatMap((view) => view.figures).find((one) => one.clip === hover.clip);
-  tip.hidden = !figure?.flat[hover.index];
-  if (tip.hidden) return;
-  const [{ x, y }, joint, clip] = [figure.flat[hover.index], hover.index - 1, clips[hover.clip]];
+  const place = figure?.flat[hover.index];
+  if (!place) return write({}, null);
+  const [joint, clip] = [hover.index - 1, clips[hover.clip]];
   const words = [textElement("span", joint < 0 ? "root" : clip.names[joint])];
   if (overlaid) words.push(" of ", textElement("span", clip.label));
   if (clock.aligned && joint >= 0) {
     words.push(`: ${(100 * pairs.distance(tick(), hover.clip, joint)).toFixed(1)} cm apart`);
   }
-  showAt(tip, { x, y }, words);
-}
-
-/** Show words next to a place of the picture. */
-function showAt(tip, { x, y }, words) {
-  const { clientWidth, clientHeight } = stage.canvas;
-  tip.hidden = false;
-  tip.replaceChildren(...words);
-  const left = x + 14 + tip.offsetWidth > clientWidth ? x - 14 - tip.offsetWidth : x + 14;
-  tip.style.left = `${Math.max(4, left)}px`;
-  tip.style.top = `${Math.max(4, Math.min(y + 12, clientHeight - tip.offsetHeight - 4))}px`;
+  write(place, words);
 }
 
 describe();

@@ -102,10 +102,7 @@ class SmallFigures {
     const points = this.poses.points(this.poses.pose(row));
     const { shape } = this.poses.data.skeleton;
     const around = reachOf(shape, points, () => true);
-    const centre = [0, 1, 2].map((axis) => {
-      const values = around.map((point) => point[axis]);
-      return (Math.min(...values) + Math.max(...values)) / 2;
-    });
+    const centre = centreOfBox(around);
     const camera = Object.assign(new Camera(), this.direction);
     const area = { x: 0, y: 0, width: 1, height: 1 };
     const moved = around.map((point) => point.map((value, axis) => value - centre[axis]));
@@ -235,19 +232,18 @@ function medoidOf({ x, y }, rows) {
 }
 
 /**
- * The point nearest to the middle of each cell of a grid of the plane, cells about so many px wide. The grid is that of
- * the plane and its cells halve where the zoom doubles, so that figures stay while one moves.
+ * The point nearest to the middle of each cell of a grid of the plane, cells about so many px wide. The cells halve
+ * where the zoom doubles, so that figures stay while one moves.
  */
-function nearCells(scatter, side) {
-  const cell = 2 ** Math.ceil(Math.log2(side / scatter.scale));
-  const [left, top] = scatter.placeOf(0, 0);
-  const [right, bottom] = scatter.placeOf(scatter.width, scatter.height);
-  const rows = [];
-  for (let i = Math.floor(left / cell); i * cell <= right; i++) {
-    for (let k = Math.floor(bottom / cell); k * cell <= top; k++) {
-      const row = scatter.grid.nearest((i + 0.5) * cell, (k + 0.5) * cell, 0.5 * cell, scatter.absent);
-      if (row >= 0) rows.push(row);
-    }
+function nearCells({ scale, count, x, y, cells, absent }, side) {
+  const cell = 2 ** Math.ceil(Math.log2(side / scale));
+  const found = new Map();
+  for (let i = 0; i < count; i++) {
+    if (!cells[i] || absent?.[i]) continue; // or not seen
+    const [column, row] = [Math.floor(x[i] / cell), Math.floor(y[i] / cell)];
+    const far = Math.hypot(x[i] / cell - column - 0.5, y[i] / cell - row - 0.5);
+    const known = found.get(65536 * column + row);
+    if (far < (known?.far ?? 0.5)) found.set(65536 * column + row, { far, i, column, row });
   }
-  return rows;
+  return [...found.values()].sort((a, b) => a.column - b.column || a.row - b.row).map(({ i }) => i);
 }

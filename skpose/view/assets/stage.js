@@ -91,11 +91,7 @@ class Stage {
       }
     }
     if (!points.length) points.push([0, 0, 0]); // of keypoints that are seen in few frames
-    this.centre = [0, 1, 2].map((axis) => {
-      const [low, high] = points.reduce(([a, b], point) => [Math.min(a, point[axis]), Math.max(b, point[axis])],
-        [Infinity, -Infinity]);
-      return this.follows && axis !== 1 ? 0 : (low + high) / 2;
-    });
+    this.centre = centreOfBox(points).map((value, axis) => (this.follows && axis !== 1 ? 0 : value));
     if (turn) {
       const front = clips.map((clip) => clip.azimuth(place)).find((angle) => angle !== null);
       const azimuth = front === undefined ? 0.35 : front - 0.9;
