@@ -4,12 +4,11 @@ const CHANNELS = /^[xyz](position|rotation)$/;
 
 // Blanks of the format are those of ASCII; around a name they are those of Python's str.strip.
 const WORD = /[{}]|[^ \t\r\n\v\f{}]+/g;
-const WORD_OR_COLON = /[^ \t\r\n\v\f:]+/g; // after MOTION
+const HEAD = /^\s*Frames:\s*(?<count>\d+)\s+Frame\s+Time:\s*(?<seconds>\S+)/i; // after MOTION
 const NAME = /[^{}\r\n]*/y;
 const AROUND = "[\\t-\\r\\x1c-\\x20\\x85\\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000]+";
 const STRIPPED = new RegExp(`^${AROUND}|${AROUND}$`, "g");
 const WORD_OF_ROW = /[^ \t\r\n\v\f]+/g;
-const WHOLE = /^\d{1,18}$/;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /** A number in decimal digits, or NaN. */
@@ -41,98 +40,50 @@ class Lexer {
 /** Read a file's text: joints in its order, the root first, frames as rows of numbers, and the frame rate, Hz. */
 function readBvh(text) {
   const lexer = new Lexer(text);
-  if (lexer.next().toUpperCase() !== "HIERARCHY") {
-    throw new FileError("it does not begin with HIERARCHY, as BVH files do");
-  }
-  if (!/MOTION/i.test(text)) throw new FileError("it has no MOTION: is it cut short?");
+  if (lexer.next().toUpperCase() !== "HIERARCHY") throw new FileError("it does not begin with HIERARCHY");
   const joints = readJoints(lexer);
-  const { count, seconds } = readHead(lexer);
-  const numbers = Float64Array.from(text.slice(lexer.at).match(WORD_OF_ROW) ?? [], numberOf);
   const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
-  if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
-  if (!count) throw new FileError("it has no frames");
-  if (numbers.length !== count * width) {
-    throw new FileError(`${count} frames of ${width} numbers are ${count * width}, it has ${numbers.length}: is it cut `
-      + "short?");
+  const head = HEAD.exec(text.slice(lexer.at));
+  const [count, seconds] = [Number(head?.groups.count), numberOf(head?.groups.seconds)];
+  if (!(count > 0 && width > 0 && seconds > 0)) throw new FileError("it has no Frames:, Frame Time: or CHANNELS");
+  const numbers = Float64Array.from(text.slice(lexer.at + head[0].length).match(WORD_OF_ROW) ?? [], numberOf);
+  if (numbers.length !== count * width || numbers.some((number) => !Number.isFinite(number))) {
+    throw new FileError(`it must have ${count} frames of ${width} numbers, and has ${numbers.length}: is it cut short?`);
   }
-  const bad = numbers.findIndex((number) => !Number.isFinite(number));
-  if (bad >= 0) throw new FileError(`in frame ${Math.floor(bad / width) + 1} something is no finite number`);
   return { joints, width, numbers, count, rate: 1 / seconds };
-}
-
-/** The number of frames and the seconds of each, which come after MOTION in either order. */
-function readHead(lexer) {
-  const head = {};
-  while (!("count" in head && "seconds" in head)) {
-    let key = lexer.next(WORD_OR_COLON).toLowerCase();
-    if (key === "frame") key += ` ${lexer.next(WORD_OR_COLON).toLowerCase()}`;
-    const name = key === "frames" ? "count" : "seconds";
-    if ((key !== "frames" && key !== "frame time") || name in head) {
-      throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
-    }
-    const word = lexer.next(WORD_OR_COLON);
-    const number = numberOf(word);
-    if (name === "count" && !WHOLE.test(word)) throw new FileError(`its Frames: is ${word}, not a whole number`);
-    if (name === "seconds" && !(number > 0 && number < Infinity && 1 / number < Infinity)) {
-      throw new FileError(`its Frame Time is ${word}, not a positive number of seconds`);
-    }
-    head[name] = number;
-  }
-  return head;
 }
 
 /** The joints, up to the word MOTION. */
 function readJoints(lexer) {
   const joints = [];
   let [open, first, word] = [-1, 0, ""];
-  const nameOf = (j) => joints[j].name || "an End Site";
-  const number = () => {
-    const digits = lexer.next();
-    const value = numberOf(digits);
-    if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${nameOf(open)} has “${digits}” for a number`);
-    return value;
-  };
-  const once = (known) => {
-    if (known) throw new FileError(`${nameOf(open)} has ${word.toUpperCase()} twice`);
-  };
   while ((word = lexer.next())) {
     const keyword = word.toUpperCase();
-    if (["ROOT", "JOINT", "END"].includes(keyword)) {
-      if (keyword === "ROOT" ? joints.length : open < 0) {
-        throw new FileError(`it has ${keyword} where another joint is expected`);
-      }
-      const isEnd = keyword === "END"; // whose name, after Site, is not used
-      const name = lexer.name();
-      let brace = lexer.next();
-      if (isEnd && brace.toUpperCase() === "SITE") brace = lexer.next();
-      if ((!isEnd && !name) || brace !== "{") throw new FileError(`after ${keyword} a name and a brace are expected`);
-      joints.push({ name: isEnd ? "" : name, parent: open, offset: null, channels: [], given: false, first });
+    const joint = joints[open];
+    if (keyword === "ROOT" ? !joints.length : joint && ["JOINT", "END"].includes(keyword)) {
+      const name = lexer.name(); // that of an End Site is not used
+      joints.push({ name: keyword === "END" ? "" : name, parent: open, offset: null, channels: [], first });
       open = joints.length - 1;
-    } else if (open >= 0 && keyword === "OFFSET") {
-      once(joints[open].offset);
-      joints[open].offset = [number(), number(), number()];
-    } else if (open >= 0 && keyword === "CHANNELS") {
-      once(joints[open].given);
-      const [count, channels] = [lexer.next(), []];
-      while (WHOLE.test(count) && channels.length < Number(count)) {
-        const channel = lexer.next().toLowerCase();
-        if (!CHANNELS.test(channel) || channels.includes(channel)) break;
-        channels.push(channel);
+      if (lexer.next() !== "{") throw new FileError(`after ${keyword} a name and a brace are expected`);
+    } else if (joint && keyword === "OFFSET") {
+      joint.offset = [0, 1, 2].map(() => numberOf(lexer.next()));
+      if (!joint.offset.every(Number.isFinite)) throw new FileError(`the OFFSET of ${joint.name} is not three numbers`);
+    } else if (joint && keyword === "CHANNELS") {
+      const count = Number(lexer.next());
+      joint.channels = Array.from({ length: Math.min(count, 6) }, () => lexer.next().toLowerCase());
+      Object.assign(joint, { first });
+      first += joint.channels.length;
+      if (!joint.channels.every((channel) => CHANNELS.test(channel)) || new Set(joint.channels).size !== count) {
+        throw new FileError(`the CHANNELS of ${joint.name} are not different positions and rotations`);
       }
-      if (!WHOLE.test(count) || channels.length < Number(count)) {
-        throw new FileError(`the CHANNELS of ${nameOf(open)} are not different positions and rotations`);
-      }
-      Object.assign(joints[open], { channels, first, given: true });
-      first += channels.length;
-    } else if (open >= 0 && word === "}") {
-      if (!joints[open].offset) throw new FileError(`${nameOf(open)} has no OFFSET`);
-      open = joints[open].parent;
+    } else if (joint?.offset && word === "}") {
+      open = joint.parent;
     } else if (open < 0 && joints.length && keyword === "MOTION") {
       nameJoints(joints);
       return joints;
     } else throw new FileError(`“${word}” is not expected in HIERARCHY`);
   }
-  throw new FileError(`${open < 0 ? "HIERARCHY" : nameOf(open)} is still open where the file ends: is it cut short?`);
+  throw new FileError("it ends within HIERARCHY: is it cut short?");
 }
 
 /** Give each joint but the root another name: the first of a name keeps it; an End Site is named by its parent. */

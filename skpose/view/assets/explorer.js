@@ -128,7 +128,7 @@ function enclose(corners) {
   state.lasso = corners;
   state.inside = corners.length > 2 ? scatter.inside(corners) : null;
   state.enclosed = state.inside
-    && { corners: preciseWord(...fewer(corners, (some) => scatter.inside(some)).flat()), plane: planeWord() };
+    && { corners: preciseWord(...corners.flat()), plane: planeWord() };
   writeInside();
   fade();
 }

@@ -67,17 +67,6 @@ function setControl(control, word, usual) {
   } else control.value = word && numbersIn(word, 1) ? clamp(Number(word), control.min, control.max) : usual;
 }
 
-/** A polygon with as few corners, every other one left out again and again, as have the same inside. */
-function fewer(corners, inside) {
-  const same = String(inside(corners));
-  for (let kept = corners; kept.length > 6;) {
-    kept = kept.filter((_, i) => i % 2 === 0);
-    if (String(inside(kept)) !== same) break;
-    corners = kept;
-  }
-  return corners;
-}
-
 /** Let a button copy the link, by the means that the browser has, and say so; or show it, to be copied by hand. */
 function listenForCopy(link) {
   const [button, said] = [element("copy"), element("said")];

@@ -210,7 +210,7 @@ function describe() {
   }
   const names = new Set(clips.flatMap((clip) => clip.names));
   element("joint").append(...[...names].map((name) => textElement("option", name, { value: name })));
-  const others = stage.names.map((name, i) => textElement("option", `all but ${name}`, { value: String(i) }));
+  const others = clips.map(({ label }, i) => textElement("option", `all but ${label}`, { value: String(i) }));
   element("dim").append(...others);
   Object.assign(element("apart"), { max: 2 * stage.size, step: cellOf(stage.size) });
   for (const one of document.querySelectorAll(".several")) one.hidden = clips.length < 2;
@@ -223,11 +223,10 @@ function describe() {
   element("place").value = !pairs && !data.overlay ? "world" : turns ? "forward" : "spot";
 }
 
-/** Name the joint, or the motion, under the pointer. */
+/** Name the joint under the pointer. */
 function writeTip() {
   const { hover, overlaid, canvas } = stage;
   const [tip, write] = [element("tip"), (place, words) => showTip(tip, canvas, place, words)];
-  if (hover?.name) return write(hover, [textElement("span", hover.name)]);
   const figure = hover && stage.views.flatMap((view) => view.figures).find((one) => one.clip === hover.clip);
   const place = figure?.flat[hover.index];
   if (!place) return write({}, null);

@@ -1,4 +1,4 @@
-// Files of what is seen: a picture (PNG), and a video (WebM) or moving picture (GIF) of the loop.
+// Files of what is seen: a picture (PNG), and a video (MP4 or WebM) or GIF of the loop.
 
 const SHARP = 2; // pixels in a px of a picture, or as many as the display has
 const [LONG_SIDE, LONG_SIDE_OF_VIDEO] = [800, 1280]; // px of a GIF, and of a video, at most
@@ -6,8 +6,8 @@ const STEP_OF_GIF = 4; // hundredths of a second; browsers show shorter ones slo
 const MOST_PICTURES = 600; // in a GIF
 const SHORTEST = 1; // s of a video: a shorter loop is in it several times, as encoders take some frames to begin
 const VIDEO = globalThis.MediaRecorder && HTMLCanvasElement.prototype.captureStream
-  && ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type));
-
+  && ["video/mp4;codecs=avc1.42E01F", "video/webm;codecs=vp9", "video/webm"].find((type) =>
+    MediaRecorder.isTypeSupported(type));
 const ENDING = VIDEO?.startsWith("video/mp4") ? "mp4" : "webm";
 
 /** A canvas for pictures of a stage, whose sides are multiples of so many pixels; `paint` fills it. */
@@ -68,8 +68,7 @@ async function video(stage, { duration, moment }, task) {
   recorder.stop();
   await ended;
   if (task.cancelled) return null;
-  const bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
-  return new Blob([withDuration(bytes, 1000 * seconds)], { type: ENDING === "webm" ? "video/webm" : "video/mp4" });
+  return new Blob(parts, { type: `video/${ENDING}` });
 }
 
 /** The same as a GIF, picture by picture. */
@@ -87,32 +86,6 @@ async function movingPicture(stage, { duration, moment }, task) {
     await new Promise((done) => setTimeout(done)); // so that the page stays alive
   }
   return task.cancelled ? null : gif.file;
-}
-
-/**
- * A WebM file that states its duration, ms: some browsers record without, and players then show no end. The element
- * Duration is put into Info, whose size grows; a file that has one, or a table of where its parts are, stays as it is.
- */
-function withDuration(bytes, duration) {
-  const find = (id) => { // where an element begins, near the start
-    for (let at = 0; at < Math.min(bytes.length - 16, 4096); at++) {
-      if (id.every((byte, i) => bytes[at + i] === byte)) return at + id.length;
-    }
-    return -1;
-  };
-  const at = find([0x15, 0x49, 0xa9, 0x66]);
-  const hasTable = find([0x11, 0x4d, 0x9b, 0x74]) >= 0;
-  if (at < 0 || hasTable || find([0x44, 0x89, 0x84]) >= 0 || find([0x44, 0x89, 0x88]) >= 0) return bytes;
-  const length = Math.clz32(bytes[at]) - 23; // bytes of the size, whose first bit set says so
-  let size = bytes[at] & (0xff >> length);
-  for (let i = 1; i < length; i++) size = 256 * size + bytes[at + i];
-  const added = new Uint8Array(8 + 11); // the size in eight bytes, and the element
-  const view = new DataView(added.buffer);
-  view.setUint32(0, 0x01000000);
-  view.setUint32(4, size + 11);
-  added.set([0x44, 0x89, 0x88], 8);
-  view.setFloat64(11, duration);
-  return new Blob([bytes.subarray(0, at), added, bytes.subarray(at + length)]);
 }
 
 /** Give the reader a file. */

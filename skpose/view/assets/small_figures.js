@@ -6,7 +6,7 @@ const HALO = 9; // px, of the paper's colour around each
 const SIDES = [68, 80, 92]; // px, of the square that a pose fills, where the zoom is 2, 4, and 8
 const SCALE = { width: 190, height: 40 }; // px, of the lower left corner
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
-const [KEPT, MEASURED] = [500, 4000]; // pictures, and figures that were measured, that are kept where not in use
+const KEPT = 1000; // pictures, after which all are made anew
 const MS_OF_A_FRAME = 2; // ms of a frame in which pictures are made
 const [NAME_FONT, NAME_LINE, NAME_LENGTH] = ["bold 13px system-ui, sans-serif", 15, 16]; // px, letters
 const TONES = { left: 0.42, right: -0.32 }; // of the colour of a group: lighter and darker
@@ -52,13 +52,11 @@ class SmallFigures {
         const box = boxOf({ row, side, offset: [0, 0], ...size }, scatter.at(row));
         return isInside(box, scatter) && !placed.some((other) => overlap(box, other)) && box;
       };
-      const box = fits({ width: 0.3 * side, height: 0.5 * side }) && fits(this.measured(row, side));
+      const box = fits({ width: 0.3 * side, height: 0.5 * side }) && fits(this.extent(row, side));
       if (!box) continue;
       placed.push(box);
       this.put(context, box, colourOf(row));
     }
-    trim(this.pictures, placed.length + KEPT);
-    trim(this.figures, placed.length + MEASURED);
     return placed;
   }
 
@@ -92,13 +90,13 @@ class SmallFigures {
       this.labels.clear();
     }
     const look = `${this.seen} ${colours.paper} ${this.density}`;
-    if (look !== this.look) this.pictures.clear();
+    if (look !== this.look || this.pictures.size > KEPT) this.pictures.clear();
     this.look = look;
   }
 
   /** The points of a pose and how the camera sees them in a square of side 1. */
   figure(row) {
-    if (this.figures.has(row)) return renew(this.figures, row, this.figures.get(row));
+    if (this.figures.has(row)) return this.figures.get(row);
     const points = this.poses.points(this.poses.pose(row));
     const { shape } = this.poses.data.skeleton;
     const around = reachOf(shape, points, () => true);
@@ -125,19 +123,15 @@ class SmallFigures {
     return { width: side * width, height: side * height };
   }
 
-  /** The same where there is time to measure, or else the room that it may need, and that it is `unknown`. */
-  measured(row, side) {
-    return this.figures.has(row) || performance.now() < this.until ? this.extent(row, side)
-      : { width: side, height: side, unknown: true };
-  }
-
   /** Draw a figure into its box, or be late. */
   put(context, box, colour) {
     const key = `${box.row} ${colour} ${box.side} ${box.words}`;
-    const known = this.pictures.get(key);
-    if (box.unknown || (!known && !box.words && performance.now() > this.until)) return (this.late = true);
-    const [x, y, width, height] = [box.x - HALO, box.y - HALO, box.width + 2 * HALO, box.height + 2 * HALO];
-    context.drawImage(renew(this.pictures, key, known ?? this.picture(box, colour)), x, y, width, height);
+    if (!this.pictures.has(key)) {
+      if (!box.words && performance.now() > this.until) return (this.late = true);
+      this.pictures.set(key, this.picture(box, colour));
+    }
+    const { x, y, width, height } = box;
+    context.drawImage(this.pictures.get(key), x - HALO, y - HALO, width + 2 * HALO, height + 2 * HALO);
   }
 
   /** The picture of a pose, with its name if it has one: limbs of the left in a lighter tone, of the right darker. */
@@ -165,21 +159,6 @@ class SmallFigures {
     Object.assign(onto, { shadowColor: "transparent" });
     onto.drawImage(drawn, 0, 0);
     return picture;
-  }
-}
-
-/** Put a value at the end of a table, where those are that were used last. */
-function renew(table, key, value) {
-  table.delete(key);
-  table.set(key, value);
-  return value;
-}
-
-/** Forget what was not used for the longest time. */
-function trim(table, most) {
-  for (const key of table.keys()) {
-    if (table.size <= most) return;
-    table.delete(key);
   }
 }
 

@@ -7,8 +7,7 @@ const [MARGIN, LINE] = [14, 20]; // of texts, px
 
 class Stage {
   camera = new Camera();
-  hover = null; // motion and index of the point under the pointer, or the name there with its place
-  written = []; // names as drawn last, with their places
+  hover = null; // motion and index of the point under the pointer
   views = []; // as drawn last
   columns = 1; // of views
   centre = [0, 0, 0]; // of what is to be seen, in space, or relative to the target that is followed
@@ -17,7 +16,6 @@ class Stage {
   constructor(canvas, clips, clock, options) {
     Object.assign(this, { canvas, clips, clock, options, context: canvas.getContext("2d") });
     this.size = Math.max(...clips.map((clip) => clip.size));
-    this.names = namesApart(clips.map((clip) => clip.label));
   }
 
   get overlaid() {
@@ -112,7 +110,6 @@ class Stage {
 
   draw(tick) {
     if (this.options.ground) keepAbove(this.camera, this.centre[1], LEAST_HEIGHT * this.size);
-    this.written = [];
     sharpen(this.canvas, this.context);
     this.views = this.paint(this.context, tick);
   }
@@ -248,12 +245,12 @@ class Stage {
   /** A text that fits into a width, px, without its middle where it is too long. */
   shortened(words, width) {
     this.context.font = FONT;
-    const letters = [...words].slice(0, 200).concat([...words].slice(200).slice(-100));
-    const without = (n) => n < letters.length
-      ? [...letters.slice(0, Math.ceil(n / 2)), "…", ...letters.slice(letters.length - Math.floor(n / 2))].join("")
-      : words;
+    const letters = [...words.slice(0, 300)];
+    const without = (n) => [...letters.slice(0, Math.ceil(n / 2)), "…", ...letters.slice(-Math.floor(n / 2))].join("");
+    const fits = (text) => this.context.measureText(text).width <= width;
+    if (words.length <= 300 && fits(words)) return words;
     let n = letters.length;
-    while (n > 1 && this.context.measureText(without(n)).width > width) n--;
+    while (n > 2 && !fits(without(n))) n--;
     return without(n);
   }
 
@@ -267,12 +264,7 @@ class Stage {
     }
     const from = x + (this.overlaid ? 19 : 0);
     const width = area.width - 2 * MARGIN - (this.overlaid ? 19 : 0) - (this.showsSides([i]) ? 80 : 0);
-    const { label } = this.clips[i];
-    this.context.font = FONT;
-    const fits = this.context.measureText(label.slice(0, 300)).width <= width;
-    const name = fits && label.length <= 300 ? label : this.shortened(this.names[i], width);
-    this.text(name, from, y, "left", colours.ink);
-    if (name !== label) this.written.push({ name: label, x, y, right: from + width });
+    this.text(this.shortened(this.clips[i].label, width), from, y, "left", colours.ink);
   }
 
   /** Mark the chosen joint and write its name, on the side where there is room. */
@@ -297,16 +289,5 @@ class Stage {
       within = Math.hypot(flat[index].x - x, flat[index].y - y);
       this.hover = { clip, index };
     }
-    const isAt = (name) => x >= name.x && x < name.right && Math.abs(y - name.y + 5) < LINE / 2;
-    this.hover ??= this.written.find(isAt) ?? null;
   }
-}
-
-/** Names without what all begin with, up to the last word that they share. */
-function namesApart(labels) {
-  if (labels.length < 2) return labels;
-  let n = 0;
-  while (n < labels[0].length && labels.every((label) => label[n] === labels[0][n])) n++;
-  const shared = labels[0].slice(0, n).match(/^.*[^\p{L}\p{N}]/su)?.[0] ?? "";
-  return labels.map((label) => (shared && label.length > shared.length ? `…${label.slice(shared.length)}` : label));
 }
