@@ -138,18 +138,16 @@ def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overla
 
 
 def pairs_data(path: np.ndarray, distances: np.ndarray, columns: Sequence[Sequence[int]]) -> dict[str, Any]:
-    """Return what a page holds of frames that belong together.
+    """What a page holds of frames that belong together, (n_pairs, 2), and of the distances of their joints, m.
 
-    Parameters
-    ----------
-    path : ndarray of shape (n_pairs, 2) of ints
-        Frames of the first and of the second motion.
-    distances : ndarray of shape (n_pairs, n_columns)
-        Distances between joints and their counterparts, m.
-    columns : sequence of two sequences of ints
-        For each joint of the first and of the second motion its column.
+    `columns` are for each joint of the first and of the second motion its column of the distances.
     """
-    return {"path": pack(path, 1.0), "distances": pack(distances), "columns": [list(map(int, c)) for c in columns]}
+    return {
+        "path": pack(path, 1.0),
+        "distances": pack(distances),
+        "columns": [list(map(int, some)) for some in columns],
+        "largest": float(distances.max()),
+    }
 
 
 def _check_motions(motions: Recording | Iterable[Any]) -> list[Recording]:

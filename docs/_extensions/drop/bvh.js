@@ -4,26 +4,22 @@ const CHANNELS = /^[xyz](position|rotation)$/;
 
 // Blanks of the format are those of ASCII; around a name they are those of Python's str.strip.
 const WORD = /[{}]|[^ \t\r\n\v\f{}]+/g;
-const HEAD = /^\s*Frames:\s*(?<count>\d+)\s+Frame\s+Time:\s*(?<seconds>\S+)/i; // after MOTION
+const AFTER_MOTION = /^\s*Frames:\s*(?<count>\d+)\s+Frame\s+Time:\s*(?<seconds>\S+)/i;
 const NAME = /[^{}\r\n]*/y;
 const AROUND = "[\\t-\\r\\x1c-\\x20\\x85\\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000]+";
 const STRIPPED = new RegExp(`^${AROUND}|${AROUND}$`, "g");
 const WORD_OF_ROW = /[^ \t\r\n\v\f]+/g;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
-/** A number in decimal digits, or NaN. */
 const numberOf = (word) => (NUMBER.test(word) ? Number(word) : NaN);
 
-/** An error in a file, in words. */
 class FileError extends Error {}
 
-/** The words of a text, one after another. */
 class Lexer {
   constructor(text) {
     Object.assign(this, { text, at: 0 });
   }
 
-  /** What matches next; nothing at the end. */
   next(pattern = WORD) {
     pattern.lastIndex = this.at;
     const word = pattern.exec(this.text)?.[0];
@@ -43,7 +39,7 @@ function readBvh(text) {
   if (lexer.next().toUpperCase() !== "HIERARCHY") throw new FileError("it does not begin with HIERARCHY");
   const joints = readJoints(lexer);
   const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
-  const head = HEAD.exec(text.slice(lexer.at));
+  const head = AFTER_MOTION.exec(text.slice(lexer.at));
   const [count, seconds] = [Number(head?.groups.count), numberOf(head?.groups.seconds)];
   if (!(count > 0 && width > 0 && seconds > 0)) throw new FileError("it has no Frames:, Frame Time: or CHANNELS");
   const numbers = Float64Array.from(text.slice(lexer.at + head[0].length).match(WORD_OF_ROW) ?? [], numberOf);
@@ -53,7 +49,6 @@ function readBvh(text) {
   return { joints, width, numbers, count, rate: 1 / seconds };
 }
 
-/** The joints, up to the word MOTION. */
 function readJoints(lexer) {
   const joints = [];
   let [open, first, word] = [-1, 0, ""];
@@ -109,14 +104,13 @@ const columnsOf = (joint, kind) => joint.channels
   .map((channel, i) => ["xyz".indexOf(channel[0]), joint.first + i, channel.endsWith(kind)])
   .filter(([, , is]) => is);
 
-/** The least, the largest and the mean number of a column. */
 function rangeOf({ numbers, width, count }, column) {
   let [low, high, sum] = [Infinity, -Infinity, 0];
   for (let frame = 0; frame < count; frame++) {
     const number = numbers[frame * width + column];
     [low, high, sum] = [Math.min(low, number), Math.max(high, number), sum + number];
   }
-  return { low, high, mean: sum / count };
+  return { extent: high - low, far: Math.max(Math.abs(low), Math.abs(high)), mean: sum / count };
 }
 
 // As shares of the longest bone: by how much a constant position varies by its digits, and what is zero but for noise.
@@ -124,7 +118,6 @@ const [ROUNDING, UNUSED] = [1e-4, 1e-3];
 const SAME_PLACE = 1e-9; // m, between joints in one place
 const TURNS = (180 * ROUNDING) / Math.PI; // degrees by which an angle that stands still varies
 
-/** The length of the longest bone, by OFFSET or by the means of the position channels. */
 function longestOf(file, joints) {
   return Math.max(0, ...joints.flatMap((joint) => {
     const moved = [...joint.offset];
@@ -133,24 +126,20 @@ function longestOf(file, joints) {
   }));
 }
 
+/** Whether the positions of a joint leave zero. */
+const travelsFar = (file, joint, longest) =>
+  columnsOf(joint, "position").some(([, column]) => rangeOf(file, column).far > UNUSED * longest);
+
 /** The joint that is the root: the first one, or the only child that travels, if all above it stands still. */
 function rootOf(file) {
-  const { joints, count } = file;
+  const { joints } = file;
   const longest = longestOf(file, joints.slice(1));
-  const varies = (j, kind, least) => columnsOf(joints[j], kind).some(([, column]) => {
-    const { low, high } = rangeOf(file, column);
-    return high - low > least;
-  });
-  const isStill = (j) => !varies(j, "rotation", TURNS) && !varies(j, "position", ROUNDING * longest);
-  if (count < 2) return 0;
+  const varies = (joint, kind, least) => columnsOf(joint, kind).some(([, column]) => rangeOf(file, column).extent > least);
+  const moves = (joint) => varies(joint, "position", ROUNDING * longest);
   for (let j = 0; j < joints.length - 1; j++) {
-    const children = joints.filter((joint) => joint.parent === j);
-    if (children.length !== 1 || children[0].end || !isStill(j)) return 0;
-    const far = columnsOf(joints[j + 1], "position").some(([, column]) => {
-      const { low, high } = rangeOf(file, column);
-      return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
-    });
-    if (far && varies(j + 1, "position", ROUNDING * longest)) return j + 1;
+    const children = joints.filter(({ parent }) => parent === j);
+    if (children.length !== 1 || children[0].end || moves(joints[j]) || varies(joints[j], "rotation", TURNS)) return 0;
+    if (moves(children[0]) && travelsFar(file, children[0], longest)) return j + 1;
   }
   return 0;
 }
@@ -173,10 +162,7 @@ function motionOf(file, scale) {
       + "export it with the joints of its skeleton");
   }
   const longest = longestOf(file, below.map((j) => joints[j]));
-  const travels = new Set(chain.filter((j) => j === 0 || columnsOf(joints[j], "position").some(([, column]) => {
-    const { low, high } = rangeOf(file, column);
-    return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
-  })));
+  const travels = new Set(chain.filter((j) => j === 0 || travelsFar(file, joints[j], longest)));
   const offsets = below.map((j) => offsetOf(file, joints[j], longest));
   const skeleton = {
     names: below.map((j) => joints[j].name),
@@ -193,7 +179,6 @@ function motionOf(file, scale) {
   const columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([, column]) => column));
   skeleton.columns = below.flatMap((j) =>
     columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
-  skeleton.angles = columns.map(() => true);
   const [poses, positions, orientations] = [[], [], []];
   for (let frame = 0; frame < count; frame++) {
     const row = numbers.subarray(frame * width, (frame + 1) * width);
@@ -216,42 +201,21 @@ function motionOf(file, scale) {
 /** A bone's offset: OFFSET, or what its position channels have, where these are used and constant. */
 function offsetOf(file, joint, longest) {
   const offset = [...joint.offset];
-  const columns = columnsOf(joint, "position").map(([axis, column]) => [axis, rangeOf(file, column)]);
-  if (columns.every(([, { low, high }]) => Math.max(Math.abs(low), Math.abs(high)) <= UNUSED * longest)) return offset;
-  for (const [axis, { low, high, mean }] of columns) {
-    if (high - low > ROUNDING * longest) {
-      throw new FileError(`${joint.name} moves by position channels, and bones have constant lengths here: `
-        + "load_bvh(path, stretch=\"mean\") reads it");
-    }
+  if (!travelsFar(file, joint, longest)) return offset;
+  for (const [axis, column] of columnsOf(joint, "position")) {
+    const { extent, mean } = rangeOf(file, column);
+    if (extent > ROUNDING * longest) throw new FileError(`${joint.name} moves by position channels, its bone must not`);
     offset[axis] = mean;
   }
   return offset;
 }
 
-/** Weights of the joints: 1, or 0 where another one always stands in the same place, as in skeleton/_weights.py. */
-function weightsOf({ parents, offsets, dofs }) {
-  const [axes, points, centres, found, taken] = [[-1], [[-1, [0, 0, 0]]], new Map(), new Map(), new Set()];
-  const near = (a, b) => a.every((value, i) => Math.abs(value - b[i]) <= SAME_PLACE);
-  /** The same for all joints that are at one point in every pose. */
-  const keyOf = ([frame, numbers]) => {
-    if (frame >= 0 && near(numbers, [0, 0, 0])) return centres.get(frame);
-    if (!found.has(frame)) found.set(frame, []);
-    const known = found.get(frame);
-    let number = known.findIndex((one) => near(numbers, one));
-    if (number < 0) number = known.push(numbers) - 1;
-    return `${frame} ${number}`;
-  };
-  return parents.map((parent, j) => {
-    axes.push(dofs[j] ? j : axes[parent + 1]);
-    const [frame, start] = [axes[parent + 1], points[parent + 1]];
-    if (offsets[j].some((value) => value)) {
-      const before = start[0] === frame ? start[1] : [0, 0, 0];
-      if (!centres.has(frame)) centres.set(frame, keyOf(start));
-      points.push([frame, before.map((value, axis) => value + offsets[j][axis])]);
-    } else points.push(start);
-    const key = keyOf(points.at(-1));
-    const weight = taken.has(key) ? 0 : 1;
-    taken.add(key);
-    return weight;
-  });
+/** Weights of the joints: 1, or 0 where another one is in the same place in every pose. */
+function weightsOf(skeleton) {
+  const kinematics = new Skeleton({ ...skeleton, weights: [] });
+  const some = [1, 2, 3].map((k) =>
+    kinematics.positions(Float64Array.from({ length: kinematics.width }, (_, i) => Math.sin(k + 12.9898 * i * k))));
+  const isSame = (j, k) => some.every((at) =>
+    [0, 1, 2].every((i) => Math.abs(at[3 * j + i] - at[3 * k + i]) <= SAME_PLACE));
+  return skeleton.names.map((_, j) => Number(!skeleton.names.some((_, k) => k < j && isSame(j, k))));
 }

@@ -15,7 +15,6 @@ function listenForGestures(canvas, on) {
     const { left, top } = canvas.getBoundingClientRect();
     return { x: clientX - left, y: clientY - top };
   };
-  /** Middle of all fingers, and the distance between two. */
   const grip = () => {
     const [a, b = a] = fingers.values();
     return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, span: Math.hypot(a.x - b.x, a.y - b.y) };

@@ -22,7 +22,6 @@ class Skeleton {
     this.width = first;
   }
 
-  /** The rotation of a joint, without the rest rotation. */
   rotation({ isBall, axes, first, intrinsic }, pose) {
     if (isBall) return rotations.ofVector([pose[first], pose[first + 1], pose[first + 2]]);
     let q = [1, 0, 0, 0];

@@ -30,7 +30,6 @@ function placeLabels(scatter, labels, zoom) {
       .map((one) => ({ ...one, cost: Math.hypot(...one.offset) + HIDES * occupied(one) }));
   });
   const costAmong = (one, others) => others.reduce((sum, other) => sum + costOfTwo(one, other), one.cost);
-  /** The best place of a label among others, or null. */
   const best = (i, others) => {
     let [found, least] = [null, DEAREST];
     for (const one of candidates[i]) {
@@ -101,15 +100,12 @@ function meet(a, b) {
   return from <= to;
 }
 
-/** Whether a label is over a place. */
 const isOver = ({ at, offset, width, height }, [x, y]) =>
   Math.abs(at[0] + offset[0] - x) < width / 2 && Math.abs(at[1] + offset[1] - y) < height / 2;
 
-/** Whether the line of a label is over another label. */
 const lineIsOver = ({ at, offset }, other) =>
   [0, 0.2, 0.4, 0.6, 0.8].some((share) => isOver(other, at.map((value, axis) => value + share * offset[axis])));
 
-/** Whether the lines of two labels cross. */
 function cross(a, b) {
   const isBetween = (one, [u, v], { at: [x, y], offset: [p, q] }) => {
     const sideOf = (share) => u * (y + share * q - one[1]) - v * (x + share * p - one[0]);

@@ -5,7 +5,6 @@ const STEP = 0.12; // rad per key
 
 /** Let a canvas move a camera. `actions` are those of `listenForGestures`, and `home()`. */
 function orbit(canvas, camera, actions) {
-  /** Move what is seen by px. */
   const shift = (dx, dy) => {
     const unit = (2 * FIELD) / Math.min(canvas.clientWidth, canvas.clientHeight);
     camera.pan(-dx * unit, dy * unit);

@@ -4,7 +4,6 @@ const SHARP = 2; // pixels in a px of a picture, or as many as the display has
 const [LONG_SIDE, LONG_SIDE_OF_VIDEO] = [800, 1280]; // px of a GIF, and of a video, at most
 const STEP_OF_GIF = 4; // hundredths of a second; browsers show shorter ones slower
 const MOST_PICTURES = 600; // in a GIF
-const SHORTEST = 1; // s of a video: a shorter loop is in it several times, as encoders take some frames to begin
 const VIDEO = globalThis.MediaRecorder && HTMLCanvasElement.prototype.captureStream
   && ["video/mp4;codecs=avc1.42E01F", "video/webm;codecs=vp9", "video/webm"].find((type) =>
     MediaRecorder.isTypeSupported(type));
@@ -35,7 +34,6 @@ class Film {
   }
 }
 
-/** A picture of a moment. */
 function picture(stage, moment, paper) {
   const film = new Film(stage, Math.max(SHARP, devicePixelRatio), paper);
   film.paint(moment);
@@ -57,7 +55,7 @@ async function video(stage, { duration, moment }, task) {
   const ended = new Promise((done) => recorder.addEventListener("stop", done));
   recorder.start();
   let [seconds, before] = [0, null];
-  const whole = duration * Math.ceil(SHORTEST / duration);
+  const whole = duration * Math.ceil(1 / duration); // at least a second, as encoders take some frames to begin
   while (seconds < whole && !task.cancelled) {
     const now = await new Promise(requestAnimationFrame);
     seconds += before === null ? 0 : Math.min((now - before) / 1000, LONGEST);
@@ -71,7 +69,6 @@ async function video(stage, { duration, moment }, task) {
   return new Blob(parts, { type: `video/${ENDING}` });
 }
 
-/** The same as a GIF, picture by picture. */
 async function movingPicture(stage, { duration, moment }, task) {
   const { clientWidth, clientHeight } = stage.canvas;
   const film = new Film(stage, Math.min(1, LONG_SIDE / Math.max(clientWidth, clientHeight)), true);
@@ -88,14 +85,12 @@ async function movingPicture(stage, { duration, moment }, task) {
   return task.cancelled ? null : gif.file;
 }
 
-/** Give the reader a file. */
 function download(blob, name) {
   const address = URL.createObjectURL(blob);
   Object.assign(document.createElement("a"), { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** A title as the name of a file. */
 const fileName = (title) =>
   title.replace(/[^\p{L}\p{N}.-]+/gu, "_").slice(0, 80).replace(/^[._]+|[._]+$/g, "") || "motion";
 

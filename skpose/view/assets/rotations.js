@@ -9,11 +9,9 @@ function rint(value) {
   return below % 2 ? below + 1 : below;
 }
 
-/** An angle wrapped to [−π, π]. */
 const wrapped = (angle) => angle - 2 * Math.PI * rint(angle / (2 * Math.PI));
 
 const rotations = {
-  /** The rotation q, then p. */
   product: (p, q) => [
     p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
     p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
@@ -25,7 +23,6 @@ const rotations = {
 
   scaled: (q, factor) => q.map((value) => factor * value),
 
-  /** A vector, rotated. */
   apply(q, v) {
     const r = 2 * (q[2] * v[2] - q[3] * v[1]);
     const s = 2 * (q[3] * v[0] - q[1] * v[2]);
@@ -37,7 +34,6 @@ const rotations = {
     ];
   },
 
-  /** Of a rotation vector. */
   ofVector([x, y, z]) {
     const angle = Math.sqrt(x * x + y * y + z * z);
     const share = angle > 1e-15 ? Math.sin(angle / 2) / angle : 0.5;

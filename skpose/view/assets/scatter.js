@@ -72,7 +72,6 @@ class Scatter {
     return this.canvas.clientHeight;
   }
 
-  /** px in a unit of the points; the same along both axes. */
   get scale() {
     const { low, high } = this;
     const fits = [this.width, this.height].map((length, axis) =>
@@ -80,17 +79,14 @@ class Scatter {
     return Math.min(...fits, 1e12) * this.zoom;
   }
 
-  /** Where a place of the plane is in the canvas, px. */
   seen([x, y], scale = this.scale) {
     return [this.width / 2 + scale * (x - this.centre[0]), this.height / 2 - scale * (y - this.centre[1])];
   }
 
-  /** Where a point is in the canvas, px. */
   at(i) {
     return this.seen([this.x[i], this.y[i]]);
   }
 
-  /** The place of the plane that is at a place of the canvas. */
   placeOf(x, y) {
     const { scale } = this;
     return [this.centre[0] + (x - this.width / 2) / scale, this.centre[1] - (y - this.height / 2) / scale];
@@ -101,7 +97,6 @@ class Scatter {
     this.centre = [this.centre[0] - dx / scale, this.centre[1] + dy / scale];
   }
 
-  /** Zoom such that what is at a place of the canvas stays there. */
   zoomBy(factor, x = this.width / 2, y = this.height / 2) {
     const kept = this.placeOf(x, y);
     this.zoom = Math.max(LEAST_ZOOM, Math.min(MOST_ZOOM, this.zoom * factor));
@@ -109,12 +104,10 @@ class Scatter {
     this.centre = this.centre.map((value, axis) => value + kept[axis] - now[axis]);
   }
 
-  /** Have a zoom and a place in the middle. */
   zoomTo(zoom, centre) {
     Object.assign(this, { zoom: Math.max(LEAST_ZOOM, Math.min(MOST_ZOOM, zoom)), centre });
   }
 
-  /** Move the view if a point is outside of it. */
   show(i) {
     const [x, y] = this.at(i);
     const outside = (value, length) => Math.min(0, value - MARGIN) + Math.max(0, value - length + MARGIN);
@@ -151,7 +144,6 @@ class Scatter {
     return all.filter((i) => !this.absent?.[i] && contains(corners, this.x[i], this.y[i]));
   }
 
-  /** Radius of a point, px. */
   get radius() {
     return (this.count > 3000 ? 2.4 : 3.2) * Math.min(2, Math.max(1, this.zoom ** 0.25));
   }
@@ -167,15 +159,18 @@ class Scatter {
     const scale = this.scale * density;
     const [x0, y0] = [this.width, this.height].map((length) => (length * density) / 2);
     const levels = this.crowding();
+    const radius = Math.round(4 * this.radius * density) / 4;
+    const look = `${radius} ${colours.paper} ${this.palette}`;
+    if (look !== this.look) Object.assign(this, { look, pictures: [[], []] });
     const { x, y, centre, cells, colours: shades, forms, faded, absent } = this;
     context.save();
     context.resetTransform();
     for (const back of faded || absent ? [1, 0] : [0]) {
-      const pictures = [];
+      const pictures = this.pictures[back];
       for (const i of this.order) {
         if (!cells[i] || (faded?.[i] || absent?.[i] || 0) !== back) continue;
         const key = (shades[i] * FORMS.length + forms[i]) * SHARES.length + levels[cells[i]];
-        const one = pictures[key] ??= this.pictureOf(shades[i], forms[i], levels[cells[i]], density, back);
+        const one = pictures[key] ??= this.pictureOf(shades[i], forms[i], levels[cells[i]], radius, back);
         context.drawImage(one, Math.round(x0 + scale * (x[i] - centre[0]) - one.width / 2),
           Math.round(y0 - scale * (y[i] - centre[1]) - one.width / 2));
       }
@@ -184,9 +179,9 @@ class Scatter {
   }
 
   /** The picture of a point, so large that it can be drawn at whole pixels. */
-  pictureOf(shade, form, level, density, back) {
+  pictureOf(shade, form, level, full, back) {
     const [size, opacity] = SHARES[level];
-    const radius = size * this.radius * density;
+    const radius = size * full;
     const side = 2 * Math.ceil(1.5 * radius + 1);
     const made = Object.assign(document.createElement("canvas"), { width: side, height: side });
     const context = made.getContext("2d");
@@ -223,7 +218,6 @@ class Scatter {
   }
 }
 
-/** Half of each number and a quarter of those before and after. */
 function smooth(values, stride) {
   const made = new Float32Array(values.length);
   for (let i = stride; i < values.length - stride; i++) {
@@ -240,7 +234,6 @@ function mixed(n) {
   return order;
 }
 
-/** Whether a place is inside of a polygon, by the even-odd rule. */
 function contains(corners, x, y) {
   let inside = false;
   for (let i = 0, j = corners.length - 1; i < corners.length; j = i++) {

@@ -8,20 +8,17 @@ class Sheet {
     Object.assign(this, { scatter, view, drawPlane, keyOf });
   }
 
-  /** Whether the pose is below the plane, as on a phone. */
   get isTall() {
     const [plane, figure] = [this.scatter, this.view].map(({ canvas }) => canvas.getBoundingClientRect());
     return figure.top >= plane.bottom;
   }
 
-  /** The size, as a stage's canvas has it. */
   get canvas() {
     const { scatter: { width, height }, view: { canvas } } = this;
     if (this.isTall) return { clientWidth: width, clientHeight: height + canvas.clientHeight + 2 * ROW };
     return { clientWidth: width + canvas.clientWidth + 2 * EDGE, clientHeight: height };
   }
 
-  /** Draw a state of the page into any canvas, whose unit is a px of the page. */
   paint(context, state) {
     const { scatter, view, isTall } = this;
     const { width, height } = scatter;

@@ -117,13 +117,11 @@ class SmallFigures {
     return made;
   }
 
-  /** Width and height of a figure in a square of a side, px. */
   extent(row, side) {
     const { width, height } = this.figure(row);
     return { width: side * width, height: side * height };
   }
 
-  /** Draw a figure into its box, or be late. */
   put(context, box, colour) {
     const key = `${box.row} ${colour} ${box.side} ${box.words}`;
     if (!this.pictures.has(key)) {
@@ -134,7 +132,6 @@ class SmallFigures {
     context.drawImage(this.pictures.get(key), x - HALO, y - HALO, width + 2 * HALO, height + 2 * HALO);
   }
 
-  /** The picture of a pose, with its name if it has one: limbs of the left in a lighter tone, of the right darker. */
   picture({ row, side, width, height, words = [] }, colour) {
     const { density } = this;
     const [drawn, picture] = [0, 1].map(() => Object.assign(document.createElement("canvas"), {
@@ -162,19 +159,16 @@ class SmallFigures {
   }
 }
 
-/** The box of a figure whose point is at a place of the canvas. */
 const boxOf = (figure, [x, y]) => ({
   ...figure, x: x + figure.offset[0] - figure.width / 2, y: y + figure.offset[1] - figure.height / 2,
 });
 
-/** Whether a box is inside of the canvas, and not over the scale. */
 const isInside = (box, { width, height }) => box.x >= 0 && box.y >= 0 && box.x + box.width <= width
   && box.y + box.height <= height - (box.x < SCALE.width ? SCALE.height : 0);
 
 const overlap = (a, b) => Math.abs(a.x + a.width / 2 - b.x - b.width / 2) < (a.width + b.width) / 2 + SMALL_GAP
   && Math.abs(a.y + a.height / 2 - b.y - b.height / 2) < (a.height + b.height) / 2 + SMALL_GAP;
 
-/** A name in two lines at most. */
 function linesOf(name) {
   const words = name.split(" ");
   let n = words.length;
@@ -183,18 +177,10 @@ function linesOf(name) {
   return lines.map((line) => (line.length > NAME_LENGTH ? `${line.slice(0, NAME_LENGTH - 1)}…` : line));
 }
 
-/** Draw a thin line from a point to the figure or the name of its label, whichever is nearer. */
+/** Draw a thin line from a point to the figure of its label, up to some px from the figure's middle. */
 function drawLeader(context, [x, y], { extent, ...box }, colour) {
   const [toX, toY] = [box.x + box.width / 2 - x, box.y + extent.height / 2 - y];
-  /** The share of the line to the figure's middle that is before a rectangle about a place on its axis. */
-  const before = (width, top, bottom) => {
-    const across = [-width, width].map((side) => (toX + side / 2) / toX);
-    const along = [top, bottom].map((side) => (box.y + side - y) / toY);
-    const enters = Math.max(Math.min(...across), Math.min(...along));
-    return enters < Math.min(Math.max(...across), Math.max(...along)) ? enters : 1;
-  };
-  const share = Math.max(0, Math.min(before(extent.width + 4, -2, extent.height),
-    before(box.width + 4, extent.height, box.height + 2)));
+  const share = Math.max(0, 1 - (0.55 * extent.height) / Math.hypot(toX, toY));
   for (const [lineWidth, strokeStyle] of [[4, colours.paper], [1.5, colour]]) {
     Object.assign(context, { lineWidth, strokeStyle });
     polyline(context, [[x, y], [x + share * toX, y + share * toY]]);

@@ -2,7 +2,6 @@
 
 const [TRAIL, GHOST] = [1, 0.35]; // s: how long trails are, and from one ghost to the next
 const LEAST_HEIGHT = 0.02; // of the eye above the ground, sizes
-const DIMMED = 0.25; // of figures that step back
 const [MARGIN, LINE] = [14, 20]; // of texts, px
 
 class Stage {
@@ -12,7 +11,6 @@ class Stage {
   columns = 1; // of views
   centre = [0, 0, 0]; // of what is to be seen, in space, or relative to the target that is followed
 
-  /** `options` are the values of the controls by name. */
   constructor(canvas, clips, clock, options) {
     Object.assign(this, { canvas, clips, clock, options, context: canvas.getContext("2d") });
     this.size = Math.max(...clips.map((clip) => clip.size));
@@ -35,13 +33,11 @@ class Stage {
     return !this.overlaid && !this.compares && this.clips[members[0]].sides.some(Boolean);
   }
 
-  /** The motions of each view. */
   get members() {
     const all = this.clips.map((_, i) => i);
     return this.overlaid ? [all] : all.map((i) => [i]);
   }
 
-  /** Rectangles of the views, in rows of so many. */
   areas(columns) {
     const n = this.members.length;
     const [width, height] = [this.canvas.clientWidth / columns, this.canvas.clientHeight / Math.ceil(n / columns)];
@@ -50,21 +46,14 @@ class Stage {
     }));
   }
 
-  /** How far a motion is moved aside where all are in one picture, m along x and z: across where the first one goes. */
-  offset(i) {
-    if (!this.overlaid || !this.options.apart) return [0, 0];
-    const far = (i - (this.clips.length - 1) / 2) * Number(this.options.apart);
-    this.front ??= this.clips.map((clip) => clip.azimuth("world")).find((angle) => angle !== null) ?? 0;
-    return [far * Math.cos(this.front), -far * Math.sin(this.front)];
-  }
-
-  /** Positions of the root and joints of a motion at a moment as they are drawn. */
-  points(i, moment) {
-    const [dx, dz] = this.offset(i);
-    return this.clips[i].points(moment, this.options.place).map(([x, y, z]) => [x + dx, y, z + dz]);
-  }
-
   /** What the camera looks at: a fixed point, or one that goes with the roots. */
+  /** A function that moves a point aside where all motions are in one picture: across where the first one goes. */
+  aside(i) {
+    const far = this.overlaid ? (i - (this.clips.length - 1) / 2) * Number(this.options.apart) : 0;
+    this.front ??= this.clips.map((clip) => clip.azimuth("world")).find((angle) => angle !== null) ?? 0;
+    return ([x, y, z]) => [x + far * Math.cos(this.front), y, z - far * Math.sin(this.front)];
+  }
+
   target(members, frames) {
     if (!this.follows) return this.centre;
     const roots = members.map((i) => this.clips[i].point(frames[i], 0, "world"));
@@ -114,7 +103,6 @@ class Stage {
     this.views = this.paint(this.context, tick);
   }
 
-  /** Draw into any canvas, whose unit is a px of that of the page; return the views. */
   paint(context, tick) {
     const own = this.context;
     this.context = context;
@@ -137,8 +125,7 @@ class Stage {
     const shown = new Map(members.map((i) => [i, this.figure(i, frames[i])]));
     const away = (i) => view.project(shown.get(i)[0][0]).away;
     const order = [...members].sort((a, b) => away(b) - away(a)); // far ones first
-    const figures = this.drawDimmed(order, (i) => {
-      const { context } = this; // which may be that of figures that step back
+    const figures = order.map((i) => {
       const [points, shows] = shown.get(i);
       if (options.trails) this.drawTrails(view, i, tick);
       const flat = drawFigure(context, view, points, clips[i].shape, {
@@ -164,32 +151,11 @@ class Stage {
     return { area, view, figures };
   }
 
-  /** Points of a motion at a moment, and which of them are shown. */
   figure(i, moment) {
-    return [this.points(i, moment), (index) => this.clips[i].shows(moment, index)];
+    return [this.clips[i].points(moment, this.options.place).map(this.aside(i)), (index) => this.clips[i].shows(moment, index)];
   }
 
   /** Draw each of some motions; where all but one step back, these first, as one picture that is mostly transparent. */
-  drawDimmed(members, drawOne) {
-    const { context, options } = this;
-    const chosen = Number(options.dim);
-    if (!this.overlaid || !options.dim || !members.includes(chosen)) return members.map(drawOne);
-    const { width, height } = context.canvas;
-    const layer = Object.assign(document.createElement("canvas"), { width, height });
-    this.context = layer.getContext("2d");
-    this.context.setTransform(context.getTransform());
-    const drawn = new Map(members.filter((i) => i !== chosen).map((i) => [i, drawOne(i)]));
-    this.context = context;
-    context.save();
-    context.resetTransform();
-    context.globalAlpha = DIMMED;
-    context.drawImage(layer, 0, 0);
-    context.restore();
-    drawn.set(chosen, drawOne(chosen));
-    return members.map((i) => drawn.get(i));
-  }
-
-  /** The colour of a joint of motion i, or of its root, -1. */
   colour(i, joint, tick) {
     const { pairs } = this.clock;
     if (this.compares && (!this.overlaid || i === 1)) return heat(joint < 0 ? 0 : pairs.share(tick, i, joint));
@@ -204,11 +170,8 @@ class Stage {
     const marked = clip.names.indexOf(options.joint);
     const first = Math.max(0, Math.floor(tick) - Math.round(TRAIL / clock.seconds));
     const stride = Math.max(1, Math.floor((tick - first) / 90)); // whole ticks
-    const [dx, dz] = this.offset(i);
-    const point = (at, joint) => {
-      const [x, y, z] = clip.point(clock.frames(at)[i], joint + 1, options.place);
-      return [x + dx, y, z + dz];
-    };
+    const aside = this.aside(i);
+    const point = (at, joint) => aside(clip.point(clock.frames(at)[i], joint + 1, options.place));
     context.lineWidth = 2;
     for (const joint of marked >= 0 ? [marked] : clip.ends) {
       context.strokeStyle = this.colour(i, joint, tick);
@@ -242,7 +205,6 @@ class Stage {
     this.context.fillText(words, x, y);
   }
 
-  /** A text that fits into a width, px, without its middle where it is too long. */
   shortened(words, width) {
     this.context.font = FONT;
     const letters = [...words.slice(0, 300)];
@@ -279,7 +241,6 @@ class Stage {
     this.text(words, point.x + 13 * side, point.y + 4, textAlign, colours.ink);
   }
 
-  /** Note which point is under the pointer, if one is within some px. */
   point(x, y, within) {
     const inside = ({ area }) => x >= area.x && x < area.x + area.width && y >= area.y && y < area.y + area.height;
     this.hover = null;

@@ -4,7 +4,6 @@ const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s
 const named = (row) => [textElement("span", poses.label(row)), `, ${seconds(row)}`];
 const seconds = (row) => `${poses.time(row).toFixed(2)} s`;
 
-/** Write what the page holds. */
 function describe() {
   const { title, error, rate, skeleton, embeddings, groups } = data;
   const joints = count(skeleton.names.length, "joint");
@@ -27,7 +26,6 @@ function describe() {
   element("colour").value = (several.find(({ by }) => by === "action") ?? several[0])?.by ?? "motion";
 }
 
-/** Write which pose is shown, and the time. */
 function write() {
   const { hover, current, comparison } = state;
   const row = hover >= 0 ? hover : current;
@@ -82,7 +80,6 @@ function writeComparison() {
   }));
 }
 
-/** A button with a name and a number in a list. */
 function listed(name, number, { swatch = -1, press, pressed }) {
   const [item, button] = [document.createElement("li"), document.createElement("button")];
   button.type = "button";
@@ -96,7 +93,6 @@ function listed(name, number, { swatch = -1, press, pressed }) {
   return item;
 }
 
-/** List the motions inside of the lasso, with how many of their poses are. */
 function writeInside() {
   const { inside } = state;
   element("inside").hidden = !inside;
@@ -107,7 +103,6 @@ function writeInside() {
     listed(data.labels[motion], `${n} of ${data.counts[motion]}`, { press: () => choose(first, false) })));
 }
 
-/** List the groups of the colours; one that is pressed is seen alone. */
 function writeGroups() {
   const { names, of, longest } = poses.groups(element("colour").value);
   element("scale").hidden = Boolean(names);
