@@ -22,6 +22,7 @@ from skpose.view._skeleton import NUMBERS, skeleton_data
 
 STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
 MILLISECOND = 1e-3
+COMPUTED = ("angle", "position", "rotation", "spatial")  # metrics between two poses that the page computes
 ASSETS = (
     "page.css",
     "panels.css",
@@ -151,7 +152,9 @@ def explorer(
         "title": heading,
         "rate": rates.pop() if len(rates) == 1 else None,
         "error": error,
-        "metrics": [{"name": name, "unit": METRICS[name].unit} for name in ("angle", "position", "rotation", "spatial")],
+        "metrics": [
+            {"name": name, "unit": METRICS[name].unit} for name in ("angle", "position", "rotation", "spatial")
+        ],
         "steps": Spatial().n_steps,
         "poses": packed,
         "skeleton": numbers,

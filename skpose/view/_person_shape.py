@@ -273,9 +273,7 @@ class _Maker:
                 self.covered.add(j)
         return base, throat
 
-    def _find_head(
-        self, face: dict[str, int]
-    ) -> tuple[int, list[int], tuple[list[int], list[int]], float] | None:
+    def _find_head(self, face: dict[str, int]) -> tuple[int, list[int], tuple[list[int], list[int]], float] | None:
         """Joint, points, upward line and height of the skull: by the head's joint, end or middle, or by the ears."""
         parents = self.skeleton.parents
         top = self.joints.get(HEAD_TOP, -1)

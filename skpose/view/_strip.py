@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from skpose.view._shape import Shape, find_shape, outline
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import sides
 from skpose.view._scene import Scene, scene_of
+from skpose.view._shape import Shape, find_shape, outline
 
 N_POSES = 8
 HEIGHT, GAP, MARGIN = 150, 14, 8  # of a figure, between two, around all, px
