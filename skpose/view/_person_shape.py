@@ -69,7 +69,7 @@ class Shift(NamedTuple):
 class Sphere(NamedTuple):
     """A sphere whose centre is a mean of points, moved along one direction, and at a right angle to it."""
 
-    points: tuple[int, ...]
+    at: tuple[int, ...]  # points
     radius: float
     weights: tuple[float, ...] = ()  # sum to one; none for the mean
     along: Shift | None = None

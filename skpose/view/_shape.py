@@ -38,10 +38,8 @@ class Shape(NamedTuple):
 
     def data(self) -> dict[str, Any]:
         """The shape as an object of JSON, for assets/shape.js of the pages."""
-        return {
-            "spheres": [_sphere_data(sphere) for sphere in self.spheres],
-            "parts": [[part.joint, part.hulls] for part in self.parts],
-        }
+        spheres = [{name: value for name, value in one._asdict().items() if value} for one in self.spheres]
+        return {"spheres": spheres, "parts": self.parts}
 
     def renumber(self, points: Sequence[int]) -> "Shape":
         """The shape with other indices of the points: those of the root and of each joint."""
@@ -50,7 +48,7 @@ class Shape(NamedTuple):
             return shift and Shift(tuple(points[i] for i in shift.start), tuple(points[i] for i in shift.end), shift[2])
 
         spheres = [
-            one._replace(points=tuple(points[i] for i in one.points), along=moved(one.along), across=moved(one.across))
+            one._replace(at=tuple(points[i] for i in one.at), along=moved(one.along), across=moved(one.across))
             for one in self.spheres
         ]
         return Shape(spheres, [part._replace(joint=points[part.joint + 1] - 1) for part in self.parts], self.is_person)
@@ -123,8 +121,8 @@ def outline(
 
 
 def _centre(sphere: Sphere, points: np.ndarray) -> np.ndarray:
-    weights = sphere.weights or (1.0 / len(sphere.points),) * len(sphere.points)
-    centre = np.einsum("...pk,p->...k", points[..., list(sphere.points), :], np.array(weights))
+    weights = sphere.weights or (1.0 / len(sphere.at),) * len(sphere.at)
+    centre = np.einsum("...pk,p->...k", points[..., list(sphere.at), :], np.array(weights))
     if sphere.along is None:
         return centre
     along = _unit(_line(sphere.along, points))
@@ -143,20 +141,3 @@ def _line(shift: Shift, points: np.ndarray) -> np.ndarray:
 def _unit(vectors: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths != 0.0)
-
-
-def _sphere_data(sphere: Sphere) -> dict[str, Any]:
-    """A sphere as an object of JSON, without empty fields."""
-    data: dict[str, Any] = {"at": sphere.points, "radius": _short(sphere.radius)}
-    if sphere.weights:
-        data["weights"] = [_short(weight) for weight in sphere.weights]
-    for name, shift in (("along", sphere.along), ("across", sphere.across)):
-        if shift is not None:
-            data[name] = [shift.start, shift.end, _short(shift.length)]
-    if sphere.inside:
-        data["inside"] = True
-    return data
-
-
-def _short(number: float) -> float:
-    return float(f"{number:.4g}")
