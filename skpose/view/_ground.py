@@ -21,7 +21,7 @@ class Ground(NamedTuple):
 def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
     """The ground below points (n_frames, n_points, 3), y up, m; NaN for missing points.
 
-    Times (n_frames,) are in s, and the size of the figure in m. The lowest point of a frame stands on something if it is
+    Times (n_frames,) are in s, the size of the figure in m. The lowest point of a frame stands on something if it is
     slow. The ground is the median of its heights there, among those near the lowest ones, so that one dip of a toe does
     not lift the figure.
     """
