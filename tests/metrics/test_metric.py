@@ -36,7 +36,7 @@ from skpose.geodesics import exp_map, frechet_mean, geodesic_distances, geometri
 from skpose.metrics import Angle, Geodesic, Metric, Position, Rotation, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions import MotionIndex, MotionStream, align_motions, find_motion, mean_motion, segment_repetitions
-from skpose.plot import AlignmentDisplay, ConfusionDisplay, DistanceMatrixDisplay, GeodesicDisplay
+from skpose.plot import AlignmentDisplay, DistanceMatrixDisplay, GeodesicDisplay
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, outlier_test, two_sample_test
 
 ARM = Skeleton.chain(3)
@@ -343,12 +343,6 @@ ON_SPATIAL = {
     "MotionKNeighborsTransformer": lambda X, **kw: fitted_metric(MotionKNeighborsTransformer(**kw), X),
 }
 ON_SPATIAL_OF_A_SKELETON = {
-    "ConfusionDisplay.from_predictions": lambda X, **kw: [
-        each.distance
-        for each in ConfusionDisplay.from_predictions(
-            list("aabb"), list("abba"), [X[:3], X[3:5], X[5:8], X[8:]], **kw
-        ).confusions
-    ],
     "AlignmentDisplay.from_motions": lambda X, **kw: AlignmentDisplay.from_motions(X, X / 2, **kw).alignment.distance,
 }
 ON_POSITION = {
