@@ -1,4 +1,4 @@
-"""The explorer: all poses of a collection of motions as points in the plane, and what is behind each point."""
+"""The explorer: all poses of a collection of motions as points in the plane."""
 
 import re
 from collections import Counter

@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 WINDOW = 0.025  # s before and after a frame over which speed is measured
-SLOW = 0.15  # sizes a second, below which a point stands still; a toe that swings moves at ten times that
+SLOW = 0.15  # sizes a second; slower points stand still, a swinging toe is ten times as fast
 SHORT = 0.1  # s; at the top of a jump one is as slow for less
-LEVEL = 0.04  # sizes, within which heights are those of one floor; steps of stairs are higher
+LEVEL = 0.04  # sizes; heights that differ less are one floor, steps of stairs are higher
 LOW = 5.0  # %, the percentile of the heights that counts as the lowest: a toe that dips into the floor does not
 
 
 class Ground(NamedTuple):
-    """The ground, and what it was found from."""
+    """The height of the ground, and the number of frames behind it."""
 
     height: float  # m
     n_frames: int  # in which the lowest point stands still; if zero, the ground is at the lowest point of all

@@ -3,7 +3,7 @@
 All lengths are shares of the height, which follows from the lengths of the limbs. The radii give each segment of a limb
 nearly the volume of its mass in the table behind `mass_weights`: P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's
 segment inertia parameters", Journal of Biomechanics 29(9), 1996, for people of 67.5 kg and 1.74 m whose segments have
-1.05 g/cm³. Lengths of head, hands and feet are those of `PROPORTIONS`.
+1.05 g/cm³. Lengths of head, hands and feet follow `PROPORTIONS`.
 """
 
 from collections.abc import Iterable
@@ -54,12 +54,12 @@ NECK = (0.52, 0.52, -0.02, -0.02)  # where the neck begins: weights of shoulders
 EARS, NOSE = ("left_ear", "right_ear"), "nose"
 EARS_UP, NOSE_AHEAD = 0.015, 0.02  # of the skull above the ears, and of the chin in front of them
 NEAR_HEAD = 0.2  # distance from the joint of the head within which bones belong to it
-FEW_FINGERS = 3  # ends of chains after a wrist, up to which a hand is drawn as a mitten
+FEW_FINGERS = 3  # hands with at most so many ends of chains are drawn as mittens
 FACE = ("eye", "ear", "nose", "mouth", "jaw")  # parts of names of points inside a head
 
 
 class Shift(NamedTuple):
-    """A distance along the line from the mean of some points to that of others."""
+    """A distance along the line from the mean of some points to the mean of others."""
 
     start: tuple[int, ...]
     end: tuple[int, ...]
@@ -127,7 +127,7 @@ class _Maker:
         return 0.0
 
     def _between(self, above: int, below: int) -> list[int]:
-        """The joints after one point, up to another one that comes after it."""
+        """The joints after one point, up to one below it."""
         path = path_up(self.skeleton, below - 1)
         return path[: path.index(above - 1)] if above - 1 in path else []
 
@@ -145,11 +145,11 @@ class _Maker:
         inside: bool = False,
     ) -> int:
         """Add a sphere, with lengths as shares of the height; return its index."""
-        shifts = (
+        first, second = (
             None if shift is None else Shift(tuple(shift[0]), tuple(shift[1]), self.height * shift[2])
             for shift in (along, across)
         )
-        self.spheres.append(Sphere(tuple(points), self.height * radius, weights, *shifts, inside))
+        self.spheres.append(Sphere(tuple(points), self.height * radius, weights, first, second, inside))
         return len(self.spheres) - 1
 
     def add_link(self, joint: int, radius: float) -> None:

@@ -177,12 +177,10 @@ def _alignment_data(alignment: Alignment, motions: list[Recording]) -> dict[str,
     if alignment.skeleton is None or alignment.joint_distances is None:
         raise ValueError("alignment must have a skeleton: pass Motion objects to align_motions")
     column = {name: i for i, name in enumerate(alignment.skeleton.joint_names)}
-    poses = (alignment.a, alignment.b)
-    if not (
-        len(motions) == 2
-        and all(isinstance(one, Motion) and len(one) == len(own) for one, own in zip(motions, poses, strict=True))
-        and all(column.keys() == set(one.skeleton.joint_names) for one in motions)
-    ):
+    columns = []
+    for motion, poses in zip(motions, (alignment.a, alignment.b), strict=False):
+        if isinstance(motion, Motion) and len(motion) == len(poses):
+            columns.append([column.get(name, -1) for name in motion.skeleton.joint_names])
+    if len(motions) != 2 or [sorted(some) for some in columns] != 2 * [list(range(len(column)))]:
         raise ValueError("alignment must be of the two motions: pass align_motions(*motions)")
-    columns = [[column[name] for name in motion.skeleton.joint_names] for motion in motions]
     return pairs_data(alignment.path, alignment.joint_distances, columns)

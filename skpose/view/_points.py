@@ -21,7 +21,7 @@ class Figure(NamedTuple):
     positions: np.ndarray  # (n_frames, n_points, 3), m, NaN where a point is not seen
     names: list[str]
     keys: list[str]  # the same, as the layout spells them
-    parents: list[int]  # of each point the one at the other end of its bone; −1 where it has none
+    parents: list[int]  # of each point the point at the other end of its bone, or −1
     layout: str | None  # whose bones these are
 
 

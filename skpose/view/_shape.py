@@ -14,10 +14,10 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import size_of
 from skpose.view._person_shape import Part, Shift, Sphere, person_parts
 
-# Radii of links, as shares of the size of the figure and of the length of the bone. The size is that of the box around
-# all joints at angle zero.
+# Radii of links, as shares of the size of the figure and of the length of the bone. The size is the longest side of
+# the box around all joints at angle zero.
 THICKEST, OF_LENGTH, THINNEST, OF_POINT = 0.018, 0.12, 0.003, 0.008
-GAP = 1.2  # radii of a joint inside of a figure, up to which there is no edge
+GAP = 1.2  # radii around a joint inside a figure that have no edge
 N_DIRECTIONS = 32  # in which the outline of a hull is found, so that it is too small by 0.5 % at most
 
 
@@ -42,7 +42,7 @@ class Shape(NamedTuple):
         return {"spheres": spheres, "parts": self.parts}
 
     def renumber(self, points: Sequence[int]) -> "Shape":
-        """The shape with other indices of the points: those of the root and of each joint."""
+        """The shape with new indices of the points, given for the root and each joint."""
 
         def moved(shift: Shift | None) -> Shift | None:
             return shift and Shift(tuple(points[i] for i in shift.start), tuple(points[i] for i in shift.end), shift[2])
@@ -55,13 +55,13 @@ class Shape(NamedTuple):
 
 
 def find_shape(skeleton: Skeleton) -> Shape:
-    """The shape of a person where the names of the joints are those of a known rig, else links."""
+    """The shape of a person if the joints have the names of a known rig, else links."""
     person = person_parts(skeleton, find_landmarks(skeleton))
     return link_shape(skeleton) if person is None else Shape(*person, is_person=True)
 
 
 def link_shape(skeleton: Skeleton) -> Shape:
-    """Links for all bones, as thick at a joint as the thickest of those that meet."""
+    """Links for all bones; links that meet at a joint are equally thick there."""
     size = size_of(skeleton) or 1.0
     lengths = np.linalg.norm(skeleton.offsets, axis=1)
     own = np.where(lengths > 1e-3 * size, np.minimum(THICKEST * size, OF_LENGTH * lengths + THINNEST * size), 0.0)

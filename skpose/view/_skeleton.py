@@ -10,7 +10,7 @@ from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
 from skpose.view._shape import find_shape
 
-# Scripts that compute and need no page, each after those that it uses.
+# Scripts that compute without a page, in the order of their dependencies.
 NUMBERS = ("rotations.js", "kinematics.js", "distances.js")
 
 

@@ -15,7 +15,7 @@ HEIGHT, GAP, MARGIN = 150, 14, 8  # of a figure, between two, around all, px
 # Colours that colour-blind people can distinguish, on white and on black.
 COLOURS = {"": "#868d96", "left": "#0072b2", "right": "#d55e00"}
 FINE = 2  # steps of a px to which outlines are rounded
-STILL = 1e-3  # sizes, up to which nothing moves and the widest side is shown
+STILL = 1e-3  # sizes; smaller movements count as standing still
 
 
 def strip(motion: Motion) -> str:
