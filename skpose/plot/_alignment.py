@@ -160,7 +160,7 @@ class AlignmentDisplay:
         return self._times([-0.5, len(self.alignment.a) - 0.5])
 
     def _below(self, frames):
-        """Where frames of the second motion are drawn: their part on the path is as wide as the first motion."""
+        """Places of frames of the second motion: their part on the path is as wide as the first motion."""
         first, last = self.alignment.path[[0, -1], 1]
         whole = self._times(len(self.alignment.a) - 1)
         share = (np.asarray(frames) - first) / (last - first) if last > first else np.full(np.shape(frames), 0.5)

@@ -14,7 +14,7 @@ PALETTE = (
 # The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
 SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-INSIDE = 7  # labels in a legend inside the axes; longer legends stand beside them
+INSIDE = 7  # labels in a legend inside the axes; longer legends stand next to them
 LINE = 1.5  # height of one in a legend, font sizes
 GAP = 0.01  # between the axes and the legend, of their widths
 OUTSIDE = {
@@ -50,7 +50,7 @@ def label_style(i):
 
 
 def add_legend(ax, *, is_new):
-    """Add the legend of labels, beside the axes if they are many; a new figure becomes wider by it."""
+    """Add the legend of labels, next to the axes if they are many; a new figure becomes wider by it."""
     n = len(ax.get_legend_handles_labels()[1])
     if n <= INSIDE:
         return ax.legend()

@@ -20,7 +20,7 @@ class MDSDisplay:
         Embedded poses; the first two components are drawn.
     labels : array-like of shape (n_poses,), default=None
         Labels such as subject, action or cluster, sorted, each with a marker and one of twenty colours; an ordered
-        categorical of pandas keeps its order. The legend of more than seven labels stands beside the axes. Floats of
+        categorical of pandas keeps its order. The legend of more than seven labels stands next to the axes. Floats of
         more than twenty values, such as a speed, have a colour bar instead. None draws all in one colour.
     shares : array-like of shape (n_components,), default=None
         Shares of the variance, one for each component.

@@ -39,7 +39,7 @@ def draw_pose(
 ) -> None:
     """Draw one pose, (n_joints, 3) with the root at the origin, shifted along the first of two or three axes.
 
-    Each side is one line with gaps. A person has a body behind the lines in axes of two dimensions.
+    Each side is one line with gaps. A person has head, trunk and limbs behind the lines in two dimensions.
     """
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.lines import Line2D
@@ -65,9 +65,9 @@ def draw_pose(
 class PoseDisplay:
     """One pose as a figure, seen along an axis or in three dimensions.
 
-    People have a body behind the lines of their bones, and in new axes a line for the ground; other skeletons, and all
-    in three dimensions, are lines alone. The left side is blue, the right vermilion, the rest grey, by the names of the
-    joints; everything is blue if no name has a side.
+    People have head, trunk and limbs behind the lines of their bones, and in new axes a line for the ground; other
+    skeletons, and all in three dimensions, are lines alone. The left side is blue, the right vermilion, the rest grey,
+    by the names of the joints; everything is blue if no name has a side.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ def embed(
     n_jobs: int | None,
     verbose: int,
 ) -> list[dict[str, Any]]:
-    """What a page holds of each method and metric; all planes are flipped like the first."""
+    """Data of each method and metric; all planes are flipped like the first."""
     if "tsne" in methods and len(X) < LEAST_OF_TSNE:
         raise ValueError(f"embeddings 'tsne' needs at least {LEAST_OF_TSNE} poses, got {len(X)}")
     if "isomap" in methods and len(X) > MOST_OF_ISOMAP:

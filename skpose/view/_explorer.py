@@ -233,7 +233,7 @@ def _with_numbers(name: str) -> tuple[list[str | int], str]:
 
 
 def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequence[str]) -> dict[str, Any]:
-    """What the page holds of each motion: its name, number of poses, their times, and its groups."""
+    """Data of each motion: its name, number of poses, their times, and its groups."""
     groups = []
     for word in ("subject", "action"):
         values = getattr(dataset, f"{word}s", None)

@@ -28,7 +28,7 @@ def geodesic_player(
     overlay: bool = False,
     up: Literal["x", "y", "z"] = "y",
 ) -> Page:
-    """Make a page that plays the shortest path between two poses beside the straight line.
+    """Make a page that plays the shortest path between two poses next to the straight line.
 
     Both take two seconds, at constant speed of all joints together. Colours show the distance of each joint
     from its place on the other path.

@@ -138,7 +138,7 @@ def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overla
 
 
 def pairs_data(path: np.ndarray, distances: np.ndarray, columns: Sequence[Sequence[int]]) -> dict[str, Any]:
-    """What a page holds of matching frames, (n_pairs, 2), and of the distances (n_pairs, n_columns) of joints, m.
+    """Data of matching frames, (n_pairs, 2), and of the distances (n_pairs, n_columns) of joints, m.
 
     `columns` holds for each joint of the first and of the second motion its column of the distances.
     """
@@ -172,7 +172,7 @@ def _check_labels(labels: Sequence[str] | None, shown: list[Recording]) -> list[
 
 
 def _alignment_data(alignment: Alignment, motions: list[Recording]) -> dict[str, Any]:
-    """What a page holds of an alignment, which must be of these motions."""
+    """Data of an alignment, which must be of these motions."""
     check_kind(alignment, Alignment, "alignment", "align_motions(a, b) finds one")
     if alignment.skeleton is None or alignment.joint_distances is None:
         raise ValueError("alignment must have a skeleton: pass Motion objects to align_motions")

@@ -49,7 +49,7 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
 
 
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
-    """What a page holds of keypoints, as an object of JSON; see `motion_data` of `_scene`."""
+    """Data of keypoints in a page, as an object of JSON; see `motion_data` of `_scene`."""
     figure, scene, seen, shape = points_scene(keypoints, layout)
     packed = {"joints": pack(scene.joints.reshape(len(scene.joints), -1))}
     packed["root"] = pack(scene.root, packed["joints"]["step"] or scene.size / 2**16)

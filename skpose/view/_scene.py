@@ -47,7 +47,7 @@ def scene_of(motion: Motion) -> Scene:
 
 
 def motion_data(motion: Motion, label: str) -> dict[str, Any]:
-    """What a page holds of a motion, as an object of JSON."""
+    """Data of a motion in a page, as an object of JSON."""
     scene = scene_of(motion)
     joints = pack(scene.joints.reshape(len(motion), -1))
     packed = {"joints": joints, "root": pack(scene.root, joints["step"] or scene.size / 2**16)}

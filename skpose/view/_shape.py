@@ -44,11 +44,11 @@ class Shape(NamedTuple):
     def renumber(self, points: Sequence[int]) -> "Shape":
         """The shape with new indices of the points, given for the root and each joint."""
 
-        def moved(shift: Shift | None) -> Shift | None:
+        def move(shift: Shift | None) -> Shift | None:
             return shift and Shift(tuple(points[i] for i in shift.start), tuple(points[i] for i in shift.end), shift[2])
 
         spheres = [
-            one._replace(at=tuple(points[i] for i in one.at), along=moved(one.along), across=moved(one.across))
+            one._replace(at=tuple(points[i] for i in one.at), along=move(one.along), across=move(one.across))
             for one in self.spheres
         ]
         return Shape(spheres, [part._replace(joint=points[part.joint + 1] - 1) for part in self.parts], self.is_person)
