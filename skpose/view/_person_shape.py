@@ -158,16 +158,23 @@ class _Maker:
             start = self.sphere([int(self.skeleton.parents[joint]) + 1], radius, inside=True)
             self.parts.append(Part(joint, ((start, self.sphere([joint + 1], radius)),)))
 
+    def _add_limb(self, points: tuple[int, int, int], radii: tuple[float, ...], upper: int, bulge: float) -> int:
+        """Add the two parts of an arm or a leg below a sphere; return the sphere of the wrist or the ankle."""
+        first, middle, last = points
+        lower = self.sphere([middle], radii[0], inside=True)
+        thickest = self.sphere([middle], radii[1], along=([middle], [last], bulge))
+        end = self.sphere([last], radii[2], inside=True)
+        self.parts += [Part(middle - 1, ((upper, lower),)), Part(last - 1, ((lower, thickest, end),))]
+        self.covered.update(self._between(first, last))
+        return end
+
     def add_leg(self, side: str) -> None:
         hip, knee, ankle, ball, toe = (self.point(side, mark) for mark in (HIP, KNEE, ANKLE, BALL, TOE))
         if not (knee and ankle):
             return
         upper = self.sphere(*self._hip(side, R_HIP), inside=True)
-        lower = self.sphere([knee], R_KNEE, inside=True)
-        calf = self.sphere([knee], R_CALF, along=([knee], [ankle], CALF * PROPORTIONS["shank"]))
-        foot = self.sphere([ankle], R_ANKLE, inside=True)
-        self.parts += [Part(knee - 1, ((upper, lower),)), Part(ankle - 1, ((lower, calf, foot),))]
-        self.covered.update(self._between(hip, ankle))
+        radii = R_KNEE, R_CALF, R_ANKLE
+        foot = self._add_limb((hip, knee, ankle), radii, upper, CALF * PROPORTIONS["shank"])
         if not (ball or toe):
             return  # the direction of the foot is unknown
         first, last = ball or toe, toe or ball
@@ -186,11 +193,8 @@ class _Maker:
         shoulder, elbow, wrist, known = (self.point(side, mark) for mark in (SHOULDER, ELBOW, WRIST, HAND))
         if not (elbow and wrist):
             return
-        upper, lower = self.sphere([shoulder], R_SHOULDER, inside=True), self.sphere([elbow], R_ELBOW, inside=True)
-        bulge = self.sphere([elbow], R_FOREARM, along=([elbow], [wrist], FOREARM * PROPORTIONS["forearm"]))
-        hand = self.sphere([wrist], R_WRIST, inside=True)
-        self.parts += [Part(elbow - 1, ((upper, lower),)), Part(wrist - 1, ((lower, bulge, hand),))]
-        self.covered.update(self._between(shoulder, wrist))
+        upper, radii = self.sphere([shoulder], R_SHOULDER, inside=True), (R_ELBOW, R_FOREARM, R_WRIST)
+        hand = self._add_limb((shoulder, elbow, wrist), radii, upper, FOREARM * PROPORTIONS["forearm"])
         after, joint = self._after(wrist - 1), (known or wrist) - 1
         if sum(j not in self.skeleton.parents for j in after) > FEW_FINGERS:
             knuckles = [j for j in after if self.skeleton.parents[j] == wrist - 1 and self.lengths[j]]
