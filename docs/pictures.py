@@ -16,10 +16,10 @@ from sklearn.manifold import ClassicalMDS
 from skpose import Motion, MotionDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import humanoid, make_actions, make_gait
 from skpose.geodesics import frechet_mean
-from skpose.kinematics._shared import find_shape, outline
 from skpose.metrics import Geodesic
 from skpose.motions import align_motions
 from skpose.skeleton._shared import sides
+from skpose.view._shape import find_shape, outline
 
 TARGET = Path(__file__).parent / "_static"
 INKS = {

@@ -2,7 +2,6 @@
 
 import drop
 import numpy as np
-import turns
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
@@ -67,7 +66,6 @@ PAGES = {
     "component": component,
     "path": path,
     "plane": plane,
-    "turns": turns.page,
     "drop": drop.page,
 }
 

@@ -1,26 +1,27 @@
 """
-What was taken for what
-=======================
+Which actions are confused
+==========================
 
-A share of motions that are recognised does not say which ones are not, nor why. `ConfusionDisplay` shows what was taken
-for what, and for the most frequent confusions the motion itself, above the one that it resembles in the other class.
+An accuracy does not say which motions are confused, nor why. scikit-learn's confusion matrix shows what was taken for
+what, and `PoseStripDisplay` the motions themselves.
 
-Whole recordings of generated gait are too easy to be confused. Here the task is made hard: pieces of half a second,
-less than a stride, forward and backward in time, in which every angle of every frame is 4° off at random.
+Whole recordings of generated gait are too easy to be confused. Here the task is made hard: noisy pieces of half a
+second, less than a stride, forward and backward in time.
 """
 
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
-from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.metrics import ConfusionMatrixDisplay
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
-from sklearn.pipeline import FeatureUnion, make_pipeline
-from sklearn.preprocessing import StandardScaler
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
 
-from skpose import MotionDistanceTransformer
+from skpose import MotionKNeighborsTransformer
 from skpose.datasets import MotionDataset, make_gait
-from skpose.plot import ConfusionDisplay
+from skpose.motions import motion_distances
+from skpose.plot import PoseStripDisplay
 
 FRAME_RATE = 15  # Hz
 NOISE = np.radians(4)
@@ -30,7 +31,7 @@ rng = np.random.default_rng(0)
 
 
 def cut(motion, step):
-    """Return a noisy piece of 0.5 to 0.7 s from anywhere in a motion; step -1 reverses its frames."""
+    """A noisy piece of 0.5 to 0.7 s from anywhere in a motion; step -1 reverses its frames."""
     n = rng.integers(8, 11)
     start = rng.integers(len(motion) - n)
     piece = motion[start : start + n]
@@ -43,30 +44,25 @@ dataset = MotionDataset(pieces, subjects=np.repeat(gait.subjects, 2), actions=ac
 print(dataset)
 
 # %%
-# The features of a motion are its distances to all training motions, of three kinds: between poses, between the
-# velocities of the joints, and between poses less their mean over the motion. A linear model weighs them. One person
-# after another is left out.
-kinds = {metric: MotionDistanceTransformer(metric=metric, n_jobs=-1) for metric in ("position", "velocity", "centered")}
-features = kinds | {"all three": FeatureUnion(list(kinds.items()))}
-predicted = {}
-for name, transformer in features.items():
-    model = make_pipeline(transformer, StandardScaler(), LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"))
-    predicted[name] = cross_val_predict(
-        model, dataset.motions, dataset.actions, groups=dataset.subjects, cv=LeaveOneGroupOut()
-    )
-    print(f"{name:<10}{np.mean(predicted[name] == dataset.actions):.1%} of the motions recognised")
-
-# %%
-# Rows of the matrix are the true classes. In each pair of strips the upper motion was taken for the class of the lower
-# one, which is the nearest of that class among the other people.
-display = ConfusionDisplay.from_predictions(dataset.actions, predicted["all three"], dataset, metric="position")
+# The nearest neighbour by dynamic time warping, leave-one-person-out. Rows of the matrix are the true classes.
+nearest = make_pipeline(
+    MotionKNeighborsTransformer(n_neighbors=1, metric="position"), KNeighborsClassifier(1, metric="precomputed")
+)
+predicted = cross_val_predict(nearest, dataset.motions, dataset.actions, groups=dataset.subjects, cv=LeaveOneGroupOut())
+print(f"{np.mean(predicted == dataset.actions):.1%} of the motions recognised")
+ConfusionMatrixDisplay.from_predictions(dataset.actions, predicted, xticks_rotation=30)
 plt.show()
 
 # %%
-# The display keeps all confusions, in the order of their frequency. With a motion's index one can go on, for example
-# with ``dataset[index].play()`` in a notebook.
-for confusion in display.confusions[:3]:
-    print(
-        f"motion {confusion.sample}, {confusion.true}, was taken for {confusion.predicted}: "
-        f"{confusion.distance:.2f} m from motion {confusion.nearest}"
-    )
+# A motion of the most frequent confusion, and below it the nearest motion of the class that it was taken for.
+confusions = [pair for pair in zip(dataset.actions, predicted, strict=True) if pair[0] != pair[1]]
+true, taken_for = max(set(confusions), key=confusions.count)
+index = np.flatnonzero((dataset.actions == true) & (predicted == taken_for))[0]
+others = np.flatnonzero((dataset.actions == taken_for) & (dataset.subjects != dataset.subjects[index]))
+distances = motion_distances([pieces[index]], [pieces[i] for i in others], skeleton=dataset.skeleton, metric="position")
+similar = others[distances[0].argmin()]
+_, axes = plt.subplots(2, 1, figsize=(9, 6), layout="constrained")
+for ax, i in zip(axes, (index, similar), strict=True):
+    PoseStripDisplay.from_motion(pieces[i], n_poses=7, projection="zy", ax=ax)
+    ax.set_title(f"{dataset.actions[i]}, person {dataset.subjects[i]}", loc="left")
+plt.show()

@@ -6,7 +6,6 @@ from skpose.kinematics._landmarks import Landmarks, common_parent, find_landmark
 from skpose.kinematics._lines import find_carriers, find_movers
 from skpose.kinematics._orientations import rotations_since_zero
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
-from skpose.kinematics._shape import Shape, find_shape, join_shapes, outline, point_shape
 from skpose.kinematics._tree import (
     counted_joints,
     from_tree_order,
@@ -21,21 +20,16 @@ __all__ = [
     "UNCHANGED",
     "Landmarks",
     "Method",
-    "Shape",
     "columns_around",
     "common_parent",
     "counted_joints",
     "find_carriers",
     "find_landmarks",
     "find_movers",
-    "find_shape",
     "from_tree_order",
     "jacobian_at",
     "jacobians_of",
-    "join_shapes",
-    "outline",
     "path_up",
-    "point_shape",
     "retarget_and_report",
     "retract",
     "rotations_since_zero",

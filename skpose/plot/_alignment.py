@@ -25,12 +25,12 @@ QUANTITIES = {"distance": (100.0, "distance of positions (cm)"), "rotation": (18
 
 
 class AlignmentDisplay:
-    """Two aligned motions: a map of the differences of all joints in time, and below it poses that belong together.
+    """Two aligned motions: a map of the differences of all joints over time, and below it matching poses.
 
-    Each column of the map is a frame of the first motion, with the largest difference of the pairs that the frame is
-    in. Poses of the first motion stand below their columns. Lines join pairs of the path, the black ones the poses that
-    are drawn. The second motion, with "subsequence" its part on the path, is stretched to the same width. Names of
-    joints have the colours of `PoseDisplay`.
+    Each column of the map is a frame of the first motion, with the largest difference among its pairs. Poses of the
+    first motion stand below their columns. Lines join pairs of the path, black ones the poses that are drawn. The
+    second motion, or its part on the path with "subsequence", is stretched to the same width. Names of joints have the
+    colours of `PoseDisplay`.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class AlignmentDisplay:
     Attributes
     ----------
     ax_ : matplotlib Axes
-        The axes in whose place all is drawn.
+        The axes that the display replaces.
     map_ax_, strips_ax_ : matplotlib Axes
         The axes of the map and of the poses, inside `ax_`. Their horizontal unit is s of the first motion, or frames
         without a frame rate.
@@ -68,12 +68,12 @@ class AlignmentDisplay:
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            The axes in whose place all is drawn; None makes new ones.
+            The axes to draw into; None makes new ones.
         quantity : {"distance", "rotation"}, default="distance"
-            "distance" shows that between the positions of each joint, cm; "rotation" the angle between the joint's own
-            rotations, degrees, of joints with dofs.
+            "distance" between the positions of each joint, cm, or "rotation", the angle between the joint's own
+            rotations, degrees, for joints with dofs.
         n_poses : int, default=8
-            Pairs of poses to draw, fewer where the motions have fewer.
+            Pairs of poses to draw, fewer if the motions have fewer.
         projection : str, default="xy"
             The horizontal and the vertical axis of the poses, see `PoseDisplay.plot`.
         **style
@@ -88,7 +88,7 @@ class AlignmentDisplay:
         check_integer(n_poses, 1, "n_poses")
         plane = check_projection(projection)
         rows = ROW * len(names)
-        self.ax_, self.figure_ = axes(ax, "AlignmentDisplay.plot", (WIDTH, rows + STRIPS + 2 * LABELS))
+        self.ax_, self.figure_ = axes(ax, (WIDTH, rows + STRIPS + 2 * LABELS))
         self.ax_.set_axis_off()
         between = min(0.5, LABELS * self.figure_.dpi / self.ax_.get_window_extent().height)
         top, bottom = (1.0 - between) * np.array([rows, STRIPS]) / (rows + STRIPS)
@@ -152,22 +152,22 @@ class AlignmentDisplay:
         ax.set_xticks(self._below(rate * np.array(ticks)), [f"{t:g}" for t in ticks])
 
     def _times(self, frames):
-        """Return the times of frames, s, or the frames where there is no frame rate."""
+        """Times of frames, s, or the frames themselves without a frame rate."""
         return np.asarray(frames) / (self.alignment.frame_rate or 1.0)
 
     def _edges(self):
-        """Return the left edge of the first frame of the first motion, and the right edge of the last one."""
+        """The left edge of the first frame of the first motion, and the right edge of the last one."""
         return self._times([-0.5, len(self.alignment.a) - 0.5])
 
     def _below(self, frames):
-        """Return where frames of the second motion are: their part on the path is as wide as the first motion."""
+        """Places of frames of the second motion: their part on the path is as wide as the first motion."""
         first, last = self.alignment.path[[0, -1], 1]
         whole = self._times(len(self.alignment.a) - 1)
         share = (np.asarray(frames) - first) / (last - first) if last > first else np.full(np.shape(frames), 0.5)
         return whole * share
 
     def _spread(self, n):
-        """Return at most n pairs of the path, spread evenly over both motions: each in the middle of an equal part."""
+        """At most n pairs of the path, spread evenly over both motions: each in the middle of an equal part."""
         path = self.alignment.path
         travelled = ((path - path[0]) / np.maximum(path[-1] - path[0], 1)).sum(axis=1)
         centres = travelled[-1] * (np.arange(n) + 0.5) / n
@@ -186,38 +186,27 @@ class AlignmentDisplay:
         metric: str | Metric = "auto",
         alignment: str = "dtw",
         window: float | None = None,
-        quantity: Quantity = "distance",
-        n_poses: int = 8,
         ax=None,
-        projection: str = "xy",
-        **style,
+        **options,
     ) -> "AlignmentDisplay":
         """Align two motions and draw them.
 
         Parameters
         ----------
-        a : array-like of shape (n_frames, n_dofs) or Motion
-            The first motion.
-        b : array-like of shape (n_frames, n_dofs) or Motion
-            The second motion.
+        a, b : array-like of shape (n_frames, n_dofs) or Motion
+            The two motions.
         skeleton : Skeleton, default=None
-            The skeleton of both; None is that of the `Motion` objects.
+            The skeleton of both; None takes it from the `Motion` objects.
         metric : str or Metric, default="auto"
             The distance between poses, see `skpose.motions.align_motions`.
         alignment : {"dtw", "subsequence", "frames"}, default="dtw"
             How frames are paired, see `skpose.motions.align_motions`.
         window : float between 0 and 1, default=None
             Width of the band of "dtw", see `skpose.motions.align_motions`.
-        quantity : {"distance", "rotation"}, default="distance"
-            What the map shows, see `plot`.
-        n_poses : int, default=8
-            Pairs of poses to draw, fewer where the motions have fewer.
         ax : matplotlib Axes, default=None
-            The axes in whose place all is drawn; None makes new ones.
-        projection : str, default="xy"
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
-        **style
-            Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+            The axes to draw into; None makes new ones.
+        **options
+            What is drawn and its style, see `plot`.
 
         Returns
         -------
@@ -225,35 +214,20 @@ class AlignmentDisplay:
             The display.
         """
         found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
-        return cls.from_alignment(found, quantity=quantity, n_poses=n_poses, ax=ax, projection=projection, **style)
+        return cls.from_alignment(found, ax=ax, **options)
 
     @classmethod
-    def from_alignment(
-        cls,
-        alignment: Alignment,
-        *,
-        quantity: Quantity = "distance",
-        n_poses: int = 8,
-        ax=None,
-        projection: str = "xy",
-        **style,
-    ) -> "AlignmentDisplay":
+    def from_alignment(cls, alignment: Alignment, *, ax=None, **options) -> "AlignmentDisplay":
         """Draw an alignment.
 
         Parameters
         ----------
         alignment : Alignment
             The path of two motions, from `skpose.motions.align_motions`.
-        quantity : {"distance", "rotation"}, default="distance"
-            What the map shows, see `plot`.
-        n_poses : int, default=8
-            Pairs of poses to draw, fewer where the motions have fewer.
         ax : matplotlib Axes, default=None
-            The axes in whose place all is drawn; None makes new ones.
-        projection : str, default="xy"
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
-        **style
-            Style of the map, such as cmap, vmax; see `matplotlib.axes.Axes.imshow`.
+            The axes to draw into; None makes new ones.
+        **options
+            What is drawn and its style, see `plot`.
 
         Returns
         -------
@@ -261,4 +235,4 @@ class AlignmentDisplay:
             The display.
         """
         check_kind(alignment, Alignment, "alignment", "from_motions(a, b) aligns two motions")
-        return cls(alignment).plot(ax, quantity=quantity, n_poses=n_poses, projection=projection, **style)
+        return cls(alignment).plot(ax, **options)

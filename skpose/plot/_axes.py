@@ -13,9 +13,8 @@ PALETTE = (
 )
 # The middle line is drawn first, so that a legend has its colour, and limbs are in front of it.
 SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
-CURVED = {"polar", "aitoff", "hammer", "lambert", "mollweide"}  # projections of matplotlib whose lines are no lines
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-INSIDE = 7  # labels in a legend, which stands next to the axes where there are more
+INSIDE = 7  # labels in a legend inside the axes; longer legends stand next to them
 LINE = 1.5  # height of one in a legend, font sizes
 GAP = 0.01  # between the axes and the legend, of their widths
 OUTSIDE = {
@@ -31,39 +30,27 @@ OUTSIDE = {
 }
 
 
-def axes(ax, caller, figsize=None, projection=None):
-    """Return the given axes, or new ones in a figure of a size in inches, and their figure."""
+def axes(ax, figsize=None, projection=None):
+    """The given axes, or new ones in a figure of a size in inches, and their figure."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:
-        raise ImportError(f"{caller} needs matplotlib: pip install 'skpose[plot]'") from None
+        raise ImportError("displays need matplotlib: pip install 'skpose[plot]'") from None
 
-    if getattr(ax, "name", None) in CURVED:
-        raise ValueError(
-            f"ax must have straight axes, as poses are drawn in metres, got a projection {ax.name!r}: make it by "
-            "plt.subplots()"
-        )
-    if getattr(ax, "name", None) == "3d" and projection != "3d":
-        raise ValueError(
-            f"{caller.partition('.')[0]} draws in two dimensions, got an ax of three: make it by plt.subplots(); "
-            "PoseDisplay draws a pose in three"
-        )
+    if getattr(ax, "name", projection) == "3d" != projection:
+        raise ValueError("ax must have two dimensions, got three; only PoseDisplay draws in three")
     if ax is None:
         _, ax = plt.subplots(figsize=figsize, layout="constrained", subplot_kw={"projection": projection})
     return ax, ax.figure
 
 
 def label_style(i):
-    """Return the colour and the marker of a label: twenty colours, then the same with other markers."""
+    """Colour and marker of a label: twenty colours, then the same with other markers."""
     return {"color": PALETTE[i % len(PALETTE)], "marker": MARKERS[(i + 2 * (i // len(PALETTE))) % len(MARKERS)]}
 
 
 def add_legend(ax, *, is_new):
-    """Add the legend of labels, on the right of the axes where there are many.
-
-    A new figure becomes wider by it. In that of others the axes give it the room: the layout sees to that, and without
-    one they shrink here, so that the legend stands where they stood.
-    """
+    """Add the legend of labels, next to the axes if they are many; a new figure becomes wider by it."""
     n = len(ax.get_legend_handles_labels()[1])
     if n <= INSIDE:
         return ax.legend()
@@ -71,10 +58,6 @@ def add_legend(ax, *, is_new):
     points = 72.0 * ax.get_window_extent().height / figure.dpi
     size = ax.legend(**OUTSIDE).get_texts()[0].get_fontsize()
     legend = ax.legend(**OUTSIDE, ncols=math.ceil(n / max(int(points / (LINE * size)), 1)))
-    width = legend.get_window_extent().width
     if is_new:
-        figure.set_figwidth(figure.get_figwidth() + width / figure.dpi)
-    elif figure.get_layout_engine() is None:
-        box, share = ax.get_position(), width / figure.bbox.width + GAP
-        ax.set_position([box.x0, box.y0, max(box.width - share, box.width / 3.0), box.height])
+        figure.set_figwidth(figure.get_figwidth() + legend.get_window_extent().width / figure.dpi)
     return legend

@@ -59,7 +59,7 @@ class DistanceMatrixDisplay:
         DistanceMatrixDisplay
             The display itself.
         """
-        self.ax_, self.figure_ = axes(ax, "DistanceMatrixDisplay.plot")
+        self.ax_, self.figure_ = axes(ax)
         image = self.ax_.imshow(self.distances, **{"cmap": "viridis", "interpolation": "nearest"} | style)
         self.figure_.colorbar(image, ax=self.ax_, label=f"distance ({self.unit})")
         if self.sequence is not None:
@@ -100,10 +100,8 @@ class DistanceMatrixDisplay:
             Poses: joint angles, rad.
         skeleton : Skeleton, default=None
             The skeleton of all poses. Needed by all metrics but "angle".
-        sequence : array-like of shape (n_poses,), default=None
-            Sequence of each pose; lines are drawn between sequences.
-        names : list of str, default=None
-            Names of the sequences, one each; neighbours of one name share a label.
+        sequence, names : array-like of shape (n_poses,), list of str, default=None
+            Sequence of each pose and names of the sequences, see `from_distances`.
         metric : str or Metric, default="auto"
             The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning.
         n_jobs : int, default=None
@@ -152,14 +150,14 @@ class DistanceMatrixDisplay:
             The display.
         """
         distances = np.asarray(distances)
-        if distances.ndim != 2 or distances.shape[0] != distances.shape[1]:
+        if distances.shape != 2 * distances.shape[:1]:
             raise ValueError(f"distances must be a square matrix, got shape {distances.shape}")
         if sequence is not None:
             sequence = np.asarray(sequence)
             if sequence.shape != distances.shape[:1]:
-                raise ValueError(f"sequence must be one for each of the {len(distances)} poses, got {sequence.shape}")
+                raise ValueError(f"sequence must have shape {distances.shape[:1]}, got {sequence.shape}")
             sequence = np.unique(sequence, return_inverse=True)[1]
             n_runs = 1 + np.count_nonzero(np.diff(sequence))
             if names is not None and len(names) != n_runs:
-                raise ValueError(f"names must be one for each of the {n_runs} sequences, got {len(names)}")
+                raise ValueError(f"names must have one name for each of {n_runs} sequences, got {len(names)}")
         return cls(distances, sequence, names, unit).plot(ax, **style)

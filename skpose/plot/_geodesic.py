@@ -19,26 +19,6 @@ ABOVE = 1.5  # times that above them, where the legend stands
 AROUND_ONE_POSE = 0.1  # rad, where the two are equal
 
 
-class _Plane:
-    """The plane of most variance of points, (n, n_dofs); where they are on a line, or one point, any plane through it.
-
-    scikit-learn's PCA divides by the variance, which may be zero, and has no second axis for a single dof.
-    """
-
-    def __init__(self, points: np.ndarray):
-        self.mean = points.mean(axis=0)
-        _, _, rows = np.linalg.svd(points - self.mean)
-        self.axes = np.zeros((2, points.shape[1]))
-        self.axes[: len(rows)] = rows[:2]
-        self.axes *= np.sign(self.axes[[0, 1], np.abs(self.axes).argmax(axis=1)])[:, None]  # one of two directions
-
-    def transform(self, points: np.ndarray) -> np.ndarray:
-        return (points - self.mean) @ self.axes.T
-
-    def poses(self, points: np.ndarray) -> np.ndarray:
-        return self.mean + points @ self.axes
-
-
 class GeodesicDisplay:
     """A geodesic and the straight line, in the plane of most variance of the points of both.
 
@@ -55,7 +35,7 @@ class GeodesicDisplay:
     Attributes
     ----------
     ratio_ : float
-        Length of the geodesic over that of the line, eq. 8, both as sums of equally many chords; 1 where that is zero.
+        Length of the geodesic over the length of the line, eq. 8, both by equally many chords; 1 at length zero.
     ax_ : matplotlib Axes
     figure_ : matplotlib Figure
 
@@ -91,26 +71,27 @@ class GeodesicDisplay:
         GeodesicDisplay
             The display itself.
         """
-        self.ax_, self.figure_ = axes(ax, "GeodesicDisplay.plot")
+        self.ax_, self.figure_ = axes(ax)
         path = self.geodesic.path
         line = straight_line(self.skeleton.bones, path[0], path[-1], len(path))
         straight = Spatial(n_steps=len(path) - 1, wrap=False)
         length = pose_distances(path[:1], path[-1:], skeleton=self.skeleton, metric=straight)[0, 0]
         self.ratio_ = float(self.geodesic.length / length) if length > 0.0 else 1.0
-        plane = _Plane(np.concatenate([path, line]))
-        points = plane.transform(np.concatenate([path, line]))
+        both = np.concatenate([path, line])
+        mean, axes_of_plane = both.mean(axis=0), _main_axes(both - both.mean(axis=0))
+        points = (both - mean) @ axes_of_plane.T
         extent = np.ptp(points, axis=0)
         margin = MARGIN * np.maximum(extent, 0.1 * extent.max()) if extent.any() else AROUND_ONE_POSE
         x, y = np.linspace(
             points.min(axis=0) - margin, points.max(axis=0) + margin * np.array([1.0, ABOVE]), resolution
         ).T
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        trace = np.trace(metric_tensor(plane.poses(grid), self.skeleton), axis1=1, axis2=2)
+        trace = np.trace(metric_tensor(mean + grid @ axes_of_plane, self.skeleton), axis1=1, axis2=2)
         image = self.ax_.pcolormesh(x, y, trace.reshape(len(y), len(x)), cmap="Greys", shading="gouraud")
         self.figure_.colorbar(image, ax=self.ax_, label="squared movement of the joints per angle (m²/rad²)")
         size = 6 if len(path) < 20 else 3
-        self.ax_.plot(*plane.transform(line).T, "o--", color=COLOURS[0], ms=size, label="straight line")
-        self.ax_.plot(*plane.transform(path).T, "s-", color=COLOURS[1], ms=size, label="geodesic")
+        self.ax_.plot(*points[len(path) :].T, "o--", color=COLOURS[0], ms=size, label="straight line")
+        self.ax_.plot(*points[: len(path)].T, "s-", color=COLOURS[1], ms=size, label="geodesic")
         self.ax_.set(xlabel="first principal component (rad)", ylabel="second principal component (rad)")
         self.ax_.legend(loc="upper center", ncols=2)
         return self
@@ -177,9 +158,17 @@ class GeodesicDisplay:
         """
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
         check_skeleton(skeleton)
-        if geodesic.path.shape[1] != skeleton.n_dofs:
-            raise ValueError(
-                f"geodesic has poses of {geodesic.path.shape[1]} dofs, and the skeleton has {skeleton.n_dofs}: pass "
-                "the skeleton that it was found on"
-            )
+        if (n_dofs := geodesic.path.shape[1]) != skeleton.n_dofs:
+            raise ValueError(f"skeleton must have {n_dofs} dofs, as the geodesic has, got {skeleton.n_dofs}")
         return cls(geodesic, skeleton).plot(ax, resolution=resolution)
+
+
+def _main_axes(centred: np.ndarray) -> np.ndarray:
+    """Two axes (2, n_dofs) of most variance; for points on a line, or one point, any plane through them.
+
+    scikit-learn's PCA divides by the variance, which may be zero, and has no second axis for a single dof.
+    """
+    _, _, rows = np.linalg.svd(centred)
+    found = np.zeros((2, centred.shape[1]))
+    found[: len(rows)] = rows[:2]
+    return found * np.sign(found[[0, 1], np.abs(found).argmax(axis=1)])[:, None]  # one of two directions

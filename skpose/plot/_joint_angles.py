@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation.names import near_names
 from skpose._validation.options import check_integer, check_kind
 from skpose.biomechanics import JointAngles
 from skpose.plot._axes import SIDES as COLOURS
@@ -22,9 +21,9 @@ NAMES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
 class JointAnglesDisplay:
     """Angles of joints over the cycle of a movement: the mean of all cycles, and their standard deviation as a band.
 
-    One small axes for each angle, with both sides: the left is a blue line, the right a dashed one in vermilion, and
-    angles of the middle are grey. A thin line where fewer than all cycles show the angle is the mean of those that do;
-    where none does, or frames are missing, there is a gap. Without cycles the angles are drawn against time.
+    One small axes for each angle, with both sides: the left is blue, the right dashed and vermilion, and angles of the
+    trunk are grey. The line is thin where some cycles lack the angle, and has gaps where all do or frames are
+    missing. Without cycles the angles are drawn over time.
 
     Parameters
     ----------
@@ -36,7 +35,7 @@ class JointAnglesDisplay:
     Attributes
     ----------
     ax_ : matplotlib Axes
-        The axes in whose place all is drawn.
+        The axes that the display replaces.
     axes_ : dict of str to matplotlib Axes
         The axes of each angle, by its name without the side.
     figure_ : matplotlib Figure
@@ -67,14 +66,14 @@ class JointAnglesDisplay:
         Parameters
         ----------
         ax : matplotlib Axes, default=None
-            The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
+            The axes to draw into, one of ``plt.subplots``; None makes new ones.
         names : sequence of str, default=None
             The angles: a name without its side is both sides, "knee_flexion_left" one. None is "hip_flexion",
-            "knee_flexion" and "ankle_dorsiflexion", without that of the ankle where the skeleton has no feet.
+            "knee_flexion" and "ankle_dorsiflexion", as far as the skeleton has them.
         n_columns : int, default=3
             Axes side by side. 1 fits into a narrow column.
         show_cycles : bool, default=False
-            Draw each cycle as a thin line, in the place of the band.
+            Draw each cycle as a thin line instead of the band.
         **style
             Style of the lines, such as linewidth; see `matplotlib.axes.Axes.plot`.
 
@@ -92,13 +91,10 @@ class JointAnglesDisplay:
         per_line = n_columns if n_columns < 3 else len(handles)
         legend = LINE * (1 - -len(handles) // per_line)
         size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + legend)
-        self.ax_, self.figure_ = axes(ax, "JointAnglesDisplay.plot", size)
+        self.ax_, self.figure_ = axes(ax, size)
         where = self.ax_.get_subplotspec()
         if where is None:
-            raise ValueError(
-                "ax must be one of a grid, in whose place a grid can be drawn: plt.subplots() or "
-                "figure.add_subplot() makes one"
-            )
+            raise ValueError("ax must be in a grid, made by plt.subplots() or figure.add_subplot()")
         grid = where.subgridspec(1 + n_rows, n_columns, height_ratios=[legend] + [HEIGHT] * n_rows)
         self.ax_.set_axis_off()
         self.axes_ = {}
@@ -119,17 +115,17 @@ class JointAnglesDisplay:
         return self
 
     def _draw(self, ax, sides, cycles, show_cycles, style) -> None:
-        """Draw one angle, whose columns are known by side, into its axes."""
+        """Draw one angle, given by its columns for each side."""
         ax.axhline(0.0, color="0.6", linewidth=0.6, zorder=0.5)
         ax.spines[["top", "right"]].set_visible(False)
         shown = {side: self._draw_side(ax, side, name, cycles, show_cycles, style) for side, name in sides.items()}
         if not any(shown.values()):
-            ax.text(0.5, 0.5, "not shown by the data", transform=ax.transAxes, ha="center", va="center", **NOTE)
+            ax.text(0.5, 0.5, "no data", transform=ax.transAxes, ha="center", va="center", **NOTE)
         elif without := [side for side in sides if not shown[side] and (cycles is None or len(cycles.spans[side]))]:
-            words = f"{without[0]} not shown by the data"
+            words = f"no data of the {without[0]}"
             ax.text(0.5, 0.98, words, transform=ax.transAxes, ha="center", va="top", **NOTE)
         low, high = ax.get_ylim()
-        if high - low < 10.0:  # degrees; noise is no movement
+        if high - low < 10.0:  # degrees, so that noise does not look like movement
             middle = (low + high) / 2.0
             ax.set_ylim(middle - 5.0, middle + 5.0)
         first, last = (0.0, 100.0) if cycles else self.angles.times[[0, -1]]
@@ -139,7 +135,7 @@ class JointAnglesDisplay:
         ax.locator_params(axis="y", nbins=5, steps=[1, 2, 3, 5, 10])
 
     def _draw_side(self, ax, side, name, cycles, show_cycles, style) -> bool:
-        """Draw one column, and return if there is a value in it."""
+        """Draw one column; return whether it has any value."""
         line = {"color": COLOURS[side], "linestyle": LINES[side], "linewidth": 1.6} | style
         if cycles is None:
             values = without_jumps(self.angles[name])
@@ -150,17 +146,7 @@ class JointAnglesDisplay:
         return bool(np.isfinite(values).any())
 
     @classmethod
-    def from_angles(
-        cls,
-        angles: JointAngles,
-        cycles: Any = None,
-        *,
-        names: Sequence[str] | None = None,
-        n_columns: int = 3,
-        show_cycles: bool = False,
-        ax=None,
-        **style,
-    ) -> "JointAnglesDisplay":
+    def from_angles(cls, angles: JointAngles, cycles: Any = None, *, ax=None, **options) -> "JointAnglesDisplay":
         """Draw angles over the cycles of a movement, or over time.
 
         Parameters
@@ -170,22 +156,15 @@ class JointAnglesDisplay:
         cycles : GaitEvents, Repetitions or array-like of shape (n_cycles, 2), default=None
             Where the cycles are, from 0 to 100 %:
 
-            - `GaitEvents`: strides, for each side those of its own foot, from contact to contact. Angles of the middle
-              have those of the foot with more of them, of the left where both have as many; the legend states which.
-            - `Repetitions`: both sides have the same.
-            - array of int: first frame of each cycle and the one behind the last, as in ``motion[start:stop]``.
+            - `GaitEvents`: strides of each foot, from contact to contact. Angles of the trunk use the foot with more
+              strides, as the legend says.
+            - `Repetitions`: the same cycles for both sides.
+            - array of int: start and stop of each cycle, as in ``motion[start:stop]``.
             - None: no cycles, but curves over time, s.
-        names : sequence of str, default=None
-            The angles: a name without its side is both sides, "knee_flexion_left" one. None is "hip_flexion",
-            "knee_flexion" and "ankle_dorsiflexion", without that of the ankle where the skeleton has no feet.
-        n_columns : int, default=3
-            Axes side by side. 1 fits into a narrow column.
-        show_cycles : bool, default=False
-            Draw each cycle as a thin line, in the place of the band.
         ax : matplotlib Axes, default=None
-            The axes in whose place all is drawn, one of ``plt.subplots``; None makes new ones.
-        **style
-            Style of the lines, such as linewidth; see `matplotlib.axes.Axes.plot`.
+            The axes to draw into; None makes new ones.
+        **options
+            Which angles, how and in which style, see `plot`.
 
         Returns
         -------
@@ -195,28 +174,22 @@ class JointAnglesDisplay:
         Raises
         ------
         TypeError
-            If `angles` are no `JointAngles`.
+            If `angles` is not a `JointAngles`.
         ValueError
-            If there is no angle of a name, no cycle, or the cycles are of another recording: of other times, or with
-            legs that are bent otherwise.
+            For unknown names, without cycles, and for cycles of another recording.
 
         Notes
         -----
-        Each cycle is interpolated linearly at 101 points in time, not across frames that are NaN nor more than 0.1 s
-        without frames. Angles are modulo 360°: jumps are undone, and cycles that differ by whole turns are brought
-        together. The band is the standard deviation with n − 1; of one cycle there is none.
+        Each cycle is interpolated linearly at 101 points in time, except across NaN and gaps of more than 0.1 s. Jumps
+        of 360° are removed, and cycles that differ by whole turns are shifted onto each other. The band is the standard
+        deviation with n − 1; a single cycle has none.
         """
-        check_kind(
-            angles,
-            JointAngles,
-            "angles",
-            'joint_angles(motion) finds them, under sklearn.set_config(transform_output="default")',
-        )
-        return cls(angles, cycles).plot(ax, names=names, n_columns=n_columns, show_cycles=show_cycles, **style)
+        check_kind(angles, JointAngles, "angles", "skpose.biomechanics.joint_angles(motion) finds them")
+        return cls(angles, cycles).plot(ax, **options)
 
 
 def _find_columns(angles: JointAngles, names: Sequence[str] | None) -> dict[str, dict[str, str]]:
-    """Return for each name its columns by side; "" is the middle."""
+    """The columns of each name by side; "" is the middle."""
     known: dict[str, dict[str, str]] = {}
     for column in angles.names:
         stem, _, side = column.rpartition("_")
@@ -228,12 +201,8 @@ def _find_columns(angles: JointAngles, names: Sequence[str] | None) -> dict[str,
     if names is None:
         names = [name for name in NAMES if name in known]
     names = [names] if isinstance(names, str) else list(names)
-    if not names:
-        raise ValueError(f"names must have one angle at least; there are {', '.join(known)}")
-    for name in names:
-        if name not in known:
-            near = near_names(list(known), str(name), f"there are {', '.join(known)}")
-            raise ValueError(f"names has {name!r}, which is no angle of these: {near}")
+    if not names or not known.keys() >= set(names):
+        raise ValueError(f"names must be among {', '.join(known)}, got {names}")
     return {name: known[name] for name in names}
 
 
@@ -252,7 +221,7 @@ def _draw_cycles(ax, curves: np.ndarray, show_cycles: bool, line: dict) -> None:
 
 
 def _legend(columns: dict[str, dict[str, str]], cycles: Cycles | None, show_cycles: bool) -> list:
-    """Return what explains the lines of both sides, with the number of cycles, and the band."""
+    """Handles of the legend: lines of both sides, with the number of cycles, and the band."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

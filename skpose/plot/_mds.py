@@ -19,9 +19,9 @@ class MDSDisplay:
     embedding : array-like of shape (n_poses, n_components)
         Embedded poses; the first two components are drawn.
     labels : array-like of shape (n_poses,), default=None
-        Labels such as subject, action, cluster, with a marker and one of twenty colours each, sorted; an ordered
-        categorical of pandas has its own order. The legend of more than seven stands next to the axes. Floats of more
-        than twenty values, such as a speed, have a colour bar instead. None draws all in one colour.
+        Labels such as subject, action or cluster, sorted, each with a marker and one of twenty colours; an ordered
+        categorical of pandas keeps its order. The legend of more than seven labels stands next to the axes. Floats of
+        more than twenty values, such as a speed, have a colour bar instead. None draws all in one colour.
     shares : array-like of shape (n_components,), default=None
         Shares of the variance, one for each component.
     unit : str, default="m"
@@ -72,7 +72,7 @@ class MDSDisplay:
         MDSDisplay
             The display itself.
         """
-        self.ax_, self.figure_ = axes(ax, "MDSDisplay.plot")
+        self.ax_, self.figure_ = axes(ax)
         x, y = self.embedding[:, :2].T
         groups, defaults = self._groups, {"s": 16, "alpha": 0.8, "linewidths": 0}
         is_coloured = not COLOUR.isdisjoint(style)
@@ -141,7 +141,7 @@ class MDSDisplay:
         Parameters
         ----------
         embedding : array-like of shape (n_poses, n_components)
-            Coordinates of the poses, of which the first two are drawn.
+            Coordinates of the poses; the first two are drawn.
         labels : array-like of shape (n_poses,), default=None
             Label of each pose; None draws all in one colour.
         shares : array-like of shape (n_components,), default=None

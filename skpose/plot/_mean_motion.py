@@ -56,7 +56,7 @@ class MeanMotionDisplay:
             The display itself.
         """
         names = self.mean.skeleton.joint_names
-        self.ax_, self.figure_ = axes(ax, "MeanMotionDisplay.plot", (WIDTH, ROW * len(names) + REST))
+        self.ax_, self.figure_ = axes(ax, (WIDTH, ROW * len(names) + REST))
         edges = np.array([-0.5, len(self.mean) - 0.5]) / (self.mean.frame_rate or 1.0)
         draw_joint_map(self.ax_, 100.0 * self.mean.joint_std, names, edges, "standard deviation (cm)", style)
         self.ax_.set_xlabel("frame of the mean" if self.mean.frame_rate is None else "time of the mean (s)")

@@ -6,54 +6,31 @@ import numpy as np
 
 from skpose._typing import ArrayLike
 from skpose._validation.options import check_integer, check_kind
-from skpose._validation.poses import check_is_array, check_pose, check_poses
+from skpose._validation.poses import check_pose, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import Shape
 from skpose.plot._axes import COLOURS, SIDES, axes
 from skpose.plot._views import choose_projection, find_vertical
 from skpose.plot._volume import draw_ground, draw_volume, lowest_of, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import sides
+from skpose.view._shape import Shape
 
 Y = 1
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
-def check_projection(projection: str) -> list[int]:
-    names = set(projection) if isinstance(projection, str) and len(projection) == 2 else set()
-    if len(names & set("xyz")) != 2:
-        raise ValueError(
-            f'projection must be two of the axes x, y, z, horizontal and vertical, such as "xy", got {projection!r}'
-        )
-    return ["xyz".index(axis) for axis in projection]
-
-
-def check_projection_of_axes(projection: str, ax) -> list[int]:
-    """Return the indices of two axes, or of three for axes of three dimensions; left is not exchanged with right."""
-    if not isinstance(projection, str) or len(projection) != 3:
-        if getattr(ax, "name", None) == "3d":
-            raise ValueError(
-                f"ax has three dimensions, got projection={projection!r}: pass three axes, the last one up, such as "
-                'projection="zxy"'
-            )
-        return check_projection(projection)
-    if sorted(projection) != ["x", "y", "z"]:
-        raise ValueError(
-            f'a projection on three axes must have each of x, y, z once, such as "zxy", got {projection!r}'
-        )
-    if projection not in "xyzxy":  # a left-handed order shows the mirror image
-        raise ValueError(
-            'a projection on three axes must be "zxy" where y points up, "xyz" where z does, or "yzx" where x does, as '
-            f"other orders exchange left and right; got {projection!r}"
-        )
-    if ax is not None and getattr(ax, "name", None) != "3d":
-        raise ValueError(
-            f"projection={projection!r} has three axes and needs an ax of three dimensions, got one of two: make it by "
-            'plt.subplots(subplot_kw={"projection": "3d"})'
-        )
+def check_projection(projection: str, ax: object = None) -> list[int]:
+    """The indices of two axes, or of three for axes of three dimensions."""
+    if getattr(ax, "name", None) == "3d" or len(projection) == 3:
+        if projection not in ("xyz", "yzx", "zxy"):  # other orders show the mirror image
+            raise ValueError(f"projection must be 'zxy', 'xyz' or 'yzx' in three dimensions, got {projection!r}")
+        if getattr(ax, "name", "3d") != "3d":
+            raise ValueError(f"ax must have three dimensions for projection={projection!r}, got two")
+    elif not (len(projection) == 2 == len(set(projection) & set("xyz"))):
+        raise ValueError(f"projection must be two of the axes x, y, z, such as 'xy', got {projection!r}")
     return ["xyz".index(axis) for axis in projection]
 
 
@@ -62,8 +39,7 @@ def draw_pose(
 ) -> None:
     """Draw one pose, (n_joints, 3) with the root at the origin, shifted along the first of two or three axes.
 
-    Each side is one line with gaps. Where all is in one colour, by style or as the names state no side, that is one.
-    The shape of a person is behind the lines in axes of two dimensions.
+    Each side is one line with gaps. A person has head, trunk and limbs behind the lines in two dimensions.
     """
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.lines import Line2D
@@ -89,11 +65,9 @@ def draw_pose(
 class PoseDisplay:
     """One pose as a figure, seen along an axis or in three dimensions.
 
-    People have head, trunk, limbs, hands and feet behind the lines of their bones, and in axes of their own a line for
-    the ground; other skeletons, and all in three dimensions, are lines alone.
-
-    Limbs of the left are blue, those of the right vermilion, the rest is grey, by the names of the joints; all is blue
-    where the names state no side, and in one colour where ``color=`` is given.
+    People have head, trunk and limbs behind the lines of their bones, and in new axes a line for the ground; other
+    skeletons, and all in three dimensions, are lines alone. The left side is blue, the right vermilion, the rest grey,
+    by the names of the joints; everything is blue if no name has a side.
 
     Parameters
     ----------
@@ -147,8 +121,8 @@ class PoseDisplay:
         if projection is None:
             projection = choose_projection(self.positions[None], self._vertical, getattr(ax, "name", None) == "3d")
         self.projection_ = projection
-        seen = check_projection_of_axes(projection, ax)
-        self.ax_, self.figure_ = axes(ax, "PoseDisplay.plot", projection="3d" if len(seen) == 3 else None)
+        seen = check_projection(projection, ax)
+        self.ax_, self.figure_ = axes(ax, projection="3d" if len(seen) == 3 else None)
         if ax is None and len(seen) == 3:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
@@ -161,9 +135,7 @@ class PoseDisplay:
         return self
 
     @classmethod
-    def from_pose(
-        cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str | None = None, **style
-    ) -> "PoseDisplay":
+    def from_pose(cls, pose: ArrayLike, skeleton: Skeleton, *, ax=None, **options) -> "PoseDisplay":
         """Draw a pose.
 
         Parameters
@@ -173,11 +145,9 @@ class PoseDisplay:
         skeleton : Skeleton
             Its skeleton.
         ax : matplotlib Axes, default=None
-            The axes to draw into, see `plot`; None makes new ones.
-        projection : str, default=None
-            The axes of the drawing, see `plot`.
-        **style
-            Style of the lines, see `plot`.
+            The axes to draw into; None makes new ones.
+        **options
+            Projection and style, see `plot`.
 
         Returns
         -------
@@ -186,40 +156,33 @@ class PoseDisplay:
         """
         pose = check_pose(pose, skeleton, "pose")
         warn_of_degrees(None, skeleton, pose=pose[None])
-        return cls.from_positions(
-            forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, projection=projection, **style
-        )
+        return cls.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, **options)
 
     @classmethod
-    def from_positions(
-        cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, projection: str | None = None, **style
-    ) -> "PoseDisplay":
-        """Draw given positions of the joints; they need not be a pose, such as a mean of positions.
+    def from_positions(cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, **options) -> "PoseDisplay":
+        """Draw positions of the joints, which need not be a pose, such as a mean of positions.
 
         Parameters
         ----------
         positions : array-like of shape (n_joints, 3)
             Positions of the joints, m, the root at the origin.
         skeleton : Skeleton
-            Its skeleton.
+            Their skeleton.
         ax : matplotlib Axes, default=None
-            The axes to draw into, see `plot`; None makes new ones.
-        projection : str, default=None
-            The axes of the drawing, see `plot`.
-        **style
-            Style of the lines, see `plot`.
+            The axes to draw into; None makes new ones.
+        **options
+            Projection and style, see `plot`.
 
         Returns
         -------
         PoseDisplay
             The display.
         """
-        check_is_array(positions, "positions")
         check_skeleton(skeleton)
         positions = np.asarray(positions, dtype=np.float64)
         if positions.shape != (skeleton.n_joints, 3):
             raise ValueError(f"positions must have shape ({skeleton.n_joints}, 3), got {positions.shape}")
-        return cls(positions, skeleton).plot(ax, projection=projection, **style)
+        return cls(positions, skeleton).plot(ax, **options)
 
 
 class PoseStripDisplay:
@@ -266,8 +229,8 @@ class PoseStripDisplay:
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
         projection : str, default=None
-            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
-            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
+            The horizontal and the vertical axis, see `PoseDisplay.plot`. None puts the axis upright that is nearest to
+            the vertical of a motion, y for arrays, and shows the larger side of the movement.
         **style
             Style of the lines, see `PoseDisplay.plot`.
 
@@ -280,7 +243,7 @@ class PoseStripDisplay:
             projection = choose_projection(self.positions, self._vertical)
         self.projection_ = projection
         plane, shape = check_projection(projection), shape_of_person(self.skeleton)
-        self.ax_, self.figure_ = axes(ax, "PoseStripDisplay.plot", (max(4.0, 1.4 * len(self.positions)), 3.5))
+        self.ax_, self.figure_ = axes(ax, (max(4.0, 1.4 * len(self.positions)), 3.5))
         reached = self.positions if shape is None else shape.centres(with_root(self.positions))
         flat = reached[:, :, plane]
         low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
@@ -304,8 +267,7 @@ class PoseStripDisplay:
         labels: Sequence[str] | None = None,
         title: str = "pose",
         ax=None,
-        projection: str | None = None,
-        **style,
+        **options,
     ) -> "PoseStripDisplay":
         """Draw poses.
 
@@ -321,30 +283,24 @@ class PoseStripDisplay:
             Title of the labels, with their unit.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default=None
-            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
-            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
-        **style
-            Style of the lines, see `PoseDisplay.plot`.
+        **options
+            Projection and style, see `plot`.
 
         Returns
         -------
         PoseStripDisplay
             The display.
         """
-        check_is_array(X, "X")
         check_skeleton(skeleton)
         X = check_poses(X, skeleton, "X")
         warn_of_degrees(None, skeleton, X=X)
         labels = [str(i) for i in range(len(X))] if labels is None else list(labels)
         if len(labels) != len(X):
             raise ValueError(f"labels must be one for each of the {len(X)} poses, got {len(labels)}")
-        return cls(forward_kinematics(X, skeleton), skeleton, labels, title).plot(ax, projection=projection, **style)
+        return cls(forward_kinematics(X, skeleton), skeleton, labels, title).plot(ax, **options)
 
     @classmethod
-    def from_motion(
-        cls, motion: Motion, *, n_poses: int = 8, ax=None, projection: str | None = None, **style
-    ) -> "PoseStripDisplay":
+    def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, **options) -> "PoseStripDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s.
 
         Parameters
@@ -352,14 +308,11 @@ class PoseStripDisplay:
         motion : Motion
             The motion.
         n_poses : int, default=8
-            Number of poses to draw, fewer where the motion has fewer.
+            Number of poses to draw, fewer if the motion has fewer.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default=None
-            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
-            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
-        **style
-            Style of the lines, see `PoseDisplay.plot`.
+        **options
+            Projection and style, see `plot`.
 
         Returns
         -------
@@ -369,23 +322,16 @@ class PoseStripDisplay:
         check_kind(motion, Motion, "motion", "from_poses(X, skeleton) draws an array of poses")
         check_integer(n_poses, 1, "n_poses")
         if not len(motion):
-            raise ValueError("motion has no frames, and there is nothing to draw")
+            raise ValueError("motion must have frames, got none")
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         display = cls(forward_kinematics(motion.angles[frames], motion.skeleton), motion.skeleton, labels, "time (s)")
-        display._vertical = find_vertical([motion])
-        return display.plot(ax, projection=projection, **style)
+        display._vertical = find_vertical(motion)
+        return display.plot(ax, **options)
 
     @classmethod
     def from_geodesic(
-        cls,
-        geodesic: GeodesicResult,
-        skeleton: Skeleton,
-        *,
-        n_poses: int = 8,
-        ax=None,
-        projection: str | None = None,
-        **style,
+        cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, **options
     ) -> "PoseStripDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them.
 
@@ -399,11 +345,8 @@ class PoseStripDisplay:
             Number of poses to draw.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default=None
-            The horizontal and the vertical axis, see `PoseDisplay.plot`. None has the axis upright that is nearest to
-            the vertical of a motion, y for arrays, and shows the movement from the side from which it is larger.
-        **style
-            Style of the lines, see `PoseDisplay.plot`.
+        **options
+            Projection and style, see `plot`.
 
         Returns
         -------
@@ -413,12 +356,5 @@ class PoseStripDisplay:
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
         check_integer(n_poses, 2, "n_poses")
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
-        return cls.from_poses(
-            geodesic.resample(n_poses),
-            skeleton,
-            labels=labels,
-            title="arc length from the first pose (m)",
-            ax=ax,
-            projection=projection,
-            **style,
-        )
+        title = "arc length from the first pose (m)"
+        return cls.from_poses(geodesic.resample(n_poses), skeleton, labels=labels, title=title, ax=ax, **options)

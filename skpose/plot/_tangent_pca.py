@@ -1,11 +1,9 @@
 """Display of a principal component of poses."""
 
-from numbers import Real
-
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._validation.options import check_integer, check_kind
+from skpose._validation.options import check_integer, check_kind, check_positive
 from skpose.kinematics import forward_kinematics
 from skpose.plot._pose import PoseStripDisplay
 from skpose.skeleton import Skeleton
@@ -74,15 +72,7 @@ class TangentPCADisplay:
 
     @classmethod
     def from_estimator(
-        cls,
-        pca: PoseTangentPCA,
-        component: int = 0,
-        *,
-        n_poses: int = 5,
-        extent: float = 2.0,
-        ax=None,
-        projection: str | None = None,
-        **style,
+        cls, pca: PoseTangentPCA, component: int = 0, *, n_poses: int = 5, extent: float = 2.0, ax=None, **options
     ) -> "TangentPCADisplay":
         """Draw poses along a component of a fitted `PoseTangentPCA`, from minus to plus `extent` standard deviations.
 
@@ -98,10 +88,8 @@ class TangentPCADisplay:
             Score of the last pose, in standard deviations of the training poses; the first has its opposite.
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
-        projection : str, default=None
-            The horizontal and the vertical axis, see `PoseDisplay.plot`.
-        **style
-            Style of the lines, see `PoseDisplay.plot`.
+        **options
+            Projection and style, see `plot`.
 
         Returns
         -------
@@ -110,19 +98,14 @@ class TangentPCADisplay:
         """
         check_kind(pca, PoseTangentPCA, "pca", "PoseTangentPCA(skeleton).fit(X) is one")
         check_is_fitted(pca, "n_components_")
-        check_integer(component, 0, "component")
         check_integer(n_poses, 2, "n_poses")
-        if component >= pca.n_components_:
-            raise ValueError(
-                f"component must be less than {pca.n_components_}, the number of components of pca, as the first is 0; "
-                f"got {component}"
-            )
+        if not 0 <= component < pca.n_components_:
+            raise ValueError(f"component must be from 0 to {pca.n_components_ - 1}, got {component}")
         if pca.skeleton_ is None:
-            raise ValueError("pca has no skeleton to draw, got PoseTangentPCA(None): pass skeleton= and fit again")
-        if not (isinstance(extent, Real) and 0.0 < extent < np.inf):
-            raise ValueError(f"extent must be a positive number of standard deviations, got {extent!r}")
+            raise ValueError("pca must have a skeleton to be drawn, got PoseTangentPCA(None)")
+        check_positive("extent", extent)
         deviations, scores = np.linspace(-extent, extent, n_poses), np.zeros((n_poses, pca.n_components_))
         scores[:, component] = deviations * np.sqrt(pca.explained_variance_[component])
         positions = forward_kinematics(pca.inverse_transform(scores), pca.skeleton_)
         share = float(pca.explained_variance_ratio_[component])
-        return cls(positions, pca.skeleton_, deviations, component, share).plot(ax, projection=projection, **style)
+        return cls(positions, pca.skeleton_, deviations, component, share).plot(ax, **options)

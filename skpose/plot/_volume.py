@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from skpose.kinematics._shared import Shape, find_shape, outline
 from skpose.plot._axes import SIDES
 from skpose.skeleton import Skeleton
+from skpose.view._shape import Shape, find_shape, outline
 
-TINT = 0.5  # share of the colour of a side in that of its parts; the rest is the colour of the axes
+TINT = 0.5  # share of a side's colour in its parts, mixed with the colour of the axes
 EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
 GROUND: dict[str, Any] = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
 
 
 def shape_of_person(skeleton: Skeleton) -> Shape | None:
-    """Return the shape of a person; None for other skeletons, which are drawn as lines alone."""
+    """The shape of a person; None for other skeletons, which are drawn as lines alone."""
     shape = find_shape(skeleton)
     return shape if shape.is_person else None
 
@@ -23,11 +23,7 @@ def shape_of_person(skeleton: Skeleton) -> Shape | None:
 def draw_volume(
     ax, positions: np.ndarray, plane: list[int], side: Sequence[str], shape: Shape, shift: float, style: Mapping
 ) -> None:
-    """Draw the parts of one pose, (n_joints, 3) with the root at the origin, far ones first.
-
-    Colours are those of the sides, one for each joint, or the one that the style has. Parts at a joint that is NaN are
-    left out.
-    """
+    """Draw the parts of one pose, (n_joints, 3) with the root at the origin, far ones first, without those with NaN."""
     from matplotlib.collections import PathCollection
     from matplotlib.colors import to_rgb, to_rgba
     from matplotlib.path import Path
@@ -73,10 +69,10 @@ def draw_ground(ax, height: float) -> None:
 
 
 def lowest_of(shape: Shape, positions: np.ndarray, axis: int) -> float:
-    """Return the lowest coordinate that poses (n_poses, n_joints, 3) reach along an axis."""
+    """The lowest coordinate of poses (n_poses, n_joints, 3) along an axis."""
     return float(np.nanmin(shape.centres(with_root(positions))[..., axis] - shape.radii))
 
 
 def with_root(positions: np.ndarray) -> np.ndarray:
-    """Return positions (..., n_joints, 3) with the root, at the origin, before them."""
+    """Positions (..., n_joints, 3) with the root, at the origin, in front of them."""
     return np.concatenate([np.zeros((*positions.shape[:-2], 1, 3)), positions], axis=-2)

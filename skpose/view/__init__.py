@@ -1,22 +1,23 @@
 """Pages for the browser: motions to look at, turn and compare.
 
-A page is one HTML file without network, see `Page`. Nothing beyond skpose's own dependencies is needed.
+Each function returns a `Page`, one HTML file without network access. No further packages are needed.
 
 | module    |                                                                                          |
 |-----------|------------------------------------------------------------------------------------------|
 | `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
-| `_explorer` | all poses of a collection of motions as points in the plane                            |
+| `_explorer` | all poses of a collection of motions as points in the plane; `_embeddings` computes it |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
 | `_points` | keypoints in space, with the bones of a layout                                           |
 | `_skeleton` | a skeleton for the scripts that compute poses and distances                            |
+| `_shape`  | the parts of figures; `_person_shape` has the head, trunk and limbs of people            |
 | `_strip`  | some poses of a motion as a small picture (SVG)                                          |
 | `_page`   | one HTML file of markup, styles, scripts and data                                        |
 | `assets`  | markup, styles and scripts: `page.js`, `figure.js` and `orbit.js` are for any page       |
 """
 
 from skpose.view._explorer import explorer
-from skpose.view._page import Page
+from skpose.view._page import Page as Page
 from skpose.view._paths import geodesic_player
 from skpose.view._player import player
 
-__all__ = ["Page", "explorer", "geodesic_player", "player"]
+__all__ = ["explorer", "geodesic_player", "player"]

@@ -1,4 +1,4 @@
-"""Poses as points in the plane, by their distances: what an explorer shows."""
+"""Poses as points in the plane, by their distances."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from skpose.skeleton import Skeleton
 from skpose.view._pack import pack
 
 EMBEDDINGS = ("mds", "tsne", "isomap")
-ALL, LANDMARKS = 2000, 1000  # poses up to which all distances are computed, and of more those to so many poses
+ALL, LANDMARKS = 2000, 1000  # of more poses than ALL only the distances to so many landmarks are computed
 PERPLEXITY, NEIGHBORS = 30, 10  # of t-SNE and of Isomap
 LEAST_OF_TSNE, MOST_OF_ISOMAP = 20, 4000  # poses
 
@@ -27,17 +27,11 @@ def embed(
     n_jobs: int | None,
     verbose: int,
 ) -> list[dict[str, Any]]:
-    """Return what a page holds of each method and metric; axes point to where those of the first do."""
+    """Data of each method and metric; all planes are flipped like the first."""
     if "tsne" in methods and len(X) < LEAST_OF_TSNE:
-        raise ValueError(
-            f'embeddings "tsne" is for {LEAST_OF_TSNE} poses at least, as fewer have no neighbourhoods, got {len(X)}: '
-            'choose a higher frame_rate, or "mds"'
-        )
+        raise ValueError(f"embeddings 'tsne' needs at least {LEAST_OF_TSNE} poses, got {len(X)}")
     if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
-        raise ValueError(
-            f'embeddings "isomap" is for {MOST_OF_ISOMAP:,} poses at most, as it takes the paths between all pairs, '
-            f'got {len(X):,}: choose a lower frame_rate, or "tsne"'
-        )
+        raise ValueError(f"embeddings 'isomap' takes at most {MOST_OF_ISOMAP:,} poses, got {len(X):,}")
     found: list[dict[str, Any]] = []
     first = None
     for metric in metrics:
@@ -74,12 +68,11 @@ def embed(
 
 
 def _flip(points: np.ndarray, like: np.ndarray) -> np.ndarray:
-    """Return points with axes that point to where those of others do."""
+    """Points, mirrored along the axes that point opposite to another plane."""
     return points * np.where((points * like).sum(axis=0) < 0.0, -1.0, 1.0)
 
 
 def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, n_jobs: int | None) -> np.ndarray:
-    """Return the plane of t-SNE of the nearest neighbours, which starts at another one."""
     perplexity = min(PERPLEXITY, (len(X) - 1) / 3)
     k = min(len(X) - 1, int(3.0 * perplexity + 1.0))
     graph = PoseKNeighborsTransformer(skeleton, n_neighbors=k, metric=metric, n_jobs=n_jobs).fit_transform(X)
@@ -91,7 +84,6 @@ def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, 
 
 
 def _isomap(X: np.ndarray, skeleton: Skeleton, metric: Metric, n_jobs: int | None) -> np.ndarray:
-    """Return the plane of Isomap."""
     D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
     isomap = Isomap(n_neighbors=min(NEIGHBORS, len(X) - 1), n_components=2, metric="precomputed", n_jobs=n_jobs)
     return isomap.fit_transform(D)

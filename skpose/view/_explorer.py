@@ -1,13 +1,14 @@
-"""The explorer: all poses of a collection of motions as points in the plane, and what is behind each point."""
+"""The explorer: all poses of a collection of motions as points in the plane."""
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import count
 from typing import Any
 
 import numpy as np
 
+from skpose._validation.options import check_kind
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric, Spatial
@@ -22,6 +23,7 @@ from skpose.view._skeleton import NUMBERS, skeleton_data
 
 STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
 MILLISECOND = 1e-3
+COMPUTED = ("angle", "position", "rotation", "spatial")  # metrics between two poses that the page computes
 ASSETS = (
     "page.css",
     "panels.css",
@@ -30,12 +32,13 @@ ASSETS = (
     "page.js",
     "figure.js",
     "shape.js",
+    "gestures.js",
     "orbit.js",
     *NUMBERS,
     "poses.js",
     "pose_view.js",
     "scatter.js",
-    "gestures.js",
+    "lasso.js",
     "labels.js",
     "small_figures.js",
     "marks.js",
@@ -61,25 +64,24 @@ def explorer(
     n_jobs: int | None = None,
     verbose: int = 0,
 ) -> Page:
-    """Return a page that shows all poses of some motions as points: near ones are similar under a metric.
+    """Make a page that shows all poses of some motions as points: near points are similar poses under a metric.
 
-    A point under the pointer shows its pose, a click plays its motion from there. Two poses are compared by the
-    shortest path and the straight line between them, played side by side, and by their five distances. A lasso lists
-    the motions inside.
+    A point under the pointer shows its pose, a click plays its motion from there. Two poses are compared by four
+    distances, and the straight line between them is played. A lasso lists the motions inside.
 
     Parameters
     ----------
     dataset : MotionDataset
-        The motions. Their subjects and actions, where they have them, are choices of colour.
+        The motions. Their subjects and actions, if known, are choices of colour.
     metrics : sequence of str or Metric, default=("spatial", "position", "rotation", "angle")
         The metrics whose embeddings are in the page, see `skpose.pose_distances`; the page starts with the first.
     embeddings : sequence of {"mds", "tsne", "isomap"}, default=("mds",)
-        How the plane is made of the distances under each metric: `SpatialMDS`, scikit-learn's `TSNE` of the nearest
-        neighbours, or its `Isomap`. A control in the page changes it; the page starts with the first.
+        How the plane follows from the distances under each metric: `SpatialMDS`, scikit-learn's `TSNE` of the nearest
+        neighbours, or its `Isomap`. The page starts with the first.
     frame_rate : float, default=12.0
         Poses a second, Hz, see `Motion.resample`; None takes every frame.
     labels : sequence of str, default=None
-        A name for each motion; None is made of its subject, action and trial, as far as they are known.
+        A name for each motion; None uses its subject, action and trial, as far as they are known.
     title : str, default=None
         Title of the page; None states how many poses and motions there are.
     n_jobs : int, default=None
@@ -95,11 +97,10 @@ def explorer(
     Raises
     ------
     TypeError
-        For what is no MotionDataset.
+        If `dataset` is not a `MotionDataset`.
     ValueError
-        For fewer than two poses, unknown metrics and embeddings, labels that are not one each, more than 4,000 poses
-        for "isomap", whose memory is the square of that, and for motions whose poses are not comparable, see
-        `MotionDataset.poses`.
+        For fewer than two poses, unknown metrics and embeddings, another number of labels, more than 4,000 poses for
+        "isomap", whose memory is quadratic, and motions whose poses are not comparable, see `MotionDataset.poses`.
 
     See Also
     --------
@@ -109,19 +110,17 @@ def explorer(
 
     Notes
     -----
-    The poses are those of ``dataset.poses(frame_rate)``, on the mean skeleton: the figures in the page are what the
-    distances are about. The root is in them only after ``dataset.with_root()``. The numbers of a pose are rounded to a
-    65,536th of a whole turn; by how much a joint is moved at most, `Page.note` and the page state.
+    The page shows ``dataset.poses(frame_rate)`` on the mean skeleton, without the root unless the dataset is
+    ``dataset.with_root()``. The numbers of a pose are rounded to a 65,536th of a turn; ``page.note`` states the largest
+    error of a joint.
 
-    "mds" is `SpatialMDS` with two components, whose lengths are those of the distances as far as the plane has them; of
-    more than 2,000 poses 1,000 are landmarks, so that the cost is one distance for each pose and landmark. "tsne" has
-    perplexity 30 and starts there: which poses are neighbours is to be seen, distances between groups are not, so that
-    the page shows no scale. "isomap" takes 10 neighbours. "geodesic" takes an hour for a million distances. 10,000
-    poses of 56 numbers make a page of some 1 MB.
+    "mds" is `SpatialMDS` with two components; of more than 2,000 poses 1,000 are landmarks, so that the cost is one
+    distance for each pose and landmark. "tsne" has perplexity 30 and starts from "mds"; distances between its groups
+    mean nothing, so that the page shows no scale. "isomap" takes 10 neighbours. The metric "geodesic" takes an hour for
+    a million distances. 10,000 poses of 56 numbers make a page of some 1 MB.
 
-    Small figures stand for the groups of the colours, by the pose in the middle of each, and as one zooms in for single
-    poses. Where many points lie over each other they are smaller and paler. "Share" saves pictures and videos. Colours
-    repeat after ten groups, with another form of the points.
+    A small figure shows the pose in the middle of each group, and single poses as one zooms in. Points are smaller and
+    paler where many overlap. Colours repeat after ten groups, with another form of the points.
 
     Examples
     --------
@@ -131,11 +130,7 @@ def explorer(
     >>> page.title
     '144 poses of 4 motions'
     """
-    if not isinstance(dataset, MotionDataset):
-        raise TypeError(
-            f"dataset must be a skpose.datasets.MotionDataset, got {type(dataset).__name__}: MotionDataset(motions) "
-            "makes one of motions"
-        )
+    check_kind(dataset, MotionDataset, "dataset", "MotionDataset(motions) is one")
     names = _check_labels(labels, dataset)
     skeleton, motions = _prepare_motions(dataset, frame_rate)
     numbers = skeleton_data(skeleton)  # which refuses slides
@@ -150,7 +145,9 @@ def explorer(
         "title": heading,
         "rate": rates.pop() if len(rates) == 1 else None,
         "error": error,
-        "metrics": [{"name": name, "unit": metric.unit} for name, metric in METRICS.items()],
+        "metrics": [
+            {"name": name, "unit": METRICS[name].unit} for name in ("angle", "position", "rotation", "spatial")
+        ],
         "steps": Spatial().n_steps,
         "poses": packed,
         "skeleton": numbers,
@@ -163,24 +160,17 @@ def explorer(
 
 
 def _check_metrics(metrics: Sequence[str | Metric], skeleton: Skeleton) -> list[Metric]:
-    given = [] if isinstance(metrics, str) or not isinstance(metrics, Iterable) else list(metrics)
-    if not given:
-        got = repr(metrics) if isinstance(metrics, str) or not isinstance(metrics, Iterable) else "none"
-        raise ValueError(f'metrics must be a list of at least one metric, such as ["spatial"], got {got}')
-    for one in given:
-        if not (isinstance(one, Metric) or (isinstance(one, str) and one in METRICS)):
-            raise ValueError(f"metrics must be among {', '.join(METRICS)}, or objects of skpose.metrics, got {one!r}")
-    return list(dict.fromkeys(resolve(one, skeleton) for one in given))
+    if isinstance(metrics, str) or not len(metrics):
+        raise ValueError(f"metrics must be a list of metrics, got {metrics!r}")
+    if unknown := [one for one in metrics if isinstance(one, str) and one not in METRICS]:
+        raise ValueError(f"metrics must be among {', '.join(METRICS)}, got {unknown[0]!r}")
+    return list(dict.fromkeys(resolve(one, skeleton) for one in metrics))
 
 
 def _check_embeddings(embeddings: Sequence[str]) -> list[str]:
-    given = [] if isinstance(embeddings, str) or not isinstance(embeddings, Iterable) else list(embeddings)
-    if not given or any(one not in EMBEDDINGS for one in given):
-        raise ValueError(
-            f"embeddings must be a list of at least one of {', '.join(map(repr, EMBEDDINGS))}, such as ['mds'], got "
-            f"{embeddings!r}"
-        )
-    return list(dict.fromkeys(given))
+    if isinstance(embeddings, str) or not embeddings or not set(EMBEDDINGS).issuperset(embeddings):
+        raise ValueError(f"embeddings must be a list of {', '.join(EMBEDDINGS)}, got {embeddings!r}")
+    return list(dict.fromkeys(embeddings))
 
 
 def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
@@ -191,45 +181,37 @@ def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[
         named = [name or f"motion {i}" for i, name in enumerate(named, start=1)]
         counts = {name: count(1) for name, n in Counter(named).items() if n > 1}
         return [f"{name} ({next(counts[name])})" if name in counts else name for name in named]
-    given = None if isinstance(labels, str) else list(labels)
-    if given is None or len(given) != len(dataset):
-        got = repr(labels) if given is None else f"{len(given)} labels"
-        raise ValueError(f"labels must be a list of one name for each of the {len(dataset)} motions, got {got}")
-    return [str(label) for label in given]
+    if isinstance(labels, str) or len(labels) != len(dataset):
+        raise ValueError(f"labels must be a list of {len(dataset)} names, got {labels!r}")
+    return [str(label) for label in labels]
 
 
 def _prepare_motions(dataset: MotionDataset, frame_rate: float | None) -> tuple[Skeleton, list[Motion]]:
-    """Return the mean skeleton, and the motions on it at the frame rate, as `MotionDataset.poses` has them."""
+    """The mean skeleton, and the motions on it at the frame rate, as in `MotionDataset.poses`."""
     motions: list[Motion] = []
     if len(dataset):
         motions = list(dataset.retarget(dataset.skeleton, method="numbers"))
         motions = motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
     if (n := sum(map(len, motions))) < 2:
-        raise ValueError(
-            f"an explorer shows at least 2 poses, got {n} of {len(dataset)} motions: choose other motions, or a higher "
-            "frame rate"
-        )
+        raise ValueError(f"dataset must have at least 2 poses at this frame_rate, got {n}")
     return dataset.skeleton, motions
 
 
 def _largest_error(X: np.ndarray, rounded: np.ndarray, skeleton: Skeleton) -> float:
-    """Return the largest distance between a joint of a pose and the same joint of the rounded pose, m."""
+    """The largest distance between a joint of a pose and the same joint of the rounded pose, m."""
     positions = [forward_kinematics(poses, skeleton) for poses in (X, rounded)]
     return float(np.linalg.norm(positions[0] - positions[1], axis=2).max(initial=0.0))
 
 
 def _size(X: np.ndarray, skeleton: Skeleton) -> float:
-    """Return the largest extent of a pose along an axis, m, in the median of all; or 1 if that is zero."""
+    """The median over all poses of the largest extent along an axis, m; or 1 if that is zero."""
     F = forward_kinematics(X, skeleton)
     extents = F.max(axis=1, initial=0.0) - F.min(axis=1, initial=0.0)  # the root is at zero
     return float(np.median(extents.max(axis=1))) or 1.0
 
 
 def _up(motions: Sequence[Motion]) -> dict[str, Any]:
-    """Return which axes of the root are x, y and z in the page, y up, with their signs, and their names.
-
-    The root's axis that points up is the one that does so in the mean of all frames.
-    """
+    """Axes of the root that are x, y and z in the page, y up in the mean of all frames, with signs and names."""
     mean = np.zeros(3)
     for motion in motions:
         vertical = np.eye(3)["xyz".index(motion.up)]
@@ -246,12 +228,12 @@ def _up(motions: Sequence[Motion]) -> dict[str, Any]:
 
 
 def _with_numbers(name: str) -> tuple[list[str | int], str]:
-    """Return the key that sorts names by the numbers in them: "2" before "10", and "01" before "1"."""
+    """A key that sorts names by the numbers in them: "2" before "10", and "01" before "1"."""
     return [int(part) if i % 2 else part for i, part in enumerate(re.split(r"(\d+)", name))], name
 
 
 def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequence[str]) -> dict[str, Any]:
-    """Return what the page holds of each motion: its name, how many poses it has, their times, and its groups."""
+    """Data of each motion: its name, number of poses, their times, and its groups."""
     groups = []
     for word in ("subject", "action"):
         values = getattr(dataset, f"{word}s", None)

@@ -5,25 +5,25 @@ from typing import NamedTuple
 import numpy as np
 
 WINDOW = 0.025  # s before and after a frame over which speed is measured
-SLOW = 0.15  # sizes a second, below which a point stands still; a toe that swings moves at ten times that
+SLOW = 0.15  # sizes a second; slower points stand still, a swinging toe is ten times as fast
 SHORT = 0.1  # s; at the top of a jump one is as slow for less
-LEVEL = 0.04  # sizes, within which heights are those of one floor; steps of stairs are higher
+LEVEL = 0.04  # sizes; heights that differ less are one floor, steps of stairs are higher
 LOW = 5.0  # %, the percentile of the heights that counts as the lowest: a toe that dips into the floor does not
 
 
 class Ground(NamedTuple):
-    """The ground, and what it was found from."""
+    """The height of the ground, and the number of frames behind it."""
 
     height: float  # m
-    n_frames: int  # in which the lowest point stands still; zero where there is none, and the ground is at the lowest
+    n_frames: int  # in which the lowest point stands still; if zero, the ground is at the lowest point of all
 
 
 def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
-    """Return the ground below points (n_frames, n_points, 3), y up, m; NaN is a point that is not seen.
+    """The ground below points (n_frames, n_points, 3), y up, m; NaN for missing points.
 
-    Times (n_frames,) are in s, and the size of the figure in m. Where the lowest point of a frame is slow, it stands on
-    something. The ground is the median of the heights there that are near the lowest ones, so that one frame in which a
-    toe dips does not lift the others.
+    Times (n_frames,) are in s, the size of the figure in m. The lowest point of a frame stands on something if it is
+    slow. The ground is the median of its heights there, among those near the lowest ones, so that one dip of a toe does
+    not lift the figure.
     """
     heights = np.where(np.isnan(points[..., 1]), np.inf, points[..., 1])
     frames, lowest = np.arange(len(points)), heights.argmin(axis=1)

@@ -18,7 +18,7 @@ Packed = dict[str, Any]
 
 
 def pack(values: np.ndarray, step: float | None = None) -> Packed:
-    """Return an array (n, k) of finite numbers as a JSON object; each is rounded to the nearest multiple of a step.
+    """Pack an array (n, k) of finite numbers as a JSON object; each is rounded to the nearest multiple of a step.
 
     Parameters
     ----------
@@ -26,8 +26,7 @@ def pack(values: np.ndarray, step: float | None = None) -> Packed:
         At least one number.
     step : float, default=None
         The step; None divides the range of all values into 65,535, so that no number is off by more than a 131,070th
-        of the range. A given step takes 16 bits a number where they reach, or 32, and is made larger where these do
-        not.
+        of the range. A given step takes 16 or 32 bits a number, and is made larger if 32 do not suffice.
     """
     low, extent = float(values.min()), float(np.ptp(values))
     if step is None:
@@ -37,7 +36,7 @@ def pack(values: np.ndarray, step: float | None = None) -> Packed:
 
 
 def pack_angles(angles: np.ndarray) -> Packed:
-    """Return angles (n, k), rad, likewise: as steps of 2π / 65,536, without whole turns."""
+    """Pack angles (n, k), rad, as steps of 2π / 65,536, without whole turns."""
     turns = np.rint(angles * (TURN / (2.0 * np.pi))) % TURN
     return _pack_values(turns * (2.0 * np.pi / TURN), 0.0, 2.0 * np.pi / TURN, np.dtype("<u2"))
 
@@ -53,7 +52,7 @@ def _pack_values(values: np.ndarray, low: float, step: float, dtype: np.dtype) -
 
 
 def unpack(packed: Packed) -> np.ndarray:
-    """Return the array (n, k) that a page has, of what `pack` returned."""
+    """The array (n, k) that a page has after `pack`."""
     n, k = packed["shape"]
     content = zlib.decompress(base64.b64decode(packed["data"]))
     bytes_of = np.frombuffer(content, dtype=np.uint8).reshape(packed["bytes"], -1)

@@ -1,8 +1,8 @@
-"""A page: one HTML file with all that it needs in it, and what can be done with one.
+"""A page: one self-contained HTML file.
 
-Nothing in a page comes from the network, and its own policy (Content-Security-Policy) forbids it to ask: of scripts
-and styles only those are run whose digests it names. The scripts are compressed, and a short one unpacks them.
-Data, names from files among them, are JSON in an element that is no program, and the scripts show them as text.
+A page loads nothing from the network, and its Content-Security-Policy forbids it: only scripts and styles with the
+digests in the page run. The scripts are compressed, and a short one unpacks them. Data, including names from files, are
+JSON in an inert element, and the scripts show them as text.
 """
 
 import base64
@@ -57,7 +57,7 @@ class Page:
     title : str
         Its title.
     note : str
-        What is in it, in a few words.
+        A short summary of its content.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class Page:
         return path
 
     def _repr_html_(self) -> str:
-        """Return the page as a frame in a notebook, apart from all else that is in it."""
+        """The page as a sandboxed frame in a notebook."""
         return (
             f'<figure style="margin: 0"><iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self.title)}" '
             f'sandbox="allow-scripts allow-downloads" style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
@@ -119,25 +119,25 @@ class Page:
 
 
 def save_temporarily(page: Page) -> Path:
-    """Write a page to a file in a temporary folder of its own, which stays."""
+    """Write a page to a new temporary folder, which is kept."""
     path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
     page.save(path)
     return path
 
 
 def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset]) -> Page:
-    """Return the page of some data.
+    """Make the page of some data.
 
     Parameters
     ----------
     title, note : str
         See `Page`.
     data : dict
-        What JSON can hold; the scripts find it in the element "data".
+        Data as JSON can hold it; the scripts find it in the element "data".
     body : str or Path
         Name of the asset that is the body's markup, or a file elsewhere.
     assets : sequence of str or Path
-        Names of the scripts and styles, each after those that it uses, and of further markup.
+        Names of scripts and styles, in the order of their dependencies, and of further markup.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
     starter = asset("start.js")
@@ -164,11 +164,11 @@ def assets_of(names: Sequence[Asset], suffix: str) -> list[Asset]:
 
 
 def asset(name: Asset) -> str:
-    """Return the content of a file of the folder assets, or of one elsewhere."""
+    """The content of a file of the folder assets, or elsewhere."""
     file = name if isinstance(name, Path) else resources.files("skpose.view").joinpath("assets", name)
     return file.read_text(encoding="utf-8")
 
 
 def _digest(content: str) -> str:
-    """Return the digest by which a policy names a script or a style."""
+    """The digest of a script or a style in the policy."""
     return "sha256-" + base64.b64encode(hashlib.sha256(content.encode("utf-8")).digest()).decode()

@@ -28,10 +28,10 @@ def geodesic_player(
     overlay: bool = False,
     up: Literal["x", "y", "z"] = "y",
 ) -> Page:
-    """Return a page that plays the shortest path from one pose to another together with the straight line.
+    """Make a page that plays the shortest path between two poses next to the straight line.
 
-    Both take two seconds, at constant speed of all joints together. Colours show how far each joint is from where it is
-    on the other path.
+    Both take two seconds, at constant speed of all joints together. Colours show the distance of each joint
+    from its place on the other path.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def geodesic_player(
     Returns
     -------
     Page
-        Its labels have the lengths of both paths, m: those of the metrics "geodesic" and "spatial", on a fine grid.
+        Its labels have the lengths of both paths, m, the metrics "geodesic" and "spatial" on a fine grid.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def geodesic_player(
 
 
 def _at_constant_speed(path: np.ndarray, skeleton: Skeleton, n: int) -> tuple[np.ndarray, float]:
-    """Return n poses along a path with the same length of curve between each two, and its length, m."""
+    """The length of a path, m, and n poses at equal lengths along it."""
     weights = np.sqrt(skeleton.weights)[:, None]
     positions = (forward_kinematics(path, skeleton) * weights).reshape(len(path), -1)
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])

@@ -1,10 +1,11 @@
-"""The player: motions in one page, side by side or on top of each other, and aligned in time."""
+"""The player: motions in one page, side by side or on top of each other, optionally aligned in time."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
+from skpose._validation.options import check_kind
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._shared import check_layout
 from skpose.motions import Alignment
@@ -25,6 +26,7 @@ ASSETS = (
     "page.js",
     "figure.js",
     "shape.js",
+    "gestures.js",
     "orbit.js",
     "between.js",
     "clip.js",
@@ -46,23 +48,22 @@ def player(
     overlay: bool = False,
     title: str | None = None,
 ) -> Page:
-    """Return a page that plays motions: one HTML file, without network, to turn them and to compare them.
+    """Make a page that plays motions, to be turned and compared: one HTML file without network access.
 
     Parameters
     ----------
     motions : Motion, Keypoints, or iterable of these
-        One motion, or up to twelve, of any skeletons and frame rates. Of keypoints, such as markers, those that are
-        seen in a frame are drawn.
+        One motion, or up to twelve, of any skeletons and frame rates. Keypoints, such as markers, are drawn in the
+        frames that have them.
     labels : sequence of str, default=None
         A name for each; None is "motion 1", "motion 2" and so on.
     alignment : Alignment, default=None
-        For two motions: the frames that belong together, from ``align_motions(a, b)``. The two are then played in step,
-        and colours show how far each joint is from its counterpart.
+        For two motions: the matching frames, from ``align_motions(a, b)``. The two are then played in step, and colours
+        show the distance of each joint from its counterpart.
     layout : Layout or str, default=None
-        The layout of keypoints, or the name of one of `skpose.keypoints.layouts`: its bones are drawn between the
-        points, and its midpoints with them. None is the layout with the most points of those whose points are all
-        there by their names, in any spelling; where there is none, points are drawn without bones. The help in the page
-        states which one it is.
+        The layout of keypoints, or its name in `skpose.keypoints.layouts`: its bones are drawn between the points, with
+        its midpoints. None chooses the largest layout whose points are all there by name; without one, points have no
+        bones. The help in the page names it.
     overlay : bool, default=False
         Whether several motions start in one picture instead of side by side; a control in the page changes it.
     title : str, default=None
@@ -76,10 +77,10 @@ def player(
     Raises
     ------
     TypeError
-        For what is no motion.
+        If an element is neither a `Motion` nor `Keypoints`.
     ValueError
-        For motions without frames, and keypoints of which none is seen, for none or more than twelve, for labels that
-        are not one each, for an alignment of other motions, and for a layout without keypoints or of other ones.
+        For motions without frames or visible points, none or more than twelve motions, another number of labels, an
+        alignment of other motions, and a layout without keypoints.
 
     See Also
     --------
@@ -89,10 +90,10 @@ def player(
 
     Notes
     -----
-    The page has each frame that the motion has: ``motion.resample(30)`` makes a smaller page. Positions are rounded to
-    a 65,535th of the extent of the skeleton; by how much at most, `Page.note` and the page state. A minute of 30 joints
-    at 30 Hz is some 0.3 MB. The ground is where the lowest joint stands still, in the median of such
-    frames, or else at the lowest joint of all.
+    The page has all frames of the motion: ``motion.resample(30)`` makes a smaller page. Positions are rounded to a
+    65,535th of the extent of the skeleton; ``page.note`` states the largest error. A minute of 30 joints at 30 Hz is
+    some 0.3 MB. The ground is at the median height of the lowest joint where it stands still, or else at the lowest
+    joint of all frames.
 
     The player starts by itself, unless the system asks for reduced motion. Arrow keys turn the view, + and − zoom, the
     space bar plays; "Help" in the page lists all keys. Browsers since 2023 show it.
@@ -112,7 +113,7 @@ def player(
     names = _check_labels(labels, shown)
     layout = None if layout is None else check_layout(layout)
     if layout is not None and not any(isinstance(one, Keypoints) for one in shown):
-        raise ValueError("layout is for keypoints, and there are motions alone, which have bones: leave it out")
+        raise ValueError("layout is for keypoints, got motions only")
     data = [
         points_data(one, name, layout) if isinstance(one, Keypoints) else motion_data(one, name)
         for one, name in zip(shown, names, strict=True)
@@ -122,7 +123,7 @@ def player(
 
 
 def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overlay: bool, title: str) -> Page:
-    """Return the page of motions as objects of JSON, see `motion_data`, `points_data` and `pairs_data`."""
+    """The page of motions as objects of JSON, see `motion_data`, `points_data` and `pairs_data`."""
     plural = "s" * (len(data) > 1)
     are_points = all("seen" in motion for motion in data)
     count = f"{len(data)} " + (f"recording{plural} of points" if are_points else f"motion{plural}")
@@ -137,85 +138,49 @@ def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overla
 
 
 def pairs_data(path: np.ndarray, distances: np.ndarray, columns: Sequence[Sequence[int]]) -> dict[str, Any]:
-    """Return what a page holds of frames that belong together.
+    """Data of matching frames, (n_pairs, 2), and of the distances (n_pairs, n_columns) of joints, m.
 
-    Parameters
-    ----------
-    path : ndarray of shape (n_pairs, 2) of ints
-        Frames of the first and of the second motion.
-    distances : ndarray of shape (n_pairs, n_columns)
-        Distances between joints and their counterparts, m.
-    columns : sequence of two sequences of ints
-        For each joint of the first and of the second motion its column.
+    `columns` holds for each joint of the first and of the second motion its column of the distances.
     """
-    return {"path": pack(path, 1.0), "distances": pack(distances), "columns": [list(map(int, c)) for c in columns]}
+    return {
+        "path": pack(path, 1.0),
+        "distances": pack(distances),
+        "columns": [list(map(int, some)) for some in columns],
+        "largest": float(distances.max()),
+    }
 
 
 def _check_motions(motions: Recording | Iterable[Any]) -> list[Recording]:
-    expected = "motions must be a skpose.Motion, skpose.Keypoints, or several in a list"
-    if isinstance(motions, Recording):
-        motions = [motions]
-    if isinstance(motions, str | bytes) or not isinstance(motions, Iterable):
-        hint = ": skpose.io.load_motion(path) reads a motion from a file" if isinstance(motions, str | bytes) else ""
-        raise TypeError(f"{expected}, got {type(motions).__name__}{hint}")
-    shown = list(motions)
+    shown = [motions] if isinstance(motions, Recording) else list(motions)
+    if not 0 < len(shown) <= MOST:
+        raise ValueError(f"motions must be 1 to {MOST}, got {len(shown)}")
     for i, motion in enumerate(shown):
         if not isinstance(motion, Recording):
-            raise TypeError(
-                f"{expected}, got {type(motion).__name__} as motions[{i}]: "
-                "Motion(skeleton, angles, frame_rate) makes one of an array of poses"
-            )
-        if not len(motion):
-            raise ValueError(f"motions[{i}] has no frames, and there is nothing to show: leave it out")
-        if isinstance(motion, Keypoints) and not motion.confidences.any():
-            raise ValueError(f"motions[{i}] has no point that is seen, and there is nothing to show: leave it out")
-    if not 0 < len(shown) <= MOST:
-        raise ValueError(f"a player shows 1 to {MOST} motions at once, got {len(shown)}: choose some of them")
+            raise TypeError(f"motions must be skpose.Motion or skpose.Keypoints, got {type(motion).__name__}")
+        if not len(motion) or (isinstance(motion, Keypoints) and not motion.confidences.any()):
+            raise ValueError(f"motions must have frames with visible points, motions[{i}] has none")
     return shown
 
 
 def _check_labels(labels: Sequence[str] | None, shown: list[Recording]) -> list[str]:
-    n = len(shown)
     if labels is None:
         kinds = ["points" if isinstance(one, Keypoints) else "motion" for one in shown]
-        return [f"{kind} {i}" for i, kind in enumerate(kinds, start=1)] if n > 1 else kinds
-    if isinstance(labels, str) or len(labels) != n:
-        got = repr(labels) if isinstance(labels, str) else f"{len(labels)} labels"
-        raise ValueError(f"labels must be a list of one name for each of the {n} motions, got {got}")
+        return [f"{kind} {i}" for i, kind in enumerate(kinds, start=1)] if len(shown) > 1 else kinds
+    if isinstance(labels, str) or len(labels) != len(shown):
+        raise ValueError(f"labels must be a list of {len(shown)} names, got {labels!r}")
     return [str(label) for label in labels]
 
 
 def _alignment_data(alignment: Alignment, motions: list[Recording]) -> dict[str, Any]:
-    """Return what a page holds of an alignment; refuse one of other motions."""
-    if not isinstance(alignment, Alignment):
-        raise TypeError(
-            f"alignment must be a skpose.motions.Alignment, got {type(alignment).__name__}: align_motions(a, b) "
-            "finds it"
-        )
-    if len(motions) != 2:
-        raise ValueError(f"an alignment is one of two motions, got {len(motions)}: pass player([a, b], alignment=...)")
+    """Data of an alignment, which must be of these motions."""
+    check_kind(alignment, Alignment, "alignment", "align_motions(a, b) finds one")
     if alignment.skeleton is None or alignment.joint_distances is None:
-        raise ValueError(
-            "the alignment has no skeleton, so that there are no joints to compare: pass the motions themselves to "
-            "align_motions"
-        )
+        raise ValueError("alignment must have a skeleton: pass Motion objects to align_motions")
     column = {name: i for i, name in enumerate(alignment.skeleton.joint_names)}
     columns = []
-    for i, (motion, poses) in enumerate(zip(motions, (alignment.a, alignment.b), strict=True)):
-        if not isinstance(motion, Motion):
-            raise ValueError(
-                f"the alignment is one of motions, and motions[{i}] is Keypoints, which have no joints: leave "
-                "alignment out, or make a motion of them by fit_skeleton and inverse_kinematics"
-            )
-        if len(motion) != len(poses):
-            raise ValueError(
-                f"the alignment is not one of these motions: it has {len(poses)} frames for motions[{i}], which has "
-                f"{len(motion)}: pass align_motions(motions[0], motions[1])"
-            )
-        if unlike := column.keys() ^ set(motion.skeleton.joint_names):
-            raise ValueError(
-                f"the alignment is not one of these motions: {min(unlike)!r} is a joint of only one of the alignment "
-                f"and motions[{i}]: pass align_motions(motions[0], motions[1])"
-            )
-        columns.append([column[name] for name in motion.skeleton.joint_names])
+    for motion, poses in zip(motions, (alignment.a, alignment.b), strict=False):
+        if isinstance(motion, Motion) and len(motion) == len(poses):
+            columns.append([column.get(name, -1) for name in motion.skeleton.joint_names])
+    if len(motions) != 2 or [sorted(some) for some in columns] != 2 * [list(range(len(column)))]:
+        raise ValueError("alignment must be of the two motions: pass align_motions(*motions)")
     return pairs_data(alignment.path, alignment.joint_distances, columns)

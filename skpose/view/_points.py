@@ -1,4 +1,4 @@
-"""Keypoints in space, as pages draw them: like a motion, with the bones of a layout, and without those not seen."""
+"""Keypoints in space, as pages draw them: like a motion, with the bones of a layout."""
 
 from typing import Any, NamedTuple
 
@@ -7,12 +7,12 @@ import numpy as np
 from skpose._validation.units import extent_of
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._shared import find_layout, find_names
-from skpose.kinematics._shared import Shape, find_shape, join_shapes, point_shape
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack
 from skpose.view._scene import AXES, Scene, largest_error
+from skpose.view._shape import Shape, find_shape, join_shapes, point_shape
 
 
 class Figure(NamedTuple):
@@ -21,14 +21,14 @@ class Figure(NamedTuple):
     positions: np.ndarray  # (n_frames, n_points, 3), m, NaN where a point is not seen
     names: list[str]
     keys: list[str]  # the same, as the layout spells them
-    parents: list[int]  # of each point the one at the other end of its bone; −1 where it has none
+    parents: list[int]  # of each point the point at the other end of its bone, or −1
     layout: str | None  # whose bones these are
 
 
 def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
-    """Return points with the bones of a layout; None is the one whose points are all there by their names, if any.
+    """Points with the bones of a layout; None chooses the layout whose points are all there by name, if any.
 
-    Midpoints of the layout are points too, and points that the layout has not are there without bones.
+    Midpoints of the layout are added, and points unknown to the layout have no bones.
     """
     layout = find_layout(keypoints.names) if layout is None else layout
     if layout is None:
@@ -49,7 +49,7 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
 
 
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
-    """Return what a page holds of keypoints, as an object of JSON; see `motion_data` of `_scene`."""
+    """Data of keypoints in a page, as an object of JSON; see `motion_data` of `_scene`."""
     figure, scene, seen, shape = points_scene(keypoints, layout)
     packed = {"joints": pack(scene.joints.reshape(len(scene.joints), -1))}
     packed["root"] = pack(scene.root, packed["joints"]["step"] or scene.size / 2**16)
@@ -74,10 +74,10 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
 
 
 def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, Scene, np.ndarray, Shape]:
-    """Return keypoints in space: points with their bones, positions, which are seen (n_frames, n_points), and a shape.
+    """Keypoints in space: points with their bones, positions, visibility (n_frames, n_points), and a shape.
 
-    Where a point is not seen its position is on the line between where it is seen before and after, so that the middle
-    of all points, which the view follows in the place of a root, does not jump.
+    Missing points are interpolated linearly over time, so that the middle of all points, which the view follows instead
+    of a root, does not jump.
     """
     figure = figure_of(keypoints, layout)
     order = AXES[keypoints.up]
@@ -94,7 +94,7 @@ def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, S
 
 
 def _shape_of(figure: Figure, size: float) -> Shape:
-    """Return the shape of points: that of a skeleton with the bones' median lengths, and balls for all others."""
+    """The shape of a skeleton with the bones' median lengths, and balls for points without bones."""
     parents = figure.parents
     root = next((parent for parent in parents if parent >= 0), -1)
     while root >= 0 and parents[root] >= 0:
@@ -118,7 +118,7 @@ def _shape_of(figure: Figure, size: float) -> Shape:
 
 
 def _fill(positions: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Return positions without gaps: straight lines in time, and where they are seen first and last beyond these."""
+    """Positions without gaps: linear over time, constant before the first and after the last visible frame."""
     filled, frames = np.zeros(positions.shape), np.arange(len(positions))
     for point in np.flatnonzero(seen.any(axis=0)):
         at = np.flatnonzero(seen[:, point])

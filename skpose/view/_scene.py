@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import find_shape
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import heading, root_orientations, sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack, pack_angles, unpack
+from skpose.view._shape import find_shape
 
 # For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.
 AXES = {"x": (2, 0, 1), "y": (0, 1, 2), "z": (1, 2, 0)}
@@ -28,7 +28,6 @@ class Scene(NamedTuple):
 
 
 def scene_of(motion: Motion) -> Scene:
-    """Return the motion in space."""
     order = AXES[motion.up]
     orientations = root_orientations(motion.root_angles, motion.root_axes)
     poses = forward_kinematics(motion.angles, motion.skeleton)
@@ -48,7 +47,7 @@ def scene_of(motion: Motion) -> Scene:
 
 
 def motion_data(motion: Motion, label: str) -> dict[str, Any]:
-    """Return what a page holds of a motion, as an object of JSON."""
+    """Data of a motion in a page, as an object of JSON."""
     scene = scene_of(motion)
     joints = pack(scene.joints.reshape(len(motion), -1))
     packed = {"joints": joints, "root": pack(scene.root, joints["step"] or scene.size / 2**16)}
@@ -72,7 +71,7 @@ def motion_data(motion: Motion, label: str) -> dict[str, Any]:
 
 
 def largest_error(scene: Scene, packed: Mapping[str, Any]) -> float:
-    """Return the largest distance of a joint in the page from its position, m."""
+    """The largest distance of a joint in the page from its position, m."""
     root = unpack(packed["root"]) - scene.root
     joints = unpack(packed["joints"]).reshape(scene.joints.shape) - scene.joints
     return float(max(np.linalg.norm(joints + root[:, None], axis=2).max(), np.linalg.norm(root, axis=1).max()))

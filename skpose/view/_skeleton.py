@@ -5,16 +5,17 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._shared import find_shape, tree_of
+from skpose.kinematics._shared import tree_of
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import sides
+from skpose.view._shape import find_shape
 
-# Scripts that compute and need no page, each after those that it uses.
-NUMBERS = ("rotations.js", "kinematics.js", "distances.js", "chart.js", "path.js", "band.js", "geodesic.js")
+# Scripts that compute without a page, in the order of their dependencies.
+NUMBERS = ("rotations.js", "kinematics.js", "distances.js")
 
 
 def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
-    """Return a skeleton as an object of JSON; `new Skeleton(data)` of assets/kinematics.js reads it.
+    """A skeleton as an object of JSON, for `new Skeleton(data)` of assets/kinematics.js.
 
     Parameters
     ----------
@@ -26,8 +27,8 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     dict
         Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges), `rests`,
         `weights`, `sides` ("left", "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or
-        None for the identity. Of each column of a pose: `columns`, its name, and `angles`, true for one whose
-        difference is wrapped. And `offsetFrame`, "own" or "parent", and `shape`, as figures are drawn.
+        None for the identity. The names of the columns of a pose are `columns`. `offsetFrame` is "own" or "parent",
+        and `shape` has the parts of the figure.
 
         `signs` are for ball joints: two quaternions by which a rotation is multiplied from the left and from the right,
         before its sign decides which of two equal halves of a turn is taken, as `pose_distances` does; None elsewhere.
@@ -38,14 +39,11 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     >>> from skpose.view._skeleton import skeleton_data
     >>> arm = Skeleton([Bone("left_arm", None, (0.3, 0, 0), "rotvec"), Bone("left_hand", "left_arm", (0.2, 0, 0), "z")])
     >>> data = skeleton_data(arm)
-    >>> data["parents"], data["dofs"], data["angles"]
-    ([-1, 0], ['rotvec', 'z'], [False, False, False, True])
+    >>> data["parents"], data["dofs"]
+    ([-1, 0], ['rotvec', 'z'])
     """
     if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
-        raise ValueError(
-            f"joint {slides[0]!r} slides, and this page computes poses by rotations alone: skpose.view.player shows "
-            "motions with slides"
-        )
+        raise ValueError(f"skeleton must not slide, got {slides[0]!r}; player shows motions with slides")
     return {
         "names": list(skeleton.joint_names),
         "parents": skeleton.parents.tolist(),
@@ -58,7 +56,6 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "shape": find_shape(skeleton).data(),
         "signs": _signs(skeleton),
         "columns": list(skeleton.dof_names),
-        "angles": [not bone.is_ball for bone in skeleton.bones for _ in range(bone.n_dofs)],
         "offsetFrame": skeleton.offset_frame,
     }
 
@@ -68,12 +65,12 @@ def _rest(bone: Bone) -> list[float] | None:
 
 
 def _numbers(rotation: Rotation) -> list[float]:
-    """Return the quaternion of a rotation, (w, x, y, z)."""
+    """The quaternion of a rotation, (w, x, y, z)."""
     return rotation.as_quat()[[3, 0, 1, 2]].tolist()
 
 
 def _signs(skeleton: Skeleton) -> list[list[list[float]] | None]:
-    """Return for each ball joint that has an effect on distances how the code of a pose has its rotation."""
+    """Quaternions before and after the rotation of each ball joint in the code of a pose; None for other joints."""
     tree = tree_of(skeleton)
     first = np.cumsum([0, *(bone.n_dofs for bone in skeleton.bones)])
     frame_of = {int(tree.column[tree.first_dof[f]]): int(f) for f in tree.ball_frame}

@@ -1,29 +1,27 @@
-"""Poses of a motion side by side, as a picture (SVG) that is small and needs no program."""
+"""Poses of a motion side by side, as a small picture (SVG) that needs no program."""
 
 import html
 from dataclasses import replace
 
 import numpy as np
 
-from skpose.kinematics._shared import Shape, find_shape, outline
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import sides
 from skpose.view._scene import Scene, scene_of
+from skpose.view._shape import Shape, find_shape, outline
 
 N_POSES = 8
 HEIGHT, GAP, MARGIN = 150, 14, 8  # of a figure, between two, around all, px
-# Colours that colour-blind people can distinguish, on white and on black; the middle line is in the colour of the text.
-COLOURS = {"": "currentColor", "left": "#0072b2", "right": "#d55e00"}
-GREY = "#868d96"  # of the middle of a person, on white and on black
+# Colours that colour-blind people can distinguish, on white and on black.
+COLOURS = {"": "#868d96", "left": "#0072b2", "right": "#d55e00"}
 FINE = 2  # steps of a px to which outlines are rounded
-STILL = 1e-3  # sizes, up to which nothing moves and the widest side is shown
+STILL = 1e-3  # sizes; smaller movements count as standing still
 
 
 def strip(motion: Motion) -> str:
-    """Return poses of a motion at equal intervals, the first and the last among them, with their times.
+    """Poses of a motion at equal intervals, the first and the last among them, with their times.
 
-    Each is seen from the side that shows the movement, or where nothing moves the widest side. All stand on one ground.
-    People have volume, other figures are lines.
+    They are seen from the side that shows the movement, or from the widest side if nothing moves, on one ground.
     """
     description = html.escape(repr(motion))
     if not len(motion):
@@ -33,11 +31,8 @@ def strip(motion: Motion) -> str:
     motion = replace(motion, **{name: getattr(motion, name)[frames] for name in columns}, seen=None)
     shape = find_shape(motion.skeleton)
     flat = _project(scene_of(motion), shape)
-    reached = flat[..., :2]
-    if shape.is_person:
-        around = shape.radii[None, :, None]
-        reached = np.concatenate([flat[..., :2] - around, flat[..., :2] + around], axis=1)
-    low, high = reached.min(axis=1), reached.max(axis=1)
+    around = shape.radii[None, :, None]
+    low, high = (flat[..., :2] - around).min(axis=1), (flat[..., :2] + around).max(axis=1)
     bottom = float(low[:, 1].min())
     scale = HEIGHT / max(float(high[:, 1].max()) - bottom, 0.25 * float((high - low)[:, 0].max()), 1e-9)
     flat, radii = scale * (flat - [0.0, bottom, 0.0]), scale * shape.radii
@@ -46,27 +41,23 @@ def strip(motion: Motion) -> str:
     centres = MARGIN + step * (np.arange(len(frames)) + 0.5)
     width, height = int(np.ceil(2 * MARGIN + step * len(frames))), HEIGHT + 2 * MARGIN + 18
     floor = HEIGHT + MARGIN
-    ground = f'<path stroke="currentColor" stroke-width="1" opacity="0.3" d="M0 {floor}H{width}"/>'
-    ground = ground if shape.is_person else ""
-    figures = []
+    figures = [f'<path stroke="currentColor" stroke-width="1" opacity="0.3" d="M0 {floor}H{width}"/>']
     for pose, centre, middle, time in zip(flat, centres, (left + right) / 2.0, motion.times, strict=True):
-        points = np.stack([pose[:, 0] - middle + centre, HEIGHT + MARGIN - pose[:, 1], pose[:, 2]], axis=1)
-        figures += _areas(motion, shape, points, radii) if shape.is_person else _lines(motion, points)
+        points = np.stack([pose[:, 0] - middle + centre, floor - pose[:, 1], pose[:, 2]], axis=1)
+        figures.append(_figure(motion, shape, points, radii))
         figures.append(f'<text x="{centre:.0f}" y="{height - 6}" stroke="none">{time:.2f} s</text>')
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
-        'role="img" style="max-width: 100%; height: auto" fill="none" stroke-width="2.5" stroke-linecap="round" '
-        'stroke-linejoin="round"><title>'
-        f'{description}</title><g fill="currentColor" font-size="12" font-family="sans-serif" text-anchor="middle">'
-        f"{ground}{''.join(figures)}</g></svg>"
+        f'role="img" style="max-width: 100%; height: auto"><title>{description}</title>'
+        f'<g fill="currentColor" font-size="12" font-family="sans-serif" text-anchor="middle">{"".join(figures)}</g>'
+        "</svg>"
     )
 
 
 def _project(scene: Scene, shape: Shape) -> np.ndarray:
-    """Return all points (n_frames, n_points, 3): right, up, near, seen from the side on which they move the most.
+    """Centres of all spheres (n_frames, n_spheres, 3): right, up, near, from the side with the most movement.
 
-    Where the motion goes is right.
-    They are the centres of a person's spheres, or else the root and the joints.
+    The motion goes to the right.
     """
     joints = scene.joints + [[0.0, 1.0, 0.0]] * scene.root[:, None]
     points = np.concatenate([scene.root[:, None] * [0.0, 1.0, 0.0], joints], axis=1)
@@ -79,46 +70,26 @@ def _project(scene: Scene, shape: Shape) -> np.ndarray:
     travelled = (scene.root[-1] - scene.root[0])[[0, 2]] @ direction
     sign = travelled if abs(travelled) > 1e-9 * scene.size else direction[np.abs(direction).argmax()]
     direction = direction * np.sign(sign)
-    points = shape.centres(points) if shape.is_person else points
+    points = shape.centres(points)
     horizontal = points[..., [0, 2]]
     return np.stack([horizontal @ direction, points[..., 1], horizontal @ [-direction[1], direction[0]]], axis=-1)
 
 
-def _areas(motion: Motion, shape: Shape, points: np.ndarray, radii: np.ndarray) -> list[str]:
-    """Return the parts of one pose of a person as paths, far ones first; those of one side that follow are one path."""
+def _figure(motion: Motion, shape: Shape, points: np.ndarray, radii: np.ndarray) -> str:
+    """The parts of one pose, far ones first; successive parts of one side are one path."""
     side = sides(motion.skeleton.joint_names)
     order = sorted(shape.parts, key=lambda part: float(np.mean([points[i, 2] for hull in part.hulls for i in hull])))
     found: list[list[str]] = []
     for part in order:
         name = side[part.joint] if part.joint >= 0 else ""
-        outlines = []
+        if not found or found[-1][0] != name:
+            found.append([name])
         for hull in part.hulls:
             corners = outline(points[list(hull), :2], radii[list(hull)], [False] * len(hull), 16).points
             corners = np.rint(FINE * corners).astype(int)
             steps = np.diff(corners, axis=0)
             steps = steps[steps.any(axis=1)]
             first, line = (" ".join(map(str, each.ravel())).replace(" -", "-") for each in (corners[0], steps))
-            outlines.append(f"M{first}l{line}z")
-        if found and found[-1][0] == name:
-            found[-1] += outlines
-        else:
-            found.append([name, *outlines])
-    paths = (f'<path fill="{COLOURS[name] if name else GREY}" d="{"".join(d)}"/>' for name, *d in found)
-    return [f'<g transform="scale({1 / FINE:g})" stroke="none">{"".join(paths)}</g>']
-
-
-def _lines(motion: Motion, points: np.ndarray) -> list[str]:
-    """Return the bones of one pose as a path for each side; the middle line is behind."""
-    points = np.rint(points[:, :2]).astype(int)
-    side = sides(motion.skeleton.joint_names)
-    found = []
-    for name, colour in COLOURS.items():
-        bones = [
-            f"M{x} {y}L{u} {v}"
-            for j, (x, y) in enumerate(points[1:])
-            if side[j] == name
-            for u, v in [points[motion.skeleton.parents[j] + 1]]
-        ]
-        if bones:
-            found.append(f'<path stroke="{colour}" fill="none" d="{"".join(bones)}"/>')
-    return found
+            found[-1].append(f"M{first}l{line}z")
+    paths = (f'<path fill="{COLOURS[name]}" d="{"".join(d)}"/>' for name, *d in found)
+    return f'<g transform="scale({1 / FINE:g})">{"".join(paths)}</g>'

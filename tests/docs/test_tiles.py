@@ -7,11 +7,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from skpose.datasets import make_gait
-from skpose.plot import PoseStripDisplay
-
 pytest.importorskip("sphinx_gallery", reason="sphinx-gallery is of the extra docs")
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
+
 
 import tiles
 
@@ -51,31 +49,3 @@ def test_a_tile_in_both_colours_without_what_is_around(tmp_path):
         assert (image[:, half + 2 :, 3] == 1.0).all()
     assert not light[:, half + 2 :, :3].any()
     np.testing.assert_allclose(dark[:, half + 2 :, :3] - tiles.INK, 0.0, atol=1 / 255)
-
-
-def test_axes_in_others_and_in_three_dimensions_fill_their_tile(tmp_path):
-    ax = plt.figure().subplots()
-    inside = ax.inset_axes((0.6, 0.6, 0.1, 0.1))
-    inside.plot([0, 1], [0, 1])
-    ax.plot([0, 1], [1, 0])
-    solid = plt.figure().add_subplot(projection="3d")
-    solid.plot([0, 1, 1], [0, 0, 1], [0, 0, 1])
-    for one in (inside, solid):
-        light, _ = tile_of(one, tmp_path)
-        rows, columns = np.nonzero(light[..., 3])
-        extents = np.ptp(rows) / light.shape[0], np.ptp(columns) / light.shape[1]
-        assert 1.0 - 2.5 * tiles.MARGIN < max(extents) <= 1.0
-
-
-def test_the_people_of_a_strip_are_as_tall_as_the_tile(tmp_path):
-    walk = make_gait(1, 1, random_state=0)[0]
-    light, _ = tile_of(PoseStripDisplay.from_motion(walk, n_poses=9, projection="zy").ax_, tmp_path)
-    rows, _ = np.nonzero(light[..., 3])
-    np.testing.assert_allclose(np.ptp(rows) / light.shape[0], 1.0 / (1.0 + 2 * tiles.MARGIN), atol=0.02)
-
-
-def test_colours_of_dark_pages():
-    black, white, blue = tiles.darken(np.array([[0.0, 0, 0, 1], [1, 1, 1, 0.5], [0, 0.4, 0.7, 1]]))
-    np.testing.assert_allclose(black, [*tiles.INK, 1.0])
-    np.testing.assert_allclose(white, [*tiles.PAPER, 0.5])
-    np.testing.assert_allclose(blue, [0.2, 0.52, 0.76, 1.0])

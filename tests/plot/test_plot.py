@@ -1,21 +1,17 @@
 import functools
-import subprocess
-import sys
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from conftest import SKELETONS
-from sklearn.decomposition import PCA
 
 from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
 from skpose.biomechanics import JointAngles
 from skpose.metrics import Spatial
-from skpose.motions import Repetitions, mean_motion
+from skpose.motions import mean_motion
 from skpose.plot import (
     AlignmentDisplay,
-    ConfusionDisplay,
     DistanceMatrixDisplay,
     GeodesicDisplay,
     JointAnglesDisplay,
@@ -23,18 +19,21 @@ from skpose.plot import (
     MeanMotionDisplay,
     PoseDisplay,
     PoseStripDisplay,
-    RepetitionsDisplay,
     TangentPCADisplay,
 )
-from skpose.plot._axes import COLOURS, PALETTE, SIDES
-from skpose.plot._geodesic import _Plane
+from skpose.plot._axes import SIDES
 from skpose.skeleton._sides import sides
 from skpose.statistics import PoseTangentPCA
 
 pytestmark = pytest.mark.usefixtures("agg")
 
+
 ARM = Skeleton.chain(3)
+
+
 START, END = [0.2, 0.3, 0.0], [2.4, 0.2, 0.1]
+
+
 X = np.random.default_rng(0).normal(size=(20, 3))
 
 
@@ -55,12 +54,6 @@ def drawn_bones(line):
     return points[:, :2]
 
 
-def three_repetitions():
-    starts, nothing = np.array([0, 6, 12]), np.zeros(3)
-    motions = [X[start : start + 6] for start in starts]
-    return Repetitions(starts, starts + 6, nothing, 0, 0.5, 0.01, np.zeros((0, 2), int), motions, ARM, None)
-
-
 def some_angles():
     return JointAngles(("knee_flexion_left",), 100 * X[:, :1], np.arange(20) / 10, "rest pose", "a rig", {})
 
@@ -76,9 +69,7 @@ DISPLAYS = {
     "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_motions(X[:8], X[8:], skeleton=ARM, ax=ax),
     "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
-    "repetitions": lambda ax: RepetitionsDisplay.from_repetitions(three_repetitions(), ax=ax),
     "angles": lambda ax: JointAnglesDisplay.from_angles(some_angles(), [(0, 10), (10, 20)], ax=ax),
-    "confusions": lambda ax: ConfusionDisplay.from_predictions(X[:, 0] > 0, X[:, 1] > 0, X, ARM, ax=ax),
     "component": lambda ax: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
 }
 
@@ -98,38 +89,9 @@ def test_draws_into_the_given_axes_or_new_ones_and_opens_no_window(name, monkeyp
     figure.canvas.draw()  # as a user's savefig does
 
 
-@pytest.mark.parametrize("name", DISPLAYS)
-def test_axes_have_labels_with_units(name):
-    display = DISPLAYS[name](None)
-    ax = display.ax_
-    if name == "alignment":
-        assert [part.get_xlabel() for part in (display.map_ax_, display.strips_ax_)] == ["frame of a", "frame of b"]
-        assert "distance of positions (cm)" in [part.get_ylabel() for part in ax.child_axes]
-    elif name == "mean":
-        assert ax.get_xlabel() == "time of the mean (s)"
-        assert ax.figure.axes[1].get_ylabel() == "standard deviation (cm)"  # of the colour bar
-    elif name == "repetitions":
-        assert ax.get_xlabel() == "phase of the movement"
-        assert ax.figure.axes[1].get_ylabel() == "deviation (cm)"  # of the colour bar
-    elif name == "angles":
-        inner = display.axes_["knee_flexion"]
-        assert (inner.get_xlabel(), inner.get_ylabel()) == ("cycle (%)", "degrees")
-    elif name == "confusions":
-        inner = display.matrix_ax_
-        assert (inner.get_xlabel(), inner.get_ylabel()) == ("predicted", "true")  # counts have no unit
-    elif name == "matrix":
-        label = ax.figure.axes[1].get_ylabel()  # of the colour bar
-        assert label == "distance (m)"
-    else:
-        assert {"(m)", "(rad)", "(s)", "pose"} & set(
-            (ax.get_xlabel() + " " + ax.get_ylabel()).replace(",", " ").split()
-        )
-    if name not in ("matrix", "geodesic", "alignment", "mean", "angles", "confusions"):
-        assert ax.get_aspect() == 1  # horizontal and vertical lengths are equally long
-
-
-@pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
-def test_bones_are_where_the_joints_are(skeleton):
+@pytest.mark.parametrize("name", ["humanoid", "bvh", "mixed joints"])
+def test_bones_are_where_the_joints_are(name):
+    skeleton = SKELETONS[name]
     pose = np.random.default_rng(0).normal(size=skeleton.n_dofs)
     display = PoseDisplay.from_pose(pose, skeleton, projection="zy", label="it")
     F = np.concatenate([forward_kinematics(pose[None], skeleton)[0], np.zeros((1, 3))])
@@ -150,7 +112,7 @@ def drawn_by_colour(ax):
     return {colour: np.concatenate(bones) for colour, bones in found.items()}
 
 
-@pytest.mark.parametrize("draw", ["pose", "positions", "strip", "motion", "path"])
+@pytest.mark.parametrize("draw", ["pose", "motion", "path"])
 def test_left_and_right_have_two_colours(draw):
     """In every display of limbs; x points to the left of the person, whose limbs hang down at angle zero."""
     skeleton = SKELETONS["humanoid"]
@@ -171,118 +133,6 @@ def test_left_and_right_have_two_colours(draw):
         assert (left[:, 1, 0] > 0).all()
         np.testing.assert_allclose(right * [-1, 1], left, atol=1e-12)
         np.testing.assert_allclose(grey[..., 0], 0, atol=1e-12)
-
-
-def test_one_colour_where_it_is_given_or_names_state_no_side():
-    skeleton = SKELETONS["humanoid"]
-    for style in ({"color": "red"}, {"c": "red"}):
-        assert list(drawn_by_colour(PoseDisplay.from_pose(np.zeros(42), skeleton, **style).ax_)) == ["red"]
-    assert list(drawn_by_colour(PoseDisplay.from_pose(START, ARM).ax_)) == [COLOURS[0]]
-    thick = PoseDisplay.from_pose(np.zeros(42), skeleton, lw=5).ax_
-    assert {line.get_linewidth() for line in thick.lines} == {5}
-    assert len(drawn_by_colour(thick)) == 3
-
-
-@pytest.mark.parametrize("skeleton", SKELETONS.values(), ids=SKELETONS)
-def test_equal_poses_can_be_drawn(skeleton):
-    """Nothing is divided by the length of a path that has none: warnings are errors here."""
-    pose = np.zeros(skeleton.n_dofs)
-    display = GeodesicDisplay.from_poses(pose, pose, skeleton, resolution=4)
-    display.figure_.canvas.draw()
-    assert display.ratio_ == 1.0
-    for ax in display.figure_.axes:
-        assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()
-    assert np.ptp(display.ax_.get_xlim()) > 0
-    equal = np.zeros((3, skeleton.n_dofs))
-    for projection in ("xy", "zy"):
-        strip = PoseStripDisplay.from_poses(equal, skeleton, projection=projection)
-        strip.figure_.canvas.draw()
-        assert (np.diff(strip.ax_.get_xticks()) > 0).all()
-    DistanceMatrixDisplay.from_poses(equal, skeleton).figure_.canvas.draw()
-    display = MDSDisplay.from_embedding(np.zeros((3, 2)), ["a", "b", "b"], shares=[0.0, 0.0])
-    display.figure_.canvas.draw()
-    assert np.isfinite([*display.ax_.get_xlim(), *display.ax_.get_ylim()]).all()
-
-
-@pytest.mark.parametrize("projection", ["polar", "mollweide"])
-def test_axes_that_are_not_straight(projection):
-    ax = plt.figure().add_subplot(projection=projection)
-    with pytest.raises(ValueError, match=f"ax must have straight axes, .* got a projection '{projection}': make"):
-        PoseDisplay.from_pose(X[0], ARM, ax=ax)
-
-
-@pytest.mark.parametrize("name", sorted(DISPLAYS.keys() - {"pose", "positions"}))
-def test_axes_of_three_dimensions(name):
-    ax = plt.figure().add_subplot(projection="3d")
-    with pytest.raises(ValueError, match=r"Display draws in two dimensions, got an ax of three: make it by plt.subp"):
-        DISPLAYS[name](ax)
-
-
-def test_an_embedding_of_equal_poses():
-    with pytest.warns(UserWarning, match="all distances are zero"):
-        mds = SpatialMDS(skeleton=ARM).fit(np.zeros((4, 3)))
-    display = MDSDisplay.from_estimator(mds, np.zeros((4, 3)))
-    display.figure_.canvas.draw()
-    assert display.ax_.get_xlabel() == "component 1 (m), 0% of the variance"
-
-
-def test_a_geodesic_of_one_or_two_angles_can_be_drawn():
-    for n in (1, 2):
-        display = GeodesicDisplay.from_poses(np.zeros(n), np.ones(n), Skeleton.chain(n), resolution=4)
-        display.figure_.canvas.draw()
-        straight = np.stack(display.ax_.lines[0].get_data(), axis=1)
-        np.testing.assert_allclose(np.linalg.norm(straight[-1] - straight[0]), np.sqrt(n))
-
-
-def test_the_plane_of_a_geodesic_is_that_of_principal_components():
-    points = np.random.default_rng(0).normal(size=(30, 5)) * [1, 5, 2, 0.1, 0.5]
-    plane, pca = _Plane(points), PCA(2).fit(points)
-    np.testing.assert_allclose(np.abs(plane.transform(points)), np.abs(pca.transform(points)), atol=1e-12)
-    np.testing.assert_allclose(plane.poses(plane.transform(points)), pca.inverse_transform(pca.transform(points)))
-
-
-WRONG_ARGUMENTS = [
-    (lambda: PoseDisplay.from_pose(ARM, START), "^pose must be one pose, got a Skeleton"),
-    (lambda: PoseDisplay.from_pose(START, None), r"^skeleton must be a skpose\.Skeleton, got None"),
-    (
-        lambda: PoseDisplay.from_pose(Motion(ARM, X, 10), ARM),
-        r"^pose must be one pose, got a Motion: pass a row",
-    ),
-    (lambda: PoseDisplay.from_positions(ARM, np.ones((3, 3))), "^positions must be an array of poses, got a Skeleton"),
-    (lambda: PoseDisplay.from_positions(np.ones((3, 3)), None), r"^skeleton must be a skpose\.Skeleton, got None"),
-    (lambda: PoseStripDisplay.from_poses(ARM, X), "^X must be an array of poses, got a Skeleton"),
-    (lambda: PoseStripDisplay.from_poses(X, None), r"^skeleton must be a skpose\.Skeleton, got None"),
-    (
-        lambda: PoseStripDisplay.from_motion(X),
-        r"^motion must be a skpose\.Motion, got ndarray: from_poses\(X",
-    ),
-    (
-        lambda: PoseStripDisplay.from_geodesic(ARM, shortest_path()),
-        r"^geodesic must be a skpose\.geodesics\.GeodesicResult, got S",
-    ),
-    (lambda: PoseStripDisplay.from_geodesic(shortest_path(), None), r"^skeleton must be a skpose\.Skeleton, got None"),
-    (lambda: GeodesicDisplay.from_poses(ARM, START, END), "^start must be one pose, got a Skeleton"),
-    (lambda: GeodesicDisplay.from_poses(START, END, None), r"^skeleton must be a skpose\.Skeleton, got None"),
-    (
-        lambda: GeodesicDisplay.from_geodesic(ARM, shortest_path()),
-        r"^geodesic must be a skpose\.geodesics\.GeodesicResult, got S",
-    ),
-    (
-        lambda: GeodesicDisplay.from_geodesic(shortest_path(), None),
-        r"^skeleton must be a skpose\.Skeleton, got None",
-    ),
-    (
-        lambda: MDSDisplay.from_estimator(X, SpatialMDS()),
-        r"^mds must be a skpose\.SpatialMDS, got ndarray: it",
-    ),
-    (lambda: DistanceMatrixDisplay.from_poses(ARM, X), "^X must be an array of poses, got a Skeleton"),
-]
-
-
-@pytest.mark.parametrize(("draw", "message"), WRONG_ARGUMENTS)
-def test_arguments_in_another_order_or_of_another_kind(draw, message):
-    with pytest.raises(TypeError, match=message):
-        draw()
 
 
 def test_degrees_are_noticed_once():
@@ -351,8 +201,7 @@ def legend_and_axes(display):
     return display.ax_.get_legend().get_window_extent(), display.ax_.get_window_extent()
 
 
-@pytest.mark.parametrize("layout", [None, "constrained", "tight", "new"])
-@pytest.mark.parametrize("n", [8, 12, 40])
+@pytest.mark.parametrize(("n", "layout"), [(8, "constrained"), (40, "new")])
 def test_a_legend_of_many_labels_is_next_to_the_axes(n, layout):
     if layout == "new":
         displays = [MDSDisplay.from_embedding(np.repeat(X, 2, axis=0), np.arange(40) % n)]
@@ -407,76 +256,47 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
 
 
 @pytest.mark.parametrize(
-    ("draw", "message"),
+    ("draw", "name"),
     [
-        (lambda: PoseDisplay.from_pose(START, ARM, projection="xx"), "projection must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(START, ARM, projection="front"), "projection must be two of the axes"),
-        (lambda: PoseDisplay.from_pose(START, ARM, projection=1), "projection must be two of the axes"),
-        (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion has no frames"),
-        (
-            lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0),
-            "n_poses must be a whole number",
-        ),
-        (lambda: PoseStripDisplay.from_geodesic(shortest_path(), ARM, n_poses=1.5), "n_poses must be a whole number"),
-        (lambda: GeodesicDisplay.from_geodesic(shortest_path(), Skeleton.chain(2)), "has poses of 3 dofs, and the sk"),
-        (lambda: PoseDisplay.from_pose([0, 1], ARM), "pose has 2 columns, but the skeleton has 3"),
-        (lambda: PoseDisplay.from_positions(np.ones((2, 3)), ARM), r"positions must have shape \(3, 3\), got \(2, 3\)"),
-        (
-            lambda: PoseStripDisplay.from_poses(X, ARM, labels=["a"]),
-            "labels must be one for each of the 20 poses, got 1",
-        ),
-        (lambda: MDSDisplay.from_embedding(X[:, :1]), "at least two components"),
-        (lambda: MDSDisplay.from_embedding(X, ["a"]), "labels must be one for each of the 20 poses"),
-        (lambda: DistanceMatrixDisplay.from_distances(X), "distances must be a square matrix"),
-        (
-            lambda: DistanceMatrixDisplay.from_poses(X, ARM, sequence=[1]),
-            "sequence must be one for each of the 20 poses",
-        ),
-        (
-            lambda: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.arange(20) // 10, names=["a"]),
-            "names must be one for each of the 2 sequences, got 1",
-        ),
+        (lambda: PoseDisplay.from_pose(START, None), "skeleton"),
+        (lambda: PoseDisplay.from_pose(START, ARM, projection="front"), "projection"),
+        (lambda: PoseDisplay.from_positions(np.ones((2, 3)), ARM), "positions"),
+        (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion"),
+        (lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0), "n_poses"),
+        (lambda: PoseStripDisplay.from_poses(X, ARM, labels=["a"]), "labels"),
+        (lambda: GeodesicDisplay.from_geodesic(ARM, shortest_path()), "geodesic"),
+        (lambda: GeodesicDisplay.from_geodesic(shortest_path(), Skeleton.chain(2)), "skeleton"),
+        (lambda: MDSDisplay.from_estimator(X, SpatialMDS()), "mds"),
+        (lambda: MDSDisplay.from_embedding(X[:, :1]), "embedding"),
+        (lambda: DistanceMatrixDisplay.from_distances(X), "distances"),
+        (lambda: DistanceMatrixDisplay.from_poses(X, ARM, sequence=[1]), "sequence"),
+        (lambda: AlignmentDisplay.from_alignment(X), "alignment"),
+        (lambda: AlignmentDisplay.from_motions(X, X, skeleton=ARM, quantity="angle"), "quantity"),
+        (lambda: JointAnglesDisplay.from_angles(X), "angles"),
+        (lambda: MeanMotionDisplay.from_mean(X), "mean"),
+        (lambda: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), 3), "component"),
+        (lambda: PoseStripDisplay.from_poses(X, ARM, ax=plt.figure().add_subplot(projection="3d")), "ax"),
     ],
 )
-def test_error_for_arguments_that_do_not_fit(draw, message):
-    with pytest.raises(ValueError, match=message):
+def test_wrong_arguments_are_refused_by_name(draw, name):
+    with pytest.raises((TypeError, ValueError), match=rf"\b{name}\b"):
         draw()
-
-
-def test_colours_differ_in_lightness_or_in_blueness():
-    """Colours in the eyes of people who cannot distinguish red from green: blue, and the mean of the others."""
-    seen = []
-    for colour in (*COLOURS, SIDES[""]):
-        red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-        seen.append((0.6 * red + 0.4 * green, blue))  # red and green as one
-    assert min(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in combinations(seen, 2)) > 0.1
-
-
-def test_colours_of_labels_are_seen_on_white_and_on_black():
-    """Contrasts of WCAG 2, with white and with #181818."""
-    assert len({*PALETTE}) == 20
-    for colour in PALETTE:
-        channels = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
-        linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
-        luminance = float(linear @ [0.2126, 0.7152, 0.0722])
-        assert min(1.05 / (luminance + 0.05), (luminance + 0.05) / (0.00913 + 0.05)) >= 1.99
-
-
-def test_error_without_matplotlib_names_the_package():
-    code = """
-import sys
-sys.modules["matplotlib"] = sys.modules["matplotlib.pyplot"] = None
-from skpose import Skeleton
-from skpose.plot import PoseDisplay
-try:
-    PoseDisplay.from_pose([0.0], Skeleton.chain(1))
-except ImportError as error:
-    print(error)
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "PoseDisplay.plot needs matplotlib: pip install 'skpose[plot]'\n"
 
 
 def test_all_displays_are_tested_here():
     names = {type(DISPLAYS[name](None)).__name__ for name in DISPLAYS}
     assert names == {name for name in plot.__all__ if name.endswith("Display")}
+
+
+def test_equal_poses_can_be_drawn():
+    """Nothing is divided by a length of zero: warnings are errors here."""
+    display = GeodesicDisplay.from_poses(START, START, ARM, resolution=4)
+    assert display.ratio_ == 1.0
+    for shown in (
+        display,
+        PoseStripDisplay.from_poses(np.zeros((3, 3)), ARM, projection="zy"),
+        DistanceMatrixDisplay.from_poses(np.zeros((3, 3)), ARM),
+        MDSDisplay.from_embedding(np.zeros((3, 2)), ["a", "b", "b"], shares=[0.0, 0.0]),
+    ):
+        shown.figure_.canvas.draw()
+        assert np.isfinite([*shown.ax_.get_xlim(), *shown.ax_.get_ylim()]).all()

@@ -1,15 +1,14 @@
-import re
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from sklearn.exceptions import NotFittedError
 
 from skpose import Skeleton, forward_kinematics
 from skpose.plot import TangentPCADisplay
 from skpose.statistics import PoseTangentPCA
 
 CHAIN = Skeleton.chain(3)
+
+
 X = np.random.default_rng(0).normal(scale=0.4, size=(20, 3))
 
 
@@ -18,9 +17,7 @@ def pca():
     return PoseTangentPCA(CHAIN).fit(X)
 
 
-@pytest.mark.parametrize("metric", ["angle", "position", "geodesic"])
-def test_poses_along_a_component(metric):
-    pca = PoseTangentPCA(CHAIN, metric=metric).fit(X)
+def test_poses_along_a_component(pca):
     display = TangentPCADisplay.from_estimator(pca, 1, n_poses=3, extent=1.5)
     poses = pca.inverse_transform(1.5 * np.sqrt(pca.explained_variance_[1]) * np.outer([-1, 0, 1], [0, 1, 0]))
     np.testing.assert_allclose(display.positions, forward_kinematics(poses, CHAIN), atol=1e-12)
@@ -38,21 +35,3 @@ def test_the_mean_is_in_the_middle_and_drawn_into_the_given_axes(pca):
     np.testing.assert_allclose(display.positions[2], forward_kinematics(pca.mean_[None], CHAIN)[0], atol=1e-12)
     assert display.ax_.get_ylabel() == "x (m)"
     assert {line.get_color() for line in ax.get_lines()} == {"black"}
-
-
-def test_errors_are_in_the_users_words(pca):
-    with pytest.raises(TypeError, match=re.escape("pca must be a skpose.statistics.PoseTangentPCA, got ndarray")):
-        TangentPCADisplay.from_estimator(X)
-    with pytest.raises(NotFittedError):
-        TangentPCADisplay.from_estimator(PoseTangentPCA(CHAIN))
-    with pytest.raises(ValueError, match=r"component must be less than 3.*the first is 0; got 3"):
-        TangentPCADisplay.from_estimator(pca, 3)
-    with pytest.raises(ValueError, match="component must be a whole number of at least 0, got -1"):
-        TangentPCADisplay.from_estimator(pca, -1)
-    with pytest.raises(ValueError, match="n_poses must be a whole number of at least 2, got 1"):
-        TangentPCADisplay.from_estimator(pca, n_poses=1)
-    for extent in (0, -1.0, np.inf, "2"):
-        with pytest.raises(ValueError, match="extent must be a positive number of standard deviations"):
-            TangentPCADisplay.from_estimator(pca, extent=extent)
-    with pytest.raises(ValueError, match="pca has no skeleton to draw"):
-        TangentPCADisplay.from_estimator(PoseTangentPCA(metric="angle").fit(X))

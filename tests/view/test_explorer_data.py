@@ -33,10 +33,7 @@ def some_poses(n, skeleton=None, seed=0, scale=0.4):
     return Motion(skeleton, np.random.default_rng(seed).normal(scale=scale, size=(n, skeleton.n_dofs)), 30)
 
 
-# --- poses ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", [*SKELETONS])
+@pytest.mark.parametrize("name", ["humanoid", "bvh"])
 def test_poses_are_those_of_the_dataset_but_for_half_a_step(name):
     dataset = MotionDataset([some_poses(12, SKELETONS[name], seed, scale=2.0) for seed in range(3)])
     data = data_of(explorer(dataset, frame_rate=20, metrics=["position"]))
@@ -49,30 +46,11 @@ def test_poses_are_those_of_the_dataset_but_for_half_a_step(name):
     assert data["error"] == pytest.approx(1e3 * error, rel=1e-6)  # stated as it is, mm
 
 
-def test_whole_turns_stay():
-    motion = Motion(Skeleton.chain(2), [[0.1, 0.2], [0.1 + 2 * np.pi, 0.2 - 6 * np.pi], [0.5, 0.4]], 30)
-    data = data_of(explorer(MotionDataset([motion]), frame_rate=None, metrics=["angle"]))
-    np.testing.assert_allclose(unpack(data["poses"]), motion.angles, atol=STEP / 2 * (1 + 1e-6))
-
-
-def test_poses_of_several_people_are_on_the_mean_skeleton(gait, page):
-    skeleton = data_of(page)["skeleton"]
-    assert len({motion.skeleton for motion in gait}) == 2
-    np.testing.assert_allclose(skeleton["offsets"], gait.skeleton.offsets)
-    assert skeleton["names"] == list(gait.skeleton.joint_names)
-
-
 def test_every_frame_and_its_time():
     motion = replace(some_poses(4), frame_numbers=[3, 4, 8, 20])
     data = data_of(explorer(MotionDataset([motion, some_poses(2)]), frame_rate=None))
     np.testing.assert_allclose(unpack(data["times"])[:, 0], [*motion.times, 0, 1 / 30], atol=5e-4)
     assert (data["counts"], data["rate"]) == ([4, 2], 30.0)
-
-
-def test_the_size_is_that_of_most_poses(gait, page):
-    F = forward_kinematics(gait.poses(12)[0], gait.skeleton)
-    extents = (np.maximum(F.max(axis=1), 0) - np.minimum(F.min(axis=1), 0)).max(axis=1)
-    assert data_of(page)["size"] == pytest.approx(np.median(extents))
 
 
 def test_error_of_people_is_a_fraction_of_a_millimetre(gait, page):
@@ -83,11 +61,7 @@ def test_error_of_people_is_a_fraction_of_a_millimetre(gait, page):
     assert isinstance(page, Page)
 
 
-# --- which axis points up ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("up", "xyz")
-@pytest.mark.parametrize("turn", [(0, 0, 0), (90, 0, 0), (0, 0, 90), (180, 0, 0), (20, 10, 30)], ids=str)
+@pytest.mark.parametrize(("up", "turn"), [("x", (0, 0, 0)), ("y", (90, 0, 0)), ("z", (180, 20, 30))], ids=str)
 def test_up_in_the_page_is_up_in_the_world(up, turn):
     """The root's own axes may be any: its orientation brings them into the world."""
     angles = np.tile(np.radians(turn), (5, 1))
@@ -100,9 +74,6 @@ def test_up_in_the_page_is_up_in_the_world(up, turn):
     assert (to_page @ vertical)[1] > np.cos(np.radians(40))
     named = ["xyz"[axis] if sign > 0 else "" for axis, sign in zip(found["order"], found["signs"], strict=True)]
     assert found["names"] == named
-
-
-# --- embeddings -------------------------------------------------------------------------------------------------------
 
 
 def test_embeddings_are_those_of_spatial_mds(gait, page):
@@ -120,18 +91,6 @@ def test_embeddings_are_those_of_spatial_mds(gait, page):
         assert ((points * first).sum(axis=0) >= 0).all()  # the axes of all point to one side
 
 
-def test_axes_point_to_where_those_of_the_first_do():
-    """In a dataset where they do not as they are scaled."""
-    gait = make_gait(n_subjects=2, n_sequences=1, duration=1.0, frame_rate=24, random_state=2)
-    metrics = ["spatial", "rotation", "angle"]
-    raw = [SpatialMDS(gait.skeleton, n_components=2, metric=m).fit_transform(gait.poses(12)[0]) for m in metrics]
-    assert sum(((points * raw[0]).sum(axis=0) < 0).sum() for points in raw) == 2
-    found = [unpack(one["points"]) for one in data_of(explorer(gait, metrics=metrics))["embeddings"]]
-    for points, scaled in zip(found, raw, strict=True):
-        assert ((points * found[0]).sum(axis=0) > 0).all()
-        np.testing.assert_allclose(np.abs(points), np.abs(scaled), atol=np.ptp(points) / 65535)
-
-
 def test_many_poses_are_placed_by_landmarks(gait, monkeypatch):
     monkeypatch.setattr(_embeddings, "ALL", 40)
     monkeypatch.setattr(_embeddings, "LANDMARKS", 20)
@@ -139,20 +98,6 @@ def test_many_poses_are_placed_by_landmarks(gait, monkeypatch):
     mds = SpatialMDS(gait.skeleton, n_components=2, metric="position", landmarks=20, random_state=0)
     expected = mds.fit_transform(gait.poses(12)[0])
     np.testing.assert_allclose(unpack(one["points"]), expected, atol=np.ptp(expected) / 65535)
-
-
-def test_pages_are_the_same_each_time(gait, page):
-    assert explorer(gait).html == page.html
-
-
-def test_geodesic_is_a_metric_too():
-    dataset = MotionDataset([some_poses(8)])
-    (one,) = data_of(explorer(dataset, metrics=["geodesic"]))["embeddings"]
-    expected = SpatialMDS(Skeleton.chain(3), n_components=2, metric="geodesic").fit_transform(dataset.poses(12)[0])
-    np.testing.assert_allclose(np.abs(unpack(one["points"])), np.abs(expected), atol=np.ptp(expected) / 65535)
-
-
-# --- labels -----------------------------------------------------------------------------------------------------------
 
 
 def test_labels_are_those_of_the_dataset(gait, page):
@@ -195,61 +140,25 @@ def test_no_name_is_markup():
     assert "<script" not in page._repr_html_()
 
 
-# --- what is refused --------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    "arguments",
     [
-        ({"metrics": []}, 'metrics must be a list of at least one metric, such as ["spatial"], got none'),
-        ({"metrics": "spatial"}, "metrics must be a list .*, got 'spatial'"),
-        ({"metrics": ["euclidean"]}, "metrics must be among angle, .*, got 'euclidean'"),
-        ({"labels": "abcd"}, "labels must be a list of one name for each of the 4 motions, got 'abcd'"),
-        ({"labels": ["a"]}, "labels must be a list of one name for each of the 4 motions, got 1 labels"),
-        ({"frame_rate": -1}, "frame_rate must be"),
+        {"metrics": "spatial"},
+        {"metrics": ["euclidean"]},
+        {"embeddings": ["pca"]},
+        {"labels": ["a"]},
+        {"frame_rate": -1},
     ],
+    ids=str,
 )
-def test_wrong_arguments_are_refused(gait, arguments, message):
-    with pytest.raises(ValueError, match=message.replace("[", r"\[").replace("]", r"\]")):
+def test_wrong_arguments_are_refused(gait, arguments):
+    with pytest.raises(ValueError, match=next(iter(arguments))):
         explorer(gait, **arguments)
 
 
-def test_what_is_no_dataset_is_refused(gait):
-    with pytest.raises(TypeError, match=r"dataset must be a skpose\.datasets\.MotionDataset, got list: MotionDataset"):
-        explorer(list(gait))
-
-
-def test_too_few_poses_are_refused():
-    for motions in ([], [some_poses(1)], [some_poses(0), some_poses(1)]):
-        n = sum(map(len, motions))
-        with pytest.raises(ValueError, match=f"at least 2 poses, got {n} of {len(motions)} motions: choose other"):
-            explorer(MotionDataset(motions))
-
-
-def test_motions_without_frames_have_no_points():
-    data = data_of(explorer(MotionDataset([some_poses(0), some_poses(3)]), metrics=["angle"], frame_rate=None))
-    assert data["counts"] == [0, 3]
-
-
-def test_motions_that_are_not_comparable_are_refused_as_by_poses():
-    dataset = MotionDataset([some_poses(3), some_poses(3, Skeleton.chain(4))])
-    with pytest.raises(ValueError) as expected:  # noqa: PT011
-        dataset.poses(12)
-    with pytest.raises(ValueError) as found:  # noqa: PT011
-        explorer(dataset)
-    assert str(found.value) == str(expected.value)
-
-
-def test_nothing_in_a_page_comes_from_the_network(page):
-    assert "http:" not in page.html.replace("http-equiv", "")
-    assert "https:" not in page.html
-
-
-def test_slides_are_refused_under_any_metrics():
+def test_too_few_poses_and_slides_are_refused():
     lift = Skeleton([Bone("lift", None, (0, 0, 0.2), "slide", axis=(0, 0, 1)), Bone("hand", "lift", (0.3, 0, 0), "z")])
-    dataset = MotionDataset([some_poses(4, lift)])
-    for metrics in ({}, {"metrics": ["spatial"]}):
-        with pytest.raises(
-            ValueError, match=r"joint 'lift' slides, .*: skpose\.view\.player shows motions with slides"
-        ):
-            explorer(dataset, **metrics)
+    with pytest.raises(ValueError, match="2 poses"):
+        explorer(MotionDataset([some_poses(1)]))
+    with pytest.raises(ValueError, match="slide"):
+        explorer(MotionDataset([some_poses(4, lift)]))

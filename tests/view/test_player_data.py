@@ -10,18 +10,15 @@ import pytest
 from conftest import SKELETONS, in_space
 from pages import data_of
 
-from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose import Bone, Keypoints, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
 from skpose.metrics import Spatial
 from skpose.motions import align_motions
 from skpose.view import Page, geodesic_player, player
 from skpose.view._pack import pack, pack_angles, unpack
 
-# --- arrays as text ---------------------------------------------------------------------------------------------------
 
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (500, 3), (300, 90)], ids=str)
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e7])
+@pytest.mark.parametrize(("shape", "scale"), [((1, 7), 1e-6), ((300, 90), 1.0), ((500, 3), 1e7)], ids=str)
 def test_numbers_are_off_by_half_a_step_of_the_range_at_most(shape, scale):
     values = scale * np.random.default_rng(0).normal(size=shape)
     packed = pack(values)
@@ -35,13 +32,6 @@ def test_a_step_is_kept_over_a_larger_range():
     assert 4e-5 < error.max() <= 0.5e-4 * (1 + 1e-6)
 
 
-def test_a_step_takes_16_bits_where_they_reach():
-    values = np.array([[0.0], [6.5535], [3.0]])
-    assert pack(values, 1e-4)["bytes"] == 2
-    assert pack(values * 1.001, 1e-4)["bytes"] == 4
-    np.testing.assert_allclose(unpack(pack(values, 1e-4)), values, atol=0.5e-4 * (1 + 1e-6))
-
-
 def test_whole_numbers_and_constants_are_exact():
     whole = np.random.default_rng(0).integers(0, 10**6, (300, 2)).astype(float)
     np.testing.assert_array_equal(unpack(pack(whole, 1.0)), whole)
@@ -52,9 +42,6 @@ def test_angles_are_the_same_direction():
     angles = np.random.default_rng(0).uniform(-20, 20, (400, 1))
     turned = unpack(pack_angles(angles)) - angles
     assert np.abs(turned - 2 * np.pi * np.rint(turned / (2 * np.pi))).max() <= np.pi / 65536 * (1 + 1e-6)
-
-
-# --- motions ----------------------------------------------------------------------------------------------------------
 
 
 def moving(skeleton, n=40, up="y", seed=0):
@@ -71,8 +58,7 @@ def on_the_ground(points, axes):
     return points - [0, points[..., 1].min(), 0]
 
 
-@pytest.mark.parametrize("name", [*SKELETONS])
-@pytest.mark.parametrize("up", "xyz")
+@pytest.mark.parametrize(("name", "up"), [("humanoid", "y"), ("bvh", "z"), ("mixed joints", "x")])
 def test_positions_are_those_of_forward_kinematics(name, up):
     motion = moving(SKELETONS[name], up=up)
     (data,) = data_of(player(motion))["motions"]
@@ -86,24 +72,6 @@ def test_positions_are_those_of_forward_kinematics(name, up):
     extent = np.ptp(in_space(motion) - motion.root_positions[:, None])
     assert error <= 2 * np.sqrt(3) * extent / 65535 / 2 * 1.01
     assert data["axes"] == {"x": "zxy", "y": "xyz", "z": "yzx"}[up]
-
-
-def test_error_of_a_person_is_less_than_a_tenth_of_a_millimetre():
-    motion = make_gait(1, 1, random_state=0).motions[0]
-    page = player(motion)
-    assert 0.001 < data_of(page)["motions"][0]["error"] < 0.1
-    assert page.note == f"1 motion, positions within {data_of(page)['motions'][0]['error']:.2g} mm"
-
-
-def test_a_minute_of_30_joints_at_30_hertz_is_less_than_half_a_megabyte():
-    gait = make_gait(1, 40, duration=4.0, frame_rate=30, random_state=0)
-    motions = [motion for motion in gait if motion.skeleton == gait.motions[0].skeleton]
-    minute = Motion.concatenate(motions)[:1800]
-    tips = [Bone(f"tip {i}", None, (0.1 * i, 0, 0)) for i in range(30 - minute.skeleton.n_joints)]
-    minute = replace(minute, skeleton=Skeleton([*minute.skeleton.bones, *tips], minute.skeleton.offset_frame))
-    assert (len(minute), minute.skeleton.n_joints) == (1800, 30)
-    noise = np.random.default_rng(0).normal(scale=0.01, size=minute.angles.shape)  # which nothing compresses
-    assert player(replace(minute, angles=minute.angles + noise)).n_bytes < 500_000
 
 
 def test_frames_that_are_missing_keep_their_times():
@@ -121,8 +89,6 @@ def test_headings_are_those_of_the_root():
     headings = unpack(data_of(player(motion))["motions"][0]["headings"])[:, 0]
     np.testing.assert_allclose(headings, turns, atol=1e-4)
 
-
-# --- names are data ---------------------------------------------------------------------------------------------------
 
 NAMES = [
     "<script>alert(1)</script>",
@@ -147,9 +113,6 @@ def test_no_name_is_markup():
     page.html.encode("utf-8")
     for text in (page._repr_html_(), motion._repr_html_()):
         assert "<script" not in text
-
-
-# --- two motions ------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -202,11 +165,6 @@ def test_paths_have_the_lengths_of_their_labels():
     np.testing.assert_allclose(unpack(data_of(page)["alignment"]["distances"]), apart, atol=2e-4)
 
 
-def test_paths_between_equal_poses():
-    page = geodesic_player([0.3, 0.1], [0.3, 0.1], Skeleton.chain(2))
-    assert page.title == "shortest path, 0 m and straight line, 0 m"
-
-
 def test_paths_within_limits_do_not_pass_half_a_turn():
     bones = [Bone("a", None, (0, 0.1, 0.3), "z", limits=[(-3.0, 3.0)]), Bone("b", "a", (0.2, 0, 0), "y")]
     arm, start, end = Skeleton(bones), np.array([2.8, 0.1]), np.array([-2.8, 0.4])
@@ -224,51 +182,7 @@ def test_paths_within_limits_do_not_pass_half_a_turn():
         geodesic_player([3.1, 0.0], end, arm, joint_limits="enforce")
 
 
-# --- what is refused --------------------------------------------------------------------------------------------------
-
 ARM = Motion(Skeleton.chain(2), np.zeros((3, 2)), 30)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ([[]], ValueError, "a player shows 1 to 12 motions at once, got 0"),
-        ([[ARM] * 13], ValueError, "a player shows 1 to 12 motions at once, got 13: choose some"),
-        ([ARM[:0]], ValueError, r"motions\[0\] has no frames, and there is nothing to show"),
-        ([[ARM, ARM[:0]]], ValueError, r"motions\[1\] has no frames"),
-        (["walk.bvh"], TypeError, r"got str: skpose.io.load_motion\(path\) reads"),
-        ([3], TypeError, "motions must be a skpose.Motion, skpose.Keypoints, or several in a list, got int"),
-        ([[ARM, np.zeros((3, 2))]], TypeError, r"got ndarray as motions\[1\]: Motion\(skeleton"),
-    ],
-)
-def test_what_is_no_motion_is_refused(arguments, error, message):
-    with pytest.raises(error, match=message):
-        player(*arguments)
-
-
-@pytest.mark.parametrize("labels", ["ab", ["a"], ["a", "b", "c"]])
-def test_labels_are_one_each(labels):
-    with pytest.raises(ValueError, match="labels must be a list of one name for each of the 2 motions, got"):
-        player([ARM, ARM], labels=labels)
-
-
-def test_alignments_of_other_motions_are_refused():
-    longer = Motion(ARM.skeleton, np.zeros((4, 2)), 30)
-    alignment = align_motions(ARM, longer)
-    with pytest.raises(TypeError, match=r"alignment must be a skpose\.motions\.Alignment, got str"):
-        player([ARM, longer], alignment="dtw")
-    with pytest.raises(ValueError, match="an alignment is one of two motions, got 1"):
-        player(ARM, alignment=alignment)
-    with pytest.raises(ValueError, match=r"it has 3 frames for motions\[0\], which has 4"):
-        player([longer, ARM], alignment=alignment)
-    renamed = Skeleton([Bone("a", None, (1, 0, 0), "z"), Bone("b", "a", (1, 0, 0), "z")])
-    with pytest.raises(ValueError, match=r"'a' is a joint of only one of the alignment and motions\[1\]"):
-        player([ARM, Motion(renamed, longer.angles, 30)], alignment=alignment)
-    with pytest.raises(ValueError, match="the alignment has no skeleton"):
-        player([ARM, longer], alignment=align_motions(ARM.angles, longer.angles, metric="angle"))
-
-
-# --- pages ------------------------------------------------------------------------------------------------------------
 
 
 def test_page_is_written_whole_and_never_over_another_file(tmp_path):
@@ -277,7 +191,7 @@ def test_page_is_written_whole_and_never_over_another_file(tmp_path):
     page.save(path)
     assert path.read_bytes().decode("utf-8") == page.html
     assert len(path.read_bytes()) == page.n_bytes
-    with pytest.raises(FileExistsError, match=r"view.html already exists: delete it or choose another file"):
+    with pytest.raises(FileExistsError, match="exists"):
         page.save(path)
     assert repr(page) == f"Page('ça', {page.n_bytes / 1e3:.0f} kB, {page.note})"
 
@@ -300,8 +214,21 @@ def test_notebook_shows_the_page_in_a_frame_of_its_own():
     assert 'sandbox="allow-scripts allow-downloads"' in page._repr_html_()
 
 
-def test_nothing_in_a_page_comes_from_the_network():
-    text = player(ARM).html
-    assert "http:" not in text.replace("http-equiv", "")
-    assert "https:" not in text
-    assert "default-src 'none'" in text
+ARM_AND_POINTS = [ARM, Keypoints(np.full((3, 1, 3), np.nan), ["a"], 30)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "name"),
+    [
+        ([], {}, "motions"),
+        ([ARM[:0]], {}, "motions"),
+        (ARM_AND_POINTS, {}, "motions"),
+        ([ARM, np.zeros((3, 2))], {}, "motions"),
+        ([ARM, ARM], {"labels": ["a"]}, "labels"),
+        ([ARM, ARM[:2]], {"alignment": align_motions(ARM, ARM)}, "alignment"),
+        ([ARM], {"layout": "coco17"}, "layout"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments, options, name):
+    with pytest.raises((TypeError, ValueError), match=name):
+        player(arguments, **options)

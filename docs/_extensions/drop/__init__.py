@@ -6,15 +6,16 @@ from pathlib import Path
 
 from skpose.datasets import make_gait
 from skpose.io import save_bvh
-from skpose.kinematics import _landmarks, _person_shape
-from skpose.kinematics._shape import OF_LENGTH, OF_POINT, THICKEST, THINNEST
+from skpose.kinematics import _landmarks
 from skpose.metrics._shared import METRICS
 from skpose.skeleton import _sides
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
+from skpose.view import _person_shape
 from skpose.view._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.view._page import Page, page_of
 from skpose.view._player import page as player_page
 from skpose.view._scene import AXES
+from skpose.view._shape import OF_LENGTH, OF_POINT, THICKEST, THINNEST
 from skpose.view._skeleton import NUMBERS
 
 HERE = Path(__file__).parent
@@ -23,7 +24,7 @@ ASSETS = (
     "page.css",
     HERE / "drop.css",
     "page.js",
-    *NUMBERS[:3],
+    *NUMBERS,
     "figure.js",
     HERE / "people.js",
     HERE / "person.js",

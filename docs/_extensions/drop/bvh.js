@@ -4,27 +4,22 @@ const CHANNELS = /^[xyz](position|rotation)$/;
 
 // Blanks of the format are those of ASCII; around a name they are those of Python's str.strip.
 const WORD = /[{}]|[^ \t\r\n\v\f{}]+/g;
-const WORD_OR_COLON = /[^ \t\r\n\v\f:]+/g; // after MOTION
+const AFTER_MOTION = /^\s*Frames:\s*(?<count>\d+)\s+Frame\s+Time:\s*(?<seconds>\S+)/i;
 const NAME = /[^{}\r\n]*/y;
 const AROUND = "[\\t-\\r\\x1c-\\x20\\x85\\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000]+";
 const STRIPPED = new RegExp(`^${AROUND}|${AROUND}$`, "g");
 const WORD_OF_ROW = /[^ \t\r\n\v\f]+/g;
-const WHOLE = /^\d{1,18}$/;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
-/** A number in decimal digits, or NaN. */
 const numberOf = (word) => (NUMBER.test(word) ? Number(word) : NaN);
 
-/** An error in a file, in words. */
 class FileError extends Error {}
 
-/** The words of a text, one after another. */
 class Lexer {
   constructor(text) {
     Object.assign(this, { text, at: 0 });
   }
 
-  /** What matches next; nothing at the end. */
   next(pattern = WORD) {
     pattern.lastIndex = this.at;
     const word = pattern.exec(this.text)?.[0];
@@ -41,98 +36,49 @@ class Lexer {
 /** Read a file's text: joints in its order, the root first, frames as rows of numbers, and the frame rate, Hz. */
 function readBvh(text) {
   const lexer = new Lexer(text);
-  if (lexer.next().toUpperCase() !== "HIERARCHY") {
-    throw new FileError("it does not begin with HIERARCHY, as BVH files do");
-  }
-  if (!/MOTION/i.test(text)) throw new FileError("it has no MOTION: is it cut short?");
+  if (lexer.next().toUpperCase() !== "HIERARCHY") throw new FileError("it does not begin with HIERARCHY");
   const joints = readJoints(lexer);
-  const { count, seconds } = readHead(lexer);
-  const numbers = Float64Array.from(text.slice(lexer.at).match(WORD_OF_ROW) ?? [], numberOf);
   const width = joints.reduce((sum, joint) => sum + joint.channels.length, 0);
-  if (!width) throw new FileError("no joint has CHANNELS, so that nothing moves");
-  if (!count) throw new FileError("it has no frames");
-  if (numbers.length !== count * width) {
-    throw new FileError(`${count} frames of ${width} numbers are ${count * width}, it has ${numbers.length}: is it cut `
-      + "short?");
+  const head = AFTER_MOTION.exec(text.slice(lexer.at));
+  const [count, seconds] = [Number(head?.groups.count), numberOf(head?.groups.seconds)];
+  if (!(count > 0 && width > 0 && seconds > 0)) throw new FileError("it has no Frames:, Frame Time: or CHANNELS");
+  const numbers = Float64Array.from(text.slice(lexer.at + head[0].length).match(WORD_OF_ROW) ?? [], numberOf);
+  if (numbers.length !== count * width || numbers.some((number) => !Number.isFinite(number))) {
+    throw new FileError(`it must have ${count} frames of ${width} numbers, and has ${numbers.length}: is it cut short?`);
   }
-  const bad = numbers.findIndex((number) => !Number.isFinite(number));
-  if (bad >= 0) throw new FileError(`in frame ${Math.floor(bad / width) + 1} something is no finite number`);
   return { joints, width, numbers, count, rate: 1 / seconds };
 }
 
-/** The number of frames and the seconds of each, which come after MOTION in either order. */
-function readHead(lexer) {
-  const head = {};
-  while (!("count" in head && "seconds" in head)) {
-    let key = lexer.next(WORD_OR_COLON).toLowerCase();
-    if (key === "frame") key += ` ${lexer.next(WORD_OR_COLON).toLowerCase()}`;
-    const name = key === "frames" ? "count" : "seconds";
-    if ((key !== "frames" && key !== "frame time") || name in head) {
-      throw new FileError("after MOTION it has no “Frames:” and “Frame Time:”");
-    }
-    const word = lexer.next(WORD_OR_COLON);
-    const number = numberOf(word);
-    if (name === "count" && !WHOLE.test(word)) throw new FileError(`its Frames: is ${word}, not a whole number`);
-    if (name === "seconds" && !(number > 0 && number < Infinity && 1 / number < Infinity)) {
-      throw new FileError(`its Frame Time is ${word}, not a positive number of seconds`);
-    }
-    head[name] = number;
-  }
-  return head;
-}
-
-/** The joints, up to the word MOTION. */
 function readJoints(lexer) {
   const joints = [];
   let [open, first, word] = [-1, 0, ""];
-  const nameOf = (j) => joints[j].name || "an End Site";
-  const number = () => {
-    const digits = lexer.next();
-    const value = numberOf(digits);
-    if (!Number.isFinite(value)) throw new FileError(`the OFFSET of ${nameOf(open)} has “${digits}” for a number`);
-    return value;
-  };
-  const once = (known) => {
-    if (known) throw new FileError(`${nameOf(open)} has ${word.toUpperCase()} twice`);
-  };
   while ((word = lexer.next())) {
     const keyword = word.toUpperCase();
-    if (["ROOT", "JOINT", "END"].includes(keyword)) {
-      if (keyword === "ROOT" ? joints.length : open < 0) {
-        throw new FileError(`it has ${keyword} where another joint is expected`);
-      }
-      const isEnd = keyword === "END"; // whose name, after Site, is not used
-      const name = lexer.name();
-      let brace = lexer.next();
-      if (isEnd && brace.toUpperCase() === "SITE") brace = lexer.next();
-      if ((!isEnd && !name) || brace !== "{") throw new FileError(`after ${keyword} a name and a brace are expected`);
-      joints.push({ name: isEnd ? "" : name, parent: open, offset: null, channels: [], given: false, first });
+    const joint = joints[open];
+    if (keyword === "ROOT" ? !joints.length : joint && ["JOINT", "END"].includes(keyword)) {
+      const name = lexer.name(); // that of an End Site is not used
+      joints.push({ name: keyword === "END" ? "" : name, parent: open, offset: null, channels: [], first });
       open = joints.length - 1;
-    } else if (open >= 0 && keyword === "OFFSET") {
-      once(joints[open].offset);
-      joints[open].offset = [number(), number(), number()];
-    } else if (open >= 0 && keyword === "CHANNELS") {
-      once(joints[open].given);
-      const [count, channels] = [lexer.next(), []];
-      while (WHOLE.test(count) && channels.length < Number(count)) {
-        const channel = lexer.next().toLowerCase();
-        if (!CHANNELS.test(channel) || channels.includes(channel)) break;
-        channels.push(channel);
+      if (lexer.next() !== "{") throw new FileError(`after ${keyword} a name and a brace are expected`);
+    } else if (joint && keyword === "OFFSET") {
+      joint.offset = [0, 1, 2].map(() => numberOf(lexer.next()));
+      if (!joint.offset.every(Number.isFinite)) throw new FileError(`the OFFSET of ${joint.name} is not three numbers`);
+    } else if (joint && keyword === "CHANNELS") {
+      const count = Number(lexer.next());
+      joint.channels = Array.from({ length: Math.min(count, 6) }, () => lexer.next().toLowerCase());
+      Object.assign(joint, { first });
+      first += joint.channels.length;
+      if (!joint.channels.every((channel) => CHANNELS.test(channel)) || new Set(joint.channels).size !== count) {
+        throw new FileError(`the CHANNELS of ${joint.name} are not different positions and rotations`);
       }
-      if (!WHOLE.test(count) || channels.length < Number(count)) {
-        throw new FileError(`the CHANNELS of ${nameOf(open)} are not different positions and rotations`);
-      }
-      Object.assign(joints[open], { channels, first, given: true });
-      first += channels.length;
-    } else if (open >= 0 && word === "}") {
-      if (!joints[open].offset) throw new FileError(`${nameOf(open)} has no OFFSET`);
-      open = joints[open].parent;
+    } else if (joint?.offset && word === "}") {
+      open = joint.parent;
     } else if (open < 0 && joints.length && keyword === "MOTION") {
       nameJoints(joints);
       return joints;
     } else throw new FileError(`“${word}” is not expected in HIERARCHY`);
   }
-  throw new FileError(`${open < 0 ? "HIERARCHY" : nameOf(open)} is still open where the file ends: is it cut short?`);
+  throw new FileError("it ends within HIERARCHY: is it cut short?");
 }
 
 /** Give each joint but the root another name: the first of a name keeps it; an End Site is named by its parent. */
@@ -158,14 +104,13 @@ const columnsOf = (joint, kind) => joint.channels
   .map((channel, i) => ["xyz".indexOf(channel[0]), joint.first + i, channel.endsWith(kind)])
   .filter(([, , is]) => is);
 
-/** The least, the largest and the mean number of a column. */
 function rangeOf({ numbers, width, count }, column) {
   let [low, high, sum] = [Infinity, -Infinity, 0];
   for (let frame = 0; frame < count; frame++) {
     const number = numbers[frame * width + column];
     [low, high, sum] = [Math.min(low, number), Math.max(high, number), sum + number];
   }
-  return { low, high, mean: sum / count };
+  return { extent: high - low, far: Math.max(Math.abs(low), Math.abs(high)), mean: sum / count };
 }
 
 // As shares of the longest bone: by how much a constant position varies by its digits, and what is zero but for noise.
@@ -173,7 +118,6 @@ const [ROUNDING, UNUSED] = [1e-4, 1e-3];
 const SAME_PLACE = 1e-9; // m, between joints in one place
 const TURNS = (180 * ROUNDING) / Math.PI; // degrees by which an angle that stands still varies
 
-/** The length of the longest bone, by OFFSET or by the means of the position channels. */
 function longestOf(file, joints) {
   return Math.max(0, ...joints.flatMap((joint) => {
     const moved = [...joint.offset];
@@ -182,24 +126,20 @@ function longestOf(file, joints) {
   }));
 }
 
+/** Whether the positions of a joint leave zero. */
+const travelsFar = (file, joint, longest) =>
+  columnsOf(joint, "position").some(([, column]) => rangeOf(file, column).far > UNUSED * longest);
+
 /** The joint that is the root: the first one, or the only child that travels, if all above it stands still. */
 function rootOf(file) {
-  const { joints, count } = file;
+  const { joints } = file;
   const longest = longestOf(file, joints.slice(1));
-  const varies = (j, kind, least) => columnsOf(joints[j], kind).some(([, column]) => {
-    const { low, high } = rangeOf(file, column);
-    return high - low > least;
-  });
-  const isStill = (j) => !varies(j, "rotation", TURNS) && !varies(j, "position", ROUNDING * longest);
-  if (count < 2) return 0;
+  const varies = (joint, kind, least) => columnsOf(joint, kind).some(([, column]) => rangeOf(file, column).extent > least);
+  const moves = (joint) => varies(joint, "position", ROUNDING * longest);
   for (let j = 0; j < joints.length - 1; j++) {
-    const children = joints.filter((joint) => joint.parent === j);
-    if (children.length !== 1 || children[0].end || !isStill(j)) return 0;
-    const far = columnsOf(joints[j + 1], "position").some(([, column]) => {
-      const { low, high } = rangeOf(file, column);
-      return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
-    });
-    if (far && varies(j + 1, "position", ROUNDING * longest)) return j + 1;
+    const children = joints.filter(({ parent }) => parent === j);
+    if (children.length !== 1 || children[0].end || moves(joints[j]) || varies(joints[j], "rotation", TURNS)) return 0;
+    if (moves(children[0]) && travelsFar(file, children[0], longest)) return j + 1;
   }
   return 0;
 }
@@ -222,10 +162,7 @@ function motionOf(file, scale) {
       + "export it with the joints of its skeleton");
   }
   const longest = longestOf(file, below.map((j) => joints[j]));
-  const travels = new Set(chain.filter((j) => j === 0 || columnsOf(joints[j], "position").some(([, column]) => {
-    const { low, high } = rangeOf(file, column);
-    return Math.max(Math.abs(low), Math.abs(high)) > UNUSED * longest;
-  })));
+  const travels = new Set(chain.filter((j) => j === 0 || travelsFar(file, joints[j], longest)));
   const offsets = below.map((j) => offsetOf(file, joints[j], longest));
   const skeleton = {
     names: below.map((j) => joints[j].name),
@@ -242,7 +179,6 @@ function motionOf(file, scale) {
   const columns = below.flatMap((j) => columnsOf(joints[j], "rotation").map(([, column]) => column));
   skeleton.columns = below.flatMap((j) =>
     columnsOf(joints[j], "rotation").map(([axis]) => `${joints[j].name}_r${"xyz"[axis]}`));
-  skeleton.angles = columns.map(() => true);
   const [poses, positions, orientations] = [[], [], []];
   for (let frame = 0; frame < count; frame++) {
     const row = numbers.subarray(frame * width, (frame + 1) * width);
@@ -265,42 +201,21 @@ function motionOf(file, scale) {
 /** A bone's offset: OFFSET, or what its position channels have, where these are used and constant. */
 function offsetOf(file, joint, longest) {
   const offset = [...joint.offset];
-  const columns = columnsOf(joint, "position").map(([axis, column]) => [axis, rangeOf(file, column)]);
-  if (columns.every(([, { low, high }]) => Math.max(Math.abs(low), Math.abs(high)) <= UNUSED * longest)) return offset;
-  for (const [axis, { low, high, mean }] of columns) {
-    if (high - low > ROUNDING * longest) {
-      throw new FileError(`${joint.name} moves by position channels, and bones have constant lengths here: `
-        + "load_bvh(path, stretch=\"mean\") reads it");
-    }
+  if (!travelsFar(file, joint, longest)) return offset;
+  for (const [axis, column] of columnsOf(joint, "position")) {
+    const { extent, mean } = rangeOf(file, column);
+    if (extent > ROUNDING * longest) throw new FileError(`${joint.name} moves by position channels, its bone must not`);
     offset[axis] = mean;
   }
   return offset;
 }
 
-/** Weights of the joints: 1, or 0 where another one always stands in the same place, as in skeleton/_weights.py. */
-function weightsOf({ parents, offsets, dofs }) {
-  const [axes, points, centres, found, taken] = [[-1], [[-1, [0, 0, 0]]], new Map(), new Map(), new Set()];
-  const near = (a, b) => a.every((value, i) => Math.abs(value - b[i]) <= SAME_PLACE);
-  /** The same for all joints that are at one point in every pose. */
-  const keyOf = ([frame, numbers]) => {
-    if (frame >= 0 && near(numbers, [0, 0, 0])) return centres.get(frame);
-    if (!found.has(frame)) found.set(frame, []);
-    const known = found.get(frame);
-    let number = known.findIndex((one) => near(numbers, one));
-    if (number < 0) number = known.push(numbers) - 1;
-    return `${frame} ${number}`;
-  };
-  return parents.map((parent, j) => {
-    axes.push(dofs[j] ? j : axes[parent + 1]);
-    const [frame, start] = [axes[parent + 1], points[parent + 1]];
-    if (offsets[j].some((value) => value)) {
-      const before = start[0] === frame ? start[1] : [0, 0, 0];
-      if (!centres.has(frame)) centres.set(frame, keyOf(start));
-      points.push([frame, before.map((value, axis) => value + offsets[j][axis])]);
-    } else points.push(start);
-    const key = keyOf(points.at(-1));
-    const weight = taken.has(key) ? 0 : 1;
-    taken.add(key);
-    return weight;
-  });
+/** Weights of the joints: 1, or 0 where another one is in the same place in every pose. */
+function weightsOf(skeleton) {
+  const kinematics = new Skeleton({ ...skeleton, weights: [] });
+  const some = [1, 2, 3].map((k) =>
+    kinematics.positions(Float64Array.from({ length: kinematics.width }, (_, i) => Math.sin(k + 12.9898 * i * k))));
+  const isSame = (j, k) => some.every((at) =>
+    [0, 1, 2].every((i) => Math.abs(at[3 * j + i] - at[3 * k + i]) <= SAME_PLACE));
+  return skeleton.names.map((_, j) => Number(!skeleton.names.some((_, k) => k < j && isSame(j, k))));
 }

@@ -26,7 +26,6 @@ function complain(words) {
   element("failure").hidden = !words;
 }
 
-/** Do something, and state on the page what goes wrong. */
 async function stated(work) {
   try {
     await work();
@@ -35,7 +34,6 @@ async function stated(work) {
   }
 }
 
-/** Do something with a file; errors begin with its name. */
 async function named(name, work) {
   try {
     return await work();
@@ -44,7 +42,6 @@ async function named(name, work) {
   }
 }
 
-/** Show files with the unit and the direction up that are chosen. */
 async function show(files) {
   const [unit, up] = [Number(value("unit")), value("up")];
   const shown = await Promise.all(files.map(({ label, content }) => named(label, async () => {
@@ -81,11 +78,8 @@ function problemOf(motions) {
   if (alone.length) return `Only one of the two has a joint ${alone[0]}: there is no distance; the library retargets.`;
   for (const [j, name] of a.names.entries()) {
     const k = b.names.indexOf(name);
-    const parents = [a.names[a.parents[j]], b.names[b.parents[k]]].map((one) => one ?? "the root");
-    if (parents[0] !== parents[1]) return `${name} comes after ${parents[0]} in one, and ${parents[1]} in the other.`;
-    if (a.dofs[j] !== b.dofs[k]) {
-      const orders = [a.dofs[j], b.dofs[k]].map((dofs) => dofs || "no axis");
-      return `${name} has ${orders[0]} in one, and ${orders[1]} in the other; the library makes both ball joints.`;
+    if (a.names[a.parents[j]] !== b.names[b.parents[k]] || a.dofs[j] !== b.dofs[k]) {
+      return `${name} has another parent, or other axes, in the second file; the library makes both ball joints.`;
     }
     const [p, q] = [a.offsets[j], b.offsets[k]];
     const lengths = Math.hypot(...p) * Math.hypot(...q);
@@ -110,7 +104,6 @@ function measure(frame) {
   return Float64Array.from(last.poses, (pose) => distances(skeleton, from, placed(pose))[metric]);
 }
 
-/** Follow the player: measure where another frame is shown. */
 function follow() {
   const player = element("player").contentWindow?.skpose;
   const { motions } = state;

@@ -11,7 +11,6 @@ const [SURE, MAYBE] = [SIDE_NAMES.SURE, SIDE_NAMES.MAYBE].map((patterns) => patt
 
 const isUpper = (word) => word === word.toUpperCase();
 
-/** The word for the other side, in the case of this one. */
 function otherSide(word) {
   const found = SIDE_NAMES.OTHER[word.toLowerCase()];
   if (isUpper(word)) return found.toUpperCase();
@@ -39,7 +38,6 @@ function withoutNumber(names) {
   return found.map(([, start, , end]) => start + end);
 }
 
-/** The letters with which all names begin; none for a single name. */
 function commonStart([first, ...names]) {
   let start = "";
   if (!names.length) return start;
@@ -58,17 +56,14 @@ function keysOf(given) {
     .map(({ side, rest }) => ({ side, rest: rest.replace(SIGNS, "").toLowerCase() }));
 }
 
-/** A joint and all between it and the root. */
 function pathUp(parents, joint) {
   const path = [];
   for (let j = joint; j >= 0; j = parents[j]) path.push(j);
   return path;
 }
 
-/** Whether a joint comes after another one. */
 const isAfter = (parents, joint, above) => pathUp(parents, parents[joint]).includes(above);
 
-/** The joints after one, up to another one that comes after it; none if it does not. */
 function between(parents, above, below) {
   const path = pathUp(parents, below);
   return path.slice(0, Math.max(0, path.indexOf(above)));
@@ -80,7 +75,6 @@ function commonParent(parents, a, b) {
   return pathUp(parents, parents[b]).find((joint) => above.includes(joint)) ?? -1;
 }
 
-/** The positions of the joints at angle zero. */
 function positionsAtZero({ parents, offsets }) {
   const where = [];
   parents.forEach((parent, j) => where.push(offsets[j].map((value, axis) => value + (where[parent]?.[axis] ?? 0))));
@@ -165,7 +159,6 @@ function isMisplaced({ parents }, joints) {
   return isWrong || SIDES.some((side) => [SHOULDER, HIP].some((mark) => before.includes(joints[`${side}_${mark}`])));
 }
 
-/** Whether lengths are not those of a person. */
 function isDisproportionate(skeleton, joints) {
   const sides = SIDES.map((side) => {
     const lengths = {};

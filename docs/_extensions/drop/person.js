@@ -1,10 +1,9 @@
 // The shape of a person: head, trunk, limbs, hands and feet, as hulls of spheres. The rules are those of
-// skpose/kinematics/_person_shape.py, and names and numbers come from there.
+// skpose/view/_person_shape.py, and names and numbers come from there.
 
 const SHAPE = data.constants.person;
 const SHARES = SHAPE.PROPORTIONS;
 
-/** The height, by the lengths of the legs, or else of the arms; zero if neither is known. */
 function heightOf(skeleton, joints) {
   for (const [start, end, share] of [
     [HIP, ANKLE, SHARES.thigh + SHARES.shank],
@@ -18,7 +17,6 @@ function heightOf(skeleton, joints) {
   return 0;
 }
 
-/** Makes the parts of one person, of spheres as shape.js draws them. */
 class Person {
   constructor(skeleton, { joints, trunk }, height) {
     Object.assign(this, { skeleton, joints, trunk, height, spheres: [], parts: [], covered: new Set() });
@@ -30,7 +28,6 @@ class Person {
     return [...this.hips, ...this.shoulders].every((point) => point > 0);
   }
 
-  /** The point of a landmark; 0 if it is not known. */
   point(side, mark) {
     return (this.joints[`${side}_${mark}`] ?? -1) + 1;
   }
@@ -115,7 +112,6 @@ class Person {
     if (known) this.cover(after);
   }
 
-  /** Add a link for a bone. */
   addLink(joint, radius) {
     const start = this.sphere([this.skeleton.parents[joint] + 1], radius, { inside: true });
     this.add(joint, [start, this.sphere([joint + 1], radius)]);
@@ -136,7 +132,6 @@ class Person {
     return lengthOfBones(this.skeleton, [joint]);
   }
 
-  /** All joints that come after one. */
   after(joint) {
     const { parents } = this.skeleton;
     return parents.map((_, j) => j).filter((j) => isAfter(parents, j, joint));
@@ -182,15 +177,14 @@ class Person {
     return best;
   }
 
-  /** Add the head; return the spheres of the neck, none where no head is known. */
   addHead() {
     const found = this.findHead();
     if (!found) return [];
-    const { joint, at, line, skull, across } = found;
+    const { joint, at, line, skull } = found;
     const along = [...line, skull];
     const below = [...line, skull - SHAPE.CHIN];
     const top = this.sphere(at, SHAPE.R_SKULL, { along });
-    const chin = this.sphere(at, SHAPE.R_CHIN, { along: below, across });
+    const chin = this.sphere(at, SHAPE.R_CHIN, { along: below });
     const base = this.sphere([...this.shoulders, ...this.hips], SHAPE.R_NECK, { weights: SHAPE.NECK, inside: true });
     const throat = this.sphere(at, SHAPE.R_THROAT, { along: below, inside: true });
     this.add(joint, [top, chin]);
@@ -198,19 +192,11 @@ class Person {
     this.cover(pathUp(parents, joint));
     const isOfFace = (j) => SHAPE.FACE.some((word) => names[j].toLowerCase().includes(word));
     const isNear = (j) => Math.hypot(...minus(this.where[j], this.where[joint])) < SHAPE.NEAR_HEAD * this.height;
-    const start = Object.values(this.face()).includes(joint) ? parents[joint] : joint;
-    this.cover(this.after(start).filter((j) => isNear(j) || isOfFace(j)));
+    this.cover(this.after(joint).filter((j) => isNear(j) || isOfFace(j)));
     return [base, throat];
   }
 
-  /** Joints at ears and nose by their names. */
-  face() {
-    const names = this.skeleton.names.map((name) => name.toLowerCase());
-    const known = [...SHAPE.EARS, SHAPE.NOSE].filter((name) => names.includes(name));
-    return Object.fromEntries(known.map((name) => [name, names.lastIndexOf(name)]));
-  }
-
-  /** Where the head is, by its joint, its end or its middle, or by the ears; null if that is not known. */
+  /** Where the head is, by its joint, its end or its middle; null if that is not known. */
   findHead() {
     const { joints, shoulders, skeleton: { parents } } = this;
     const top = joints[SHAPE.HEAD_TOP];
@@ -227,18 +213,12 @@ class Person {
       const before = (parents[above] ?? -1) + 1;
       return { joint, at, line: [before && !shoulders.includes(before) ? [before] : shoulders, at], skull };
     }
-    const face = this.face();
-    const at = SHAPE.EARS.map((ear) => face[ear] + 1);
-    if (at.some(Number.isNaN)) return null;
-    const nose = face[SHAPE.NOSE];
-    const across = nose === undefined ? undefined : [at, [nose + 1], SHAPE.NOSE_AHEAD];
-    return { joint: nose ?? face[SHAPE.EARS[0]], at, line: [shoulders, at], skull: SHAPE.EARS_UP, across };
+    return null;
   }
 
-  /** Add thin links for the bones that are in no part. */
   addRest() {
     this.skeleton.parents.forEach((_, j) => {
-      if (!this.covered.has(j) && this.length(j)) this.addLink(j, SHAPE.MARKER);
+      if (!this.covered.has(j) && this.length(j)) this.addLink(j, SHAPE.R_MARKER);
     });
   }
 }

@@ -3,7 +3,7 @@
 // For each axis that points up which axes of the world are x, y and z here, and numbers of find_ground and link_shape.
 const { axes: AXES, ground: GROUND, link: LINK } = data.constants;
 const STEP = 5e-5; // m, to which positions are rounded
-const [LEAST, FARTHEST] = [1e-6, 2e4]; // m, the size of a figure, and how far away: 32 bits hold the steps
+const FARTHEST = 2e4; // m: 32 bits hold the steps
 
 const medianOf = (values) => {
   const sorted = Float64Array.from(values).sort();
@@ -11,7 +11,6 @@ const medianOf = (values) => {
   return sorted.length % 2 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
 };
 
-/** A percentile by linear interpolation. */
 function percentileOf(values, percent) {
   const sorted = Float64Array.from(values).sort();
   const at = ((sorted.length - 1) * percent) / 100;
@@ -44,9 +43,6 @@ function findGround(frames, rate, size) {
   return { height: medianOf(standing.filter((height) => height <= limit)), frames: standing.length };
 }
 
-const sizeError = (found) => new FileError(`the figure is ${found}, and what is shown is from ${LEAST} m to `
-  + `${FARTHEST} m: is the unit another one, or a number wrong?`);
-
 /** Positions of the joints about the root, and of the root, y up, m; and the rest of what a page has of a motion. */
 function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
   const kinematics = new Skeleton(skeleton);
@@ -62,10 +58,8 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
     return Math.max(0, ...values) - Math.min(0, ...values);
   }));
   const size = sizeOf(joints[0]) || Math.max(...joints.map(sizeOf)) || 1;
-  if (size < LEAST) throw sizeError(`${size.toPrecision(3)} m large`);
-  const far = [root, ...joints].reduce((most, points) => // or NaN
-    points.reduce((value, at) => Math.max(value, ...at.map(Math.abs)), most), 0);
-  if (!(far <= FARTHEST)) throw sizeError(far < Infinity ? `${far.toPrecision(3)} m far or large` : "too large");
+  const isNear = (points) => points.every((point) => point.every((value) => Math.abs(value) <= FARTHEST));
+  if (![root, ...joints].every(isNear)) throw new FileError(`positions are above ${FARTHEST} m: is the unit right?`);
   const moved = (at, f) => at.map((value, axis) => value + root[f][axis]);
   const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => moved(at, f))]);
   const ground = findGround(placed, rate, size);
@@ -74,10 +68,9 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
   return { joints, root, headings, axes: order.map((axis) => "xyz"[axis]).join(""), size, standing: ground.frames };
 }
 
-/** The shape of a figure: that of a person, or links. */
 const shapeOf = (skeleton) => personShape(skeleton) ?? linkShape(skeleton);
 
-/** Links for all bones: `link_shape` of skpose/kinematics/_shape.py. */
+/** Links for all bones: `link_shape` of skpose/view/_shape.py. */
 function linkShape(skeleton) {
   const { names, parents, offsets } = skeleton;
   const still = positionsAtZero(skeleton);
@@ -107,7 +100,6 @@ function linkShape(skeleton) {
   return { spheres, parts: hulls.map((hull, j) => [j, [hull.map((point) => points.indexOf(point))]]) };
 }
 
-/** What a page has of a motion, as `motion_data` returns it. */
 async function motionData(motion, label, up) {
   const { skeleton, rate, poses } = motion;
   const scene = sceneOf(motion, up);

@@ -15,7 +15,6 @@ function cubicWeights(share, before, after) {
   ];
 }
 
-/** The sum of a value of the frames from `frame` − 1 on with these weights. */
 function weighted(weights, frame, value) {
   return weights.reduce((sum, weight, i) => (weight ? sum + weight * value(frame - 1 + i) : sum), 0);
 }
@@ -32,5 +31,4 @@ function boneBetween(vector, frame, share, weights) {
   return [0, 1, 2].map((axis) => vector(frame, axis));
 }
 
-/** An angle less whole turns, such that it is near to zero. */
 const nearZero = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));

@@ -12,7 +12,6 @@ class Clip {
     return clip;
   }
 
-  /** Time of a frame after the first, s. */
   time(frame) {
     return (this.numbers ? this.numbers.at(frame, 0) : frame) / this.rate;
   }
@@ -23,13 +22,7 @@ class Clip {
 
   /** The last frame that is not after a time. */
   frameAt(time) {
-    let [first, last] = [0, this.frames - 1];
-    while (first < last) {
-      const middle = Math.ceil((first + last) / 2);
-      if (this.time(middle) <= time + 1e-6) first = middle;
-      else last = middle - 1;
-    }
-    return first;
+    return lastNotAfter(time, 0, this.frames - 1, (frame) => this.time(frame));
   }
 
   /** Whether the frame after this one was recorded right after it. */
@@ -51,19 +44,15 @@ class Clip {
     return moment === frame ? value(frame) : weighted(this.weights(moment), frame, value);
   }
 
-  /** Weights of the frames around a moment; of a point, of those in which it is seen. */
-  weights(moment, point = -1) {
+  weights(moment) {
     const frame = Math.floor(moment);
-    const seen = (at) => point < 0 || this.isSeen(at, point);
-    return cubicWeights(moment - frame, this.continues(frame - 1) && seen(frame - 1),
-      this.continues(frame + 1) && seen(frame + 2));
+    return cubicWeights(moment - frame, this.continues(frame - 1), this.continues(frame + 1));
   }
 
   isSeen(frame, joint) {
     return this.seen.at(frame, joint) > 0.5;
   }
 
-  /** Positions of the joints relative to the root. */
   locals(moment) {
     const [frame, { joints, parents }] = [Math.floor(moment), this];
     const share = moment - frame;
@@ -74,8 +63,7 @@ class Clip {
       if (!share || (this.seen && !this.isSeen(frame + 1, joint))) {
         places.push([0, 1, 2].map((axis) => own(frame, axis)));
       } else if (this.seen) { // measured, each for itself
-        const weights = this.weights(moment, joint);
-        places.push([0, 1, 2].map((axis) => weighted(weights, frame, (at) => own(at, axis))));
+        places.push([0, 1, 2].map((axis) => (1 - share) * own(frame, axis) + share * own(frame + 1, axis)));
       } else {
         const vector = parent < 0 ? own : (at, axis) => own(at, axis) - joints.at(at, 3 * parent + axis);
         const [bone, [x, y, z]] = [boneBetween(vector, frame, share, all), places[parent] ?? [0, 0, 0]];
@@ -107,7 +95,6 @@ class Clip {
     return this.placing(moment, place)(local);
   }
 
-  /** Positions of the root and of all joints. */
   points(moment, place) {
     return [[0, 0, 0], ...this.locals(moment)].map(this.placing(moment, place));
   }
@@ -117,12 +104,6 @@ class Clip {
     return !this.seen || (index > 0 && this.isSeen(Math.floor(moment), index - 1));
   }
 
-  /** Positions of what is drawn. */
-  shown(frame, place) {
-    return this.points(frame, place).filter((_, index) => this.shows(frame, index));
-  }
-
-  /** What a joint is called. */
   get kind() {
     return this.seen ? "point" : "joint";
   }
@@ -137,15 +118,9 @@ class Clip {
 
 /** Frames of two motions that belong together, and how far their joints are apart there. */
 class Pairs {
-  static async of({ path, distances, columns }) {
-    const pairs = Object.assign(new Pairs(), { path: await unpack(path), distances: await unpack(distances), columns });
-    pairs.largest = 0;
-    for (let row = 0; row < pairs.distances.rows; row++) {
-      for (let column = 0; column < pairs.distances.columns; column++) {
-        pairs.largest = Math.max(pairs.largest, pairs.distances.at(row, column));
-      }
-    }
-    return pairs;
+  static async of({ path, distances, columns, largest }) {
+    const unpacked = { path: await unpack(path), distances: await unpack(distances) };
+    return Object.assign(new Pairs(), { ...unpacked, columns, largest });
   }
 
   /** Distance of a joint of motion i from its counterpart, m, at a pair or between two. */
@@ -155,7 +130,6 @@ class Pairs {
     return (1 - pair + row) * this.distances.at(row, column) + (pair - row) * this.distances.at(next, column);
   }
 
-  /** The same as a share of the largest distance. */
   share(pair, i, joint) {
     return this.largest && this.distance(pair, i, joint) / this.largest;
   }

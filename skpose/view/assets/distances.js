@@ -1,4 +1,4 @@
-// Distances between two poses, as `pose_distances` defines them; the geodesic has a file of its own.
+// Distances between two poses, as `pose_distances` defines them.
 
 /** The distance between two results of `Skeleton.positions`, each joint by its weight, m. */
 function chord(skeleton, p, q) {
@@ -9,19 +9,7 @@ function chord(skeleton, p, q) {
   return Math.sqrt(square);
 }
 
-/** The sum of the chords between poses, m. */
-function lengthOf(skeleton, poses) {
-  const positions = poses.map((pose) => skeleton.positions(pose));
-  let length = 0;
-  for (let i = 1; i < positions.length; i++) length += chord(skeleton, positions[i - 1], positions[i]);
-  return length;
-}
-
-/** Poses on the straight line from a to b, at equal steps, the ends among them. */
-const straightLine = (skeleton, a, b, nSteps) =>
-  Array.from({ length: nSteps + 1 }, (_, i) => skeleton.between(a, b, i / nSteps));
-
-/** `rotation`: the root of the sum of squared angles between the orientations of the bones, by their lengths, m. */
+/** The root of the sum of squared angles between the orientations of the bones, by their lengths, m. */
 function rotationDistance(skeleton, a, b) {
   const [p, q] = [a, b].map((pose) => skeleton.orientations(pose));
   let square = 0;
@@ -33,15 +21,13 @@ function rotationDistance(skeleton, a, b) {
   return Math.sqrt(square);
 }
 
-/** The four distances that need no search, "spatial" by so many chords: `angle` in rad, the others in m. */
+/** The distances without a search, "spatial" as the sum of so many chords: `angle` in rad, the others in m. */
 function distances(skeleton, a, b, nSteps = 10) {
-  const ends = [a, b].map((pose) => skeleton.positions(pose));
-  let square = 0;
-  for (let d = 0; d < skeleton.width; d++) square += (b[d] - a[d]) ** 2;
+  const line = Array.from({ length: nSteps + 1 }, (_, i) => skeleton.positions(skeleton.between(a, b, i / nSteps)));
   return {
-    angle: Math.sqrt(square),
-    position: chord(skeleton, ...ends),
+    angle: Math.hypot(...a.map((value, d) => b[d] - value)),
+    position: chord(skeleton, skeleton.positions(a), skeleton.positions(b)),
     rotation: rotationDistance(skeleton, a, b),
-    spatial: lengthOf(skeleton, straightLine(skeleton, a, b, nSteps)),
+    spatial: line.slice(1).reduce((sum, points, i) => sum + chord(skeleton, line[i], points), 0),
   };
 }

@@ -1,8 +1,7 @@
 // The explorer of poses: what is chosen, time, controls, and the texts about it.
 
-const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
-const PARTS = 60; // steps of the slider along two paths
-const SECONDS = 2; // of two paths
+const PARTS = 60; // steps of the slider along the line between two poses
+const SECONDS = 2; // of that line
 const N_COLOURS = 10; // of groups; the eleventh has the colour of the first, and another form
 
 const poses = await Poses.of(data);
@@ -20,25 +19,33 @@ const state = {
   first: -1, // the pose that was chosen
   current: 0, // the pose that is shown
   comparison: null,
-  share: 0, // of the two paths
+  share: 0, // of the line between its poses
   lasso: [], // corners, in the plane
-  keyed: false, // whether they were chosen by keys
   inside: null, // the poses in the lasso
-  enclosed: null, // its corners, and the metric and the method of the plane that it was drawn in, as words
   group: -1, // that is seen alone
   time: 0, // s since the first pose of the motion
-  playing: false, before: null, stale: false, moved: true, waiting: false, drawn: 0,
+  playing: false,
+  moved: true, // whether the points have moved or changed since they were drawn
 };
 const mode = () => document.querySelector("input[name=mode]:checked").value;
 
 // --- time ------------------------------------------------------------------------------------------------------------
 
-/** Draw again before the next frame of the display; the points only where they have moved or changed. */
+const ask = animate(state, pass, () => {
+  if (state.moved) scatter.draw();
+  state.moved = false;
+  sharpen(scatter.canvas, marks);
+  drawMarks(marks, scatter, poses, state, drawSmall);
+  view.draw(state);
+  if (small.late) refresh();
+  write();
+  link.write();
+});
+
+/** Draw again; the points only where they have moved or changed. */
 function refresh(moved = false) {
-  state.stale = true;
   state.moved ||= moved;
-  if (!state.waiting) requestAnimationFrame(step);
-  state.waiting = true;
+  ask();
 }
 
 function play(on) {
@@ -48,46 +55,24 @@ function play(on) {
   refresh();
 }
 
-/** Go to a pose of a motion. */
 function show(row) {
   Object.assign(state, { current: row, time: poses.time(row) });
   refresh();
 }
 
-function step(now) {
-  if (state.playing && state.before !== null) pass(Math.min((now - state.before) / 1000, LONGEST));
-  state.before = state.playing ? now : null;
-  state.waiting = state.playing;
-  if (state.playing) requestAnimationFrame(step);
-  if (!state.stale) return;
-  state.stale = false;
-  if (state.moved) scatter.draw();
-  state.moved = false;
-  sharpen(scatter.canvas, marks);
-  drawMarks(marks, scatter, poses, state, drawSmall);
-  view.draw(state);
-  if (small.late) refresh();
-  write();
-  link.write();
-  if (!state.drawn++) performance.mark("skpose: first frame drawn");
-}
-
-/** Let time pass, from the end back to the start. */
+/** Let time pass, from the end back to the start; return whether another pose is shown. */
 function pass(seconds) {
   if (state.comparison) {
     state.share = (state.share + seconds / SECONDS) % 1;
-    state.stale = true;
-    return;
+    return true;
   }
-  const range = poses.range(state.current);
+  const [range, before] = [poses.range(state.current), state.current];
   state.time += seconds;
   if (state.time > poses.duration(range)) state.time = 0;
-  const row = poses.rowAt(range, state.time);
-  state.stale ||= row !== state.current;
-  state.current = row;
+  state.current = poses.rowAt(range, state.time);
+  return state.current !== before;
 }
 
-/** Pause, and go to a step of the slider. */
 function seek(at) {
   play(false);
   state.hover = -1;
@@ -104,10 +89,8 @@ const position = () =>
 /** Choose a pose and play from there, or with `second` compare it with the one that was chosen before. */
 function choose(row, second) {
   state.hover = -1;
-  state.comparison?.stop();
   if (second && state.first >= 0) {
-    state.comparison = new Comparison(poses, state.first, row, () => (writeComparison(), announce(), refresh()));
-    state.share = 0;
+    Object.assign(state, { comparison: new Comparison(poses, state.first, row), share: 0 });
     show(row);
   } else {
     Object.assign(state, { first: row, comparison: null });
@@ -120,7 +103,6 @@ function choose(row, second) {
 
 function endComparison() {
   if (!state.comparison) return;
-  state.comparison.stop();
   state.comparison = null;
   writeComparison();
   refresh();
@@ -130,13 +112,10 @@ function endComparison() {
 function enclose(corners) {
   state.lasso = corners;
   state.inside = corners.length > 2 ? scatter.inside(corners) : null;
-  state.enclosed = state.inside
-    && { corners: preciseWord(...fewer(corners, (some) => scatter.inside(some)).flat()), plane: planeWord() };
   writeInside();
   fade();
 }
 
-/** Let points that are not chosen step back. */
 function fade() {
   const { inside, group } = state;
   const groups = poses.groups(element("colour").value);
@@ -146,9 +125,6 @@ function fade() {
   refresh(true);
 }
 
-const planeWord = () => `${element("metric").value},${element("method").value}`;
-
-/** The embedding of the metric and the method that are chosen. */
 const embedding = () => data.embeddings.findIndex(({ metric, method }) =>
   metric === element("metric").value && method === element("method").value);
 
@@ -164,7 +140,6 @@ function choosePlane() {
   refresh(true);
 }
 
-/** Draw small figures among the points, unless they are switched off. */
 function drawSmall(context, all) {
   state.figures = !element("figures").checked ? [] : small.draw(context, scatter, {
     all,
@@ -173,14 +148,13 @@ function drawSmall(context, all) {
   });
 }
 
-/** Colour the points by their groups, or by time. */
 function colour() {
   const groups = poses.groups(element("colour").value);
   const { names, of } = groups;
-  const palette = names && Array.from({ length: N_COLOURS }, (_, i) => packedColour(groupColour(i)));
-  const shades = names ? null : Array.from({ length: 65 }, (_, i) => packedColour(heat(i / 64)));
+  scatter.palette = names ? Array.from({ length: N_COLOURS }, (_, i) => groupColour(i))
+    : Array.from({ length: 65 }, (_, i) => heat(i / 64));
   for (let row = 0; row < poses.count; row++) {
-    scatter.colours[row] = names ? palette[of[row] % N_COLOURS] : shades[Math.round(64 * of[row])];
+    scatter.colours[row] = names ? of[row] % N_COLOURS : Math.round(64 * of[row]);
     scatter.forms[row] = names ? formOf(of[row]) : 0;
   }
   state.colourOf = (row) => (names ? groupColour(of[row]) : heat(of[row]));
@@ -210,7 +184,6 @@ function click(row, shift) {
   if (row >= 0) choose(row, shift || mode() === "compare");
 }
 
-/** Go to the next point by an arrow key. */
 function go(right, up) {
   const from = state.hover >= 0 ? state.hover : state.current;
   const row = scatter.next(from, right, up);
@@ -223,8 +196,7 @@ function go(right, up) {
 function enter(shift) {
   const row = state.hover >= 0 ? state.hover : state.current;
   if (mode() !== "lasso") return click(row, shift);
-  enclose([...(state.keyed ? state.lasso : []), [scatter.x[row], scatter.y[row]]]);
-  state.keyed = true;
+  enclose([...state.lasso, [scatter.x[row], scatter.y[row]]]);
   announce();
 }
 
@@ -237,7 +209,7 @@ function escape() {
 function listen() {
   const home = () => (scatter.home(), view.fit(true), refresh(true));
   followTheme(element("theme"), colour);
-  gestures(element("canvas"), scatter, {
+  moveScatter(element("canvas"), scatter, {
     moved: () => refresh(true),
     point: (x, y) => {
       const row = scatter.nearest(x, y, within());
@@ -245,9 +217,9 @@ function listen() {
       hover(state.clicked < 0 ? row : -1); // what was clicked plays on under the pointer
     },
     leave: () => hover(-1),
-    click: (x, y, shift) => ((state.clicked = scatter.nearest(x, y, within())), click(state.clicked, shift)),
+    click: (x, y, { shiftKey }) => ((state.clicked = scatter.nearest(x, y, within())), click(state.clicked, shiftKey)),
     lassoes: () => mode() === "lasso",
-    lasso: (corners) => ((state.keyed = false), hover(-1), enclose(corners)),
+    lasso: (corners) => (hover(-1), enclose(corners)),
     go,
     keys: {
       Enter: enter,
@@ -279,7 +251,7 @@ function listen() {
   for (const canvas of [element("canvas"), view.canvas]) resized.observe(canvas);
 }
 
-/** What a video shows: the motion, or the two paths; its duration, s, and the state at so many seconds. */
+/** What a video shows: the motion, or the line between two poses; its duration, s, and the state at so many seconds. */
 function loopOfFile() {
   if (state.comparison) {
     return { duration: SECONDS, moment: (at) => ({ ...state, hover: -1, share: Math.min(1, at / SECONDS) }) };

@@ -2,7 +2,7 @@
 
 /** What is in a link. While a motion plays its pose is in it nevertheless. */
 function linked() {
-  const { comparison, current, first, share, enclosed, group } = state;
+  const { comparison, current, first, share, group } = state;
   const camera = cameraWord(view.camera);
   return {
     metric: element("metric").value === usual.metric ? null : element("metric").value,
@@ -13,8 +13,7 @@ function linked() {
     pose: current || null,
     first: first >= 0 && !comparison ? first : null,
     compared: comparison ? wordOf(comparison.first, comparison.second, share) : null,
-    lasso: enclosed?.corners ?? null,
-    lassoed: enclosed && enclosed.plane !== planeWord() ? enclosed.plane : null,
+    lasso: state.lasso.length > 2 ? preciseWord(...state.lasso.flat()) : null,
     plane: scatter.isHome ? null : preciseWord(scatter.zoom, ...scatter.centre),
     camera: camera === usual.camera ? null : camera,
   };
@@ -23,16 +22,11 @@ function linked() {
 /** Show what a link says; what it does not say, or says wrongly, is as usual. */
 function restore(words) {
   const row = (value) => (Number.isInteger(value) && value >= 0 && value < poses.count ? value : -1);
-  state.comparison?.stop();
   Object.assign(state, { comparison: null, first: -1, group: -1, hover: -1 });
-  const usePlane = (metric, method) => {
-    setControl(element("metric"), metric, usual.metric);
-    setControl(element("method"), method, usual.method);
-    choosePlane();
-  };
-  usePlane(words.get("metric"), words.get("method"));
+  scatter.absent = null;
+  for (const id of ["metric", "method", "colour"]) setControl(element(id), words.get(id), usual[id]);
   element("figures").checked = words.get("figures") !== "0";
-  setControl(element("colour"), words.get("colour"), usual.colour);
+  choosePlane();
   writeGroups();
   const [pose, first] = ["pose", "first"].map((name) => row(numbersIn(words.get(name), 1)?.[0]));
   show(Math.max(0, pose));
@@ -47,10 +41,7 @@ function restore(words) {
   if (Number.isInteger(group)) element("groups").querySelectorAll("button")[group]?.click(); // before what is inside
   const places = numbersIn(words.get("lasso"), (words.get("lasso") ?? "").split(",").length) ?? [];
   const corners = Array.from({ length: Math.floor(places.length / 2) }, (_, i) => places.slice(2 * i, 2 * i + 2));
-  const lassoed = corners.length > 2 && words.get("lassoed")?.split(",");
-  if (lassoed) usePlane(...lassoed);
   enclose(corners.length > 2 ? corners : []);
-  if (lassoed) usePlane(words.get("metric"), words.get("method"));
   view.fit(true);
   usual.camera = cameraWord(view.camera);
   restoreCamera(view.camera, words.get("camera"));

@@ -74,7 +74,6 @@ function sharpen(canvas, context) {
   context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
 }
 
-/** Draw a line between two points in space, without the part behind the camera. */
 function segment(context, view, a, b) {
   let [p, q] = [view.seen(a), view.seen(b)];
   if (p[2] > q[2]) [p, q] = [q, p];
@@ -135,7 +134,6 @@ function drawAxes(context, view, names) {
   }
 }
 
-/** Write which colours left and right have, up to a place. */
 function drawSides(context, x, y) {
   Object.assign(context, { font: FONT, textBaseline: "alphabetic", textAlign: "right" });
   for (const [side, at] of [["right", x], ["left", x - 38]]) {
@@ -144,7 +142,6 @@ function drawSides(context, x, y) {
   }
 }
 
-/** Mark a projected point with a ring. */
 function drawRing(context, { x, y }) {
   context.beginPath();
   context.arc(x, y, 8, 0, 2 * Math.PI);
@@ -152,6 +149,12 @@ function drawRing(context, { x, y }) {
   context.lineWidth = 2;
   context.stroke();
 }
+
+const centreOfBox = (points) => [0, 1, 2].map((axis) => {
+  const [low, high] = points.reduce(([a, b], point) => [Math.min(a, point[axis]), Math.max(b, point[axis])],
+    [Infinity, -Infinity]);
+  return (low + high) / 2;
+});
 
 /** The index of the projected point that is nearest to a place in the canvas, of those within a distance, or -1. */
 function nearestPoint(flat, x, y, within) {

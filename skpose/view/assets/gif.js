@@ -91,13 +91,11 @@ class Gif {
     this.write([0]);
   }
 
-  /** The whole file. */
   get file() {
     return new Blob([...this.parts, Uint8Array.of(0x3b)], { type: "image/gif" });
   }
 }
 
-/** A whole number as two bytes, the low one first. */
 const word = (value) => [value & 255, value >> 8];
 
 /** Bytes as codes of LZW that grow from 9 to 12 bits. */

@@ -1,18 +1,18 @@
 // A skeleton's poses: where its joints are, and the straight line from a pose to another. Lengths are m, angles rad.
 
-/** A skeleton, as `skeleton_data` of skpose/view/_skeleton.py has it. A pose is a Float64Array of `width` columns. */
+/** A skeleton, as written by `skeleton_data` of skpose/view/_skeleton.py. A pose is a Float64Array of `width` columns. */
 class Skeleton {
   constructor(data) {
     Object.assign(this, data);
     let first = 0; // column
     this.joints = data.dofs.map((dofs, j) => {
       const isBall = dofs === "rotvec";
-      // Of a hinge the direction of its axis, of other joints the numbers of theirs.
+      // The direction of the axis of a hinge; the numbers of the axes of other joints.
       const axes = isBall ? [] : data.axes[j] ? [data.axes[j]] : [...dofs.toLowerCase()].map((x) => "xyz".indexOf(x));
       const count = isBall ? 3 : axes.length;
       const joint = {
         parent: data.parents[j], offset: data.offsets[j], rest: data.rests[j], weight: data.weights[j],
-        // The orientation in which the offset is given; −1 is the root.
+        // The joint whose orientation the offset has; −1 is the root.
         frame: data.offsetFrame === "own" ? j : data.parents[j],
         isBall, axes, first, count, intrinsic: dofs === dofs.toUpperCase(), signs: data.signs[j],
       };
@@ -22,9 +22,7 @@ class Skeleton {
     this.width = first;
   }
 
-  /** The rotation of a joint by its columns from a first one on, without the rest rotation. */
-  rotation(joint, pose, first = joint.first) {
-    const { isBall, axes, intrinsic } = joint;
+  rotation({ isBall, axes, first, intrinsic }, pose) {
     if (isBall) return rotations.ofVector([pose[first], pose[first + 1], pose[first + 2]]);
     let q = [1, 0, 0, 0];
     axes.forEach((axis, i) => {
@@ -36,16 +34,11 @@ class Skeleton {
 
   /** The orientation of each joint's own axes in the world, four numbers [w, x, y, z] each. */
   orientations(pose) {
-    return this.oriented((joint) => this.rotation(joint, pose));
-  }
-
-  /** The same, given a function that returns the rotation of a joint with dofs. */
-  oriented(rotation) {
     const all = new Float64Array(4 * this.joints.length);
     this.joints.forEach((joint, j) => {
       let q = quaternionAt(all, joint.parent);
       if (joint.rest) q = rotations.product(q, joint.rest);
-      if (joint.count) q = rotations.product(q, rotation(joint, j));
+      if (joint.count) q = rotations.product(q, this.rotation(joint, pose));
       all.set(q, 4 * j);
     });
     return all;
@@ -53,11 +46,7 @@ class Skeleton {
 
   /** The position of each joint relative to the root, three numbers each, without weights. */
   positions(pose) {
-    return this.placed(this.orientations(pose));
-  }
-
-  /** The same, given the orientations. */
-  placed(orientations) {
+    const orientations = this.orientations(pose);
     const all = new Float64Array(3 * this.joints.length);
     this.joints.forEach(({ parent, offset, frame }, j) => {
       const along = rotations.apply(quaternionAt(orientations, frame), offset);
@@ -66,25 +55,17 @@ class Skeleton {
     return all;
   }
 
-  /**
-   * The pose at part t, 0 to 1, of the straight line from a to b: angles change by their difference wrapped to [−π, π],
-   * ball joints turn by slerp, in numbers near those of a; at the ends they have the numbers that they are given.
-   */
+  /** The pose at part t of the straight line from a to b: angles by their wrapped difference, ball joints by slerp. */
   between(a, b, t) {
     const pose = Float64Array.from(a);
     for (const { isBall, first, count, signs } of this.joints) {
-      if (!isBall) {
-        // Wrapped before and after, as `pose_distances` does: half a turn has one direction for all equal angles.
-        for (let d = first; d < first + count; d++) pose[d] += t * wrapped(wrapped(b[d]) - wrapped(a[d]));
+      if (isBall) {
+        const [p, q] = [a, b].map((one) => canonical(rotations.ofVector([...one.subarray(first, first + 3)]), signs));
+        pose.set(rotations.toVector(rotations.slerp(p, q, t)), first);
         continue;
       }
-      const [from, to] = [a, b].map((one) => Array.from(one.subarray(first, first + 3)));
-      if (t === 0 || t === 1 || from.every((value, i) => value === to[i])) {
-        pose.set(t === 1 ? to : from, first);
-        continue;
-      }
-      const [p, q] = [from, to].map((vector) => canonical(rotations.ofVector(vector), signs));
-      pose.set(rotations.nearest(rotations.toVector(rotations.slerp(p, q, t)), from), first);
+      // Wrapped before and after, as in `pose_distances`: half a turn has one direction for all equal angles.
+      for (let d = first; d < first + count; d++) pose[d] += t * wrapped(wrapped(b[d]) - wrapped(a[d]));
     }
     return pose;
   }

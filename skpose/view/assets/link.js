@@ -11,7 +11,6 @@ class Link {
     listenForCopy(this);
   }
 
-  /** The words in the address, of names that are known. */
   get words() {
     const names = Object.keys(this.values());
     return new Map([...new URLSearchParams(location.hash.slice(1))].filter(([name]) => names.includes(name)));
@@ -33,7 +32,6 @@ class Link {
   }
 }
 
-/** The finite numbers in a word, or null if they are not so many. */
 function numbersIn(word, count) {
   const numbers = (word ?? "").split(",").map((part) => (part.trim() ? Number(part) : NaN));
   return numbers.length === count && numbers.every(Number.isFinite) ? numbers : null;
@@ -44,7 +42,6 @@ const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 /** Numbers as a word, without digits that nobody sees. */
 const wordOf = (...numbers) => numbers.map((number) => Number(number.toFixed(4))).join(",");
 
-/** The same with six digits, for places in a plane of any size. */
 const preciseWord = (...numbers) => numbers.map((number) => Number(number.toPrecision(6))).join(",");
 
 /** A camera as a word, and back: another word leaves it as it is. */
@@ -59,26 +56,13 @@ function restoreCamera(camera, word) {
   });
 }
 
-/** Set a control to a word, if it can have it, or else to what is usual. */
 function setControl(control, word, usual) {
   if (control.type === "checkbox") control.checked = word === "1" || word === "0" ? word === "1" : usual;
-  else if (control.tagName === "SELECT") {
-    control.value = [...control.options].some(({ value }) => value === word) ? word : usual;
-  } else control.value = word && numbersIn(word, 1) ? clamp(Number(word), control.min, control.max) : usual;
+  else if (control.type === "number") control.value = numbersIn(word, 1) ? clamp(word, 0, control.max) : usual;
+  else control.value = [...control.options].some(({ value }) => value === word) ? word : usual;
 }
 
-/** A polygon with as few corners, every other one left out again and again, as have the same inside. */
-function fewer(corners, inside) {
-  const same = String(inside(corners));
-  for (let kept = corners; kept.length > 6;) {
-    kept = kept.filter((_, i) => i % 2 === 0);
-    if (String(inside(kept)) !== same) break;
-    corners = kept;
-  }
-  return corners;
-}
-
-/** Let a button copy the link, by the means that the browser has, and say so; or show it, to be copied by hand. */
+/** Let a button copy the link, or show it where the browser does not permit that. */
 function listenForCopy(link) {
   const [button, said] = [element("copy"), element("said")];
   button.hidden = !OWN_ADDRESS;
@@ -87,13 +71,7 @@ function listenForCopy(link) {
     try {
       await navigator.clipboard.writeText(address);
     } catch { // no clipboard, or not permitted, as on pages without https
-      const field = Object.assign(document.createElement("textarea"), { value: address, readOnly: true });
-      button.after(field);
-      field.select();
-      const copied = document.execCommand("copy");
-      if (copied) field.remove();
-      button.focus();
-      if (!copied) return (said.textContent = "Copy the link above.");
+      return (said.textContent = address);
     }
     said.textContent = "Copied.";
   });

@@ -4,7 +4,6 @@ class Loop {
   from = 0; // ticks, both in it
   to = 0;
 
-  /** `changed` is called after each change by the marks. */
   constructor(clock, changed) {
     Object.assign(this, { clock, changed });
     this.clear();

@@ -2,7 +2,6 @@
 
 const TRACE = 800; // points of a motion's line at most
 
-/** Draw all marks of a state; `drawFigures` draws those that lie below them. */
 function drawMarks(context, scatter, poses, { hover, first, current, comparison, lasso, unit }, drawFigures) {
   drawFigures(context);
   drawTrace(context, scatter, poses.range(current));
@@ -32,7 +31,6 @@ function polyline(context, places) {
   context.stroke();
 }
 
-/** Draw a dot with an edge that sets it apart from the points. */
 function dot(context, [x, y], radius, colour) {
   context.beginPath();
   context.arc(x, y, radius, 0, 2 * Math.PI);
@@ -41,7 +39,6 @@ function dot(context, [x, y], radius, colour) {
   context.stroke();
 }
 
-/** Draw the poses of a motion as a line. */
 function drawTrace(context, scatter, { first, end }) {
   const stride = Math.ceil((end - first) / TRACE);
   const places = [];
@@ -72,7 +69,6 @@ function drawLasso(context, corners) {
   if (corners.length < 3) for (const corner of corners) dot(context, corner, 4, colours.accent);
 }
 
-/** Draw a length of the plane in the lower left corner. */
 function drawScale(context, scatter, unit) {
   const length = cellOf((0.6 * scatter.width) / scatter.scale);
   const [x, y, width] = [16, scatter.height - 14, length * scatter.scale];

@@ -1,9 +1,7 @@
 // What every page of skpose.view needs: its data, colours for dark and light, text that stays text.
 
-/** The element of a page with an id. */
 const element = (id) => document.getElementById(id);
 
-/** What Python wrote into the page. */
 const data = JSON.parse(element("data").textContent);
 
 /**
@@ -30,13 +28,48 @@ const colours = new Proxy({}, {
   get: (read, name) => (read[name] ??= getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()),
 });
 
-/** The colour of a share, 0 to 1, of the largest value. */
 function heat(share) {
   const [from, to] = share < 0.5 ? ["heat-0", "heat-1"] : ["heat-1", "heat-2"];
   const channel = (colour, at) => parseInt(colours[colour].slice(at, at + 2), 16);
   const part = share < 0.5 ? 2 * share : 2 * share - 1;
   const mixed = [1, 3, 5].map((at) => (1 - part) * channel(from, at) + part * channel(to, at));
   return `rgb(${mixed.map(Math.round).join(" ")})`;
+}
+
+const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
+
+/**
+ * Return a function that asks for a new picture before the next frame of the display. While `state.playing`,
+ * `pass(seconds)` lets time pass and returns whether the picture changes; `draw()` draws it.
+ */
+function animate(state, pass, draw) {
+  Object.assign(state, { stale: false, drawn: 0 });
+  let [before, waiting] = [null, false];
+  const step = (now) => {
+    if (state.playing && before !== null) state.stale = pass(Math.min((now - before) / 1000, LONGEST)) || state.stale;
+    before = state.playing ? now : null;
+    waiting = state.playing;
+    if (waiting) requestAnimationFrame(step);
+    if (!state.stale) return;
+    state.stale = false;
+    draw();
+    if (!state.drawn++) performance.mark("skpose: first frame drawn");
+  };
+  return () => {
+    state.stale = true;
+    if (!waiting) requestAnimationFrame(step);
+    waiting = true;
+  };
+}
+
+/** The last of some rows, from `low` to `high`, whose time is not after a given one. */
+function lastNotAfter(time, low, high, timeOf) {
+  while (low < high) {
+    const middle = Math.ceil((low + high) / 2);
+    if (timeOf(middle) <= time + 1e-6) low = middle;
+    else high = middle - 1;
+  }
+  return low;
 }
 
 /** Follow the system's choice of dark or light until the button is pressed; call `changed` after each change. */

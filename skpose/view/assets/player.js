@@ -1,9 +1,8 @@
 // The player of motions: time, controls, and the name of the joint under the pointer.
 
-const LONGEST = 0.25; // s between two frames of the display; a page that slept does not jump
 // Controls of the picture, and all whose values are in a link.
 const CONTROLS = [
-  "place", "layout", "joint", "apart", "dim", "ground", "axes", "trails", "ghosts", "follow", "differences",
+  "place", "layout", "joint", "apart", "ground", "axes", "trails", "ghosts", "follow", "differences",
 ];
 const LINKED = [...CONTROLS, "align", "speed"];
 
@@ -11,7 +10,7 @@ const clips = await Promise.all(data.motions.map(Clip.of));
 const pairs = data.alignment && (await Pairs.of(data.alignment));
 const clock = new Clock(clips, pairs);
 const stage = new Stage(element("canvas"), clips, clock, {});
-const state = { position: 0, playing: false, before: null, stale: false, waiting: false, drawn: 0 };
+const state = { position: 0, playing: false };
 const value = (id) => (element(id).type === "checkbox" ? element(id).checked : element(id).value);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let [loop, link, usual] = []; // the part that is played, the address, and values of controls as they are at first
@@ -24,10 +23,8 @@ function moment() {
   return playing && position > loop.to && position < loop.to + 1 ? loop.to : Math.min(position, clock.count - 1);
 }
 
-/** The tick whose time is written. */
 const tick = () => Math.floor(moment() + 1e-6);
 
-/** Go to a tick, which may lie outside. */
 function seek(position) {
   state.position = Math.max(0, Math.min(clock.count - 1, position));
   refresh();
@@ -40,36 +37,20 @@ function play(on) {
   refresh();
 }
 
-/** Pause, and go to another tick. */
 function stop(position) {
   play(false);
   seek(position);
 }
 
-/** Draw again before the next frame of the display. */
-function refresh() {
-  state.stale = true;
-  if (!state.waiting) requestAnimationFrame(step);
-  state.waiting = true;
-}
-
-function step(now) {
-  if (state.playing && state.before !== null) {
-    const passed = Math.min((now - state.before) / 1000, LONGEST) * Number(value("speed"));
-    state.position = loop.wrap(state.position + passed / clock.seconds);
-    state.stale = true;
-  }
-  state.before = state.playing ? now : null;
-  state.waiting = state.playing;
-  if (state.playing) requestAnimationFrame(step);
-  if (!state.stale) return;
-  state.stale = false;
+const refresh = animate(state, (seconds) => {
+  state.position = loop.wrap(state.position + (seconds * Number(value("speed"))) / clock.seconds);
+  return true;
+}, () => {
   stage.draw(moment());
-  showTip();
+  writeTip();
   showTime();
   link.write();
-  if (!state.drawn++) performance.mark("skpose: first frame drawn");
-}
+});
 
 function showTime() {
   const frames = clock.frames(tick()).map(Math.floor);
@@ -210,8 +191,6 @@ function describe() {
   }
   const names = new Set(clips.flatMap((clip) => clip.names));
   element("joint").append(...[...names].map((name) => textElement("option", name, { value: name })));
-  const others = stage.names.map((name, i) => textElement("option", `all but ${name}`, { value: String(i) }));
-  element("dim").append(...others);
   Object.assign(element("apart"), { max: 2 * stage.size, step: cellOf(stage.size) });
   for (const one of document.querySelectorAll(".several")) one.hidden = clips.length < 2;
   for (const one of document.querySelectorAll(".aligned")) one.hidden = !pairs;
@@ -223,30 +202,19 @@ function describe() {
   element("place").value = !pairs && !data.overlay ? "world" : turns ? "forward" : "spot";
 }
 
-/** Show the name of the joint under the pointer next to it. */
-function showTip() {
-  const [tip, { hover, overlaid }] = [element("tip"), stage];
-  if (hover?.name) return showAt(tip, hover, [textElement("span", hover.name)]);
+function writeTip() {
+  const { hover, overlaid, canvas } = stage;
+  const [tip, write] = [element("tip"), (place, words) => showTip(tip, canvas, place, words)];
   const figure = hover && stage.views.flatMap((view) => view.figures).find((one) => one.clip === hover.clip);
-  tip.hidden = !figure?.flat[hover.index];
-  if (tip.hidden) return;
-  const [{ x, y }, joint, clip] = [figure.flat[hover.index], hover.index - 1, clips[hover.clip]];
+  const place = figure?.flat[hover.index];
+  if (!place) return write({}, null);
+  const [joint, clip] = [hover.index - 1, clips[hover.clip]];
   const words = [textElement("span", joint < 0 ? "root" : clip.names[joint])];
   if (overlaid) words.push(" of ", textElement("span", clip.label));
   if (clock.aligned && joint >= 0) {
     words.push(`: ${(100 * pairs.distance(tick(), hover.clip, joint)).toFixed(1)} cm apart`);
   }
-  showAt(tip, { x, y }, words);
-}
-
-/** Show words next to a place of the picture. */
-function showAt(tip, { x, y }, words) {
-  const { clientWidth, clientHeight } = stage.canvas;
-  tip.hidden = false;
-  tip.replaceChildren(...words);
-  const left = x + 14 + tip.offsetWidth > clientWidth ? x - 14 - tip.offsetWidth : x + 14;
-  tip.style.left = `${Math.max(4, left)}px`;
-  tip.style.top = `${Math.max(4, Math.min(y + 12, clientHeight - tip.offsetHeight - 4))}px`;
+  write(place, words);
 }
 
 describe();

@@ -1,7 +1,6 @@
 // The poses of an explorer: their numbers, times, motions and groups, and where their joints are.
 
 class Poses {
-  /** Unpack what `explorer` of skpose/view/_explorer.py wrote. */
   static async of(data) {
     const [numbers, times] = [await unpack(data.poses), await unpack(data.times)];
     const poses = Object.assign(new Poses(), { data, count: numbers.rows, width: numbers.columns });
@@ -21,22 +20,18 @@ class Poses {
     return poses;
   }
 
-  /** The numbers of a pose. */
   pose(row) {
     return this.numbers.subarray(row * this.width, (row + 1) * this.width);
   }
 
-  /** The rows of a pose's motion, from `first` to before `end`. */
   range(row) {
     return this.ranges[this.motionOf[row]];
   }
 
-  /** The name of a pose's motion. */
   label(row) {
     return this.data.labels[this.motionOf[row]];
   }
 
-  /** Time since the first pose of its motion, s. */
   time(row) {
     return this.times[row] - this.times[this.range(row).first];
   }
@@ -47,15 +42,8 @@ class Poses {
     return last + last / Math.max(end - first - 1, 1);
   }
 
-  /** The last row of a motion that is not after a time. */
   rowAt({ first, end }, time) {
-    let [low, high] = [first, end - 1];
-    while (low < high) {
-      const middle = Math.ceil((low + high) / 2);
-      if (this.times[middle] - this.times[first] <= time + 1e-6) low = middle;
-      else high = middle - 1;
-    }
-    return low;
+    return lastNotAfter(time, first, end - 1, (row) => this.times[row] - this.times[first]);
   }
 
   /** Positions of root and joints of a pose, with y up, m. */

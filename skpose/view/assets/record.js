@@ -1,13 +1,12 @@
-// Files of what is seen: a picture (PNG), and a video (WebM) or moving picture (GIF) of the loop.
+// Files of what is seen: a picture (PNG), and a video (MP4 or WebM) or GIF of the loop.
 
 const SHARP = 2; // pixels in a px of a picture, or as many as the display has
 const [LONG_SIDE, LONG_SIDE_OF_VIDEO] = [800, 1280]; // px of a GIF, and of a video, at most
 const STEP_OF_GIF = 4; // hundredths of a second; browsers show shorter ones slower
 const MOST_PICTURES = 600; // in a GIF
-const SHORTEST = 1; // s of a video: a shorter loop is in it several times, as encoders take some frames to begin
 const VIDEO = globalThis.MediaRecorder && HTMLCanvasElement.prototype.captureStream
-  && ["video/webm;codecs=vp9", "video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type));
-
+  && ["video/mp4;codecs=avc1.42E01F", "video/webm;codecs=vp9", "video/webm"].find((type) =>
+    MediaRecorder.isTypeSupported(type));
 const ENDING = VIDEO?.startsWith("video/mp4") ? "mp4" : "webm";
 
 /** A canvas for pictures of a stage, whose sides are multiples of so many pixels; `paint` fills it. */
@@ -35,7 +34,6 @@ class Film {
   }
 }
 
-/** A picture of a moment. */
 function picture(stage, moment, paper) {
   const film = new Film(stage, Math.max(SHARP, devicePixelRatio), paper);
   film.paint(moment);
@@ -57,7 +55,7 @@ async function video(stage, { duration, moment }, task) {
   const ended = new Promise((done) => recorder.addEventListener("stop", done));
   recorder.start();
   let [seconds, before] = [0, null];
-  const whole = duration * Math.ceil(SHORTEST / duration);
+  const whole = duration * Math.ceil(1 / duration); // at least a second, as encoders take some frames to begin
   while (seconds < whole && !task.cancelled) {
     const now = await new Promise(requestAnimationFrame);
     seconds += before === null ? 0 : Math.min((now - before) / 1000, LONGEST);
@@ -68,11 +66,9 @@ async function video(stage, { duration, moment }, task) {
   recorder.stop();
   await ended;
   if (task.cancelled) return null;
-  const bytes = new Uint8Array(await new Blob(parts).arrayBuffer());
-  return new Blob([withDuration(bytes, 1000 * seconds)], { type: ENDING === "webm" ? "video/webm" : "video/mp4" });
+  return new Blob(parts, { type: `video/${ENDING}` });
 }
 
-/** The same as a GIF, picture by picture. */
 async function movingPicture(stage, { duration, moment }, task) {
   const { clientWidth, clientHeight } = stage.canvas;
   const film = new Film(stage, Math.min(1, LONG_SIDE / Math.max(clientWidth, clientHeight)), true);
@@ -89,40 +85,12 @@ async function movingPicture(stage, { duration, moment }, task) {
   return task.cancelled ? null : gif.file;
 }
 
-/**
- * A WebM file that states its duration, ms: some browsers record without, and players then show no end. The element
- * Duration is put into Info, whose size grows; a file that has one, or a table of where its parts are, stays as it is.
- */
-function withDuration(bytes, duration) {
-  const find = (id) => { // where an element begins, near the start
-    for (let at = 0; at < Math.min(bytes.length - 16, 4096); at++) {
-      if (id.every((byte, i) => bytes[at + i] === byte)) return at + id.length;
-    }
-    return -1;
-  };
-  const at = find([0x15, 0x49, 0xa9, 0x66]);
-  const hasTable = find([0x11, 0x4d, 0x9b, 0x74]) >= 0;
-  if (at < 0 || hasTable || find([0x44, 0x89, 0x84]) >= 0 || find([0x44, 0x89, 0x88]) >= 0) return bytes;
-  const length = Math.clz32(bytes[at]) - 23; // bytes of the size, whose first bit set says so
-  let size = bytes[at] & (0xff >> length);
-  for (let i = 1; i < length; i++) size = 256 * size + bytes[at + i];
-  const added = new Uint8Array(8 + 11); // the size in eight bytes, and the element
-  const view = new DataView(added.buffer);
-  view.setUint32(0, 0x01000000);
-  view.setUint32(4, size + 11);
-  added.set([0x44, 0x89, 0x88], 8);
-  view.setFloat64(11, duration);
-  return new Blob([bytes.subarray(0, at), added, bytes.subarray(at + length)]);
-}
-
-/** Give the reader a file. */
 function download(blob, name) {
   const address = URL.createObjectURL(blob);
   Object.assign(document.createElement("a"), { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** A title as the name of a file. */
 const fileName = (title) =>
   title.replace(/[^\p{L}\p{N}.-]+/gu, "_").slice(0, 80).replace(/^[._]+|[._]+$/g, "") || "motion";
 

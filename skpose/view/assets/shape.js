@@ -1,4 +1,4 @@
-// Figures with volume: parts that are hulls of spheres about joints, see skpose/kinematics/_shape.py.
+// Figures with volume: parts that are hulls of spheres about joints, see skpose/view/_shape.py.
 
 const circle = (n) => Array.from({ length: n }, (_, i) => [Math.cos, Math.sin].map((f) => f((i * 2 * Math.PI) / n)));
 const [ROUGH, ROUND, ROUNDEST] = [12, 20, 32].map(circle); // directions in which an outline is found
@@ -43,7 +43,6 @@ function centresOf({ spheres }, points, shows) {
   });
 }
 
-/** Points that a figure reaches: its own, and the lowest and highest ones of its spheres. */
 function reachOf(shape, points, shows) {
   const ends = centresOf(shape, points, shows).flatMap((centre, i) => (centre
     ? [-1, 1].map((sign) => [centre[0], centre[1] + sign * shape.spheres[i].radius, centre[2]])
@@ -140,7 +139,6 @@ function drawShadow(context, view, shape, centres, size) {
   context.globalAlpha = 1;
 }
 
-/** The spheres of a shape as discs in the picture, null for those that are not seen. */
 function flatten(view, shape, centres) {
   return centres.map((centre, i) => {
     const at = centre && view.project(centre);
@@ -209,7 +207,6 @@ function traceEdge(context, outline) {
     const same = from.disc === to.disc;
     if (same && to.disc.inside) return (joined = false);
     const [dx, dy] = [to.x - from.x, to.y - from.y];
-    /** What is left out at an end, as a share of the line. */
     const gap = ({ disc }) => (disc.inside && !same ? Math.min(0.5, (1.2 * disc.radius) / Math.hypot(dx, dy)) : 0);
     const [first, last] = [gap(from), gap(to)];
     if (!joined || first) context.moveTo(from.x + first * dx, from.y + first * dy);

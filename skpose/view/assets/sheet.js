@@ -5,35 +5,24 @@ const [EDGE, ROW] = [16, 24]; // px
 class Sheet {
   /** `drawPlane(context, state)` draws what is over the points; `keyOf(state)` is a name and a list of groups. */
   constructor(scatter, view, drawPlane, keyOf) {
-    Object.assign(this, { scatter, view, drawPlane, keyOf, context: null });
+    Object.assign(this, { scatter, view, drawPlane, keyOf });
   }
 
-  /** Whether the pose is below the plane, as on a phone. */
   get isTall() {
     const [plane, figure] = [this.scatter, this.view].map(({ canvas }) => canvas.getBoundingClientRect());
     return figure.top >= plane.bottom;
   }
 
-  /** The size, as a stage's canvas has it. */
   get canvas() {
     const { scatter: { width, height }, view: { canvas } } = this;
     if (this.isTall) return { clientWidth: width, clientHeight: height + canvas.clientHeight + 2 * ROW };
     return { clientWidth: width + canvas.clientWidth + 2 * EDGE, clientHeight: height };
   }
 
-  /** Draw a state of the page into any canvas, whose unit is a px of the page. */
   paint(context, state) {
     const { scatter, view, isTall } = this;
     const { width, height } = scatter;
-    if (context !== this.context) { // the points are the same in all pictures of a film
-      const density = context.getTransform().a;
-      const image = new ImageData(Math.ceil(width * density), Math.ceil(height * density));
-      scatter.fill(image, density, 0);
-      this.layer = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height });
-      this.layer.getContext("2d").putImageData(image, 0, 0);
-      Object.assign(this, { context, density });
-    }
-    context.drawImage(this.layer, 0, 0, this.layer.width / this.density, this.layer.height / this.density);
+    scatter.paint(context);
     context.save();
     context.beginPath();
     context.rect(0, 0, width, height);
@@ -62,17 +51,9 @@ class Sheet {
     lines.forEach(({ words, colour, form }, i) => {
       const y = top + (i + 1.5) * ROW;
       context.fillStyle = colour ?? colours.quiet;
-      if (colour) {
-        context.beginPath();
-        const corners = FORM_CORNERS[form];
-        if (corners) for (const [dx, dy] of corners) context.lineTo(6 + 6 * dx, y + 6 * dy);
-        else context.arc(6, y, 6, 0, 2 * Math.PI);
-        context.fill();
-      }
+      if (colour) fillForm(context, form, 6, y, 5.5);
       context.fillStyle = colour ? colours.ink : colours.quiet;
       context.fillText(words, 20, y, most - 20);
     });
   }
 }
-
-const FORM_CORNERS = [null, [[0, -1], [1, 1], [-1, 1]], [[-1, -1], [1, -1], [1, 1], [-1, 1]]]; // as FORMS

@@ -6,7 +6,7 @@ const HALO = 9; // px, of the paper's colour around each
 const SIDES = [68, 80, 92]; // px, of the square that a pose fills, where the zoom is 2, 4, and 8
 const SCALE = { width: 190, height: 40 }; // px, of the lower left corner
 const MOST_NAMED = 24; // groups that have a figure of their own; of more none has one
-const [KEPT, MEASURED] = [500, 4000]; // pictures, and figures that were measured, that are kept where not in use
+const KEPT = 1000; // pictures, after which all are made anew
 const MS_OF_A_FRAME = 2; // ms of a frame in which pictures are made
 const [NAME_FONT, NAME_LINE, NAME_LENGTH] = ["bold 13px system-ui, sans-serif", 15, 16]; // px, letters
 const TONES = { left: 0.42, right: -0.32 }; // of the colour of a group: lighter and darker
@@ -52,13 +52,11 @@ class SmallFigures {
         const box = boxOf({ row, side, offset: [0, 0], ...size }, scatter.at(row));
         return isInside(box, scatter) && !placed.some((other) => overlap(box, other)) && box;
       };
-      const box = fits({ width: 0.3 * side, height: 0.5 * side }) && fits(this.measured(row, side));
+      const box = fits({ width: 0.3 * side, height: 0.5 * side }) && fits(this.extent(row, side));
       if (!box) continue;
       placed.push(box);
       this.put(context, box, colourOf(row));
     }
-    trim(this.pictures, placed.length + KEPT);
-    trim(this.figures, placed.length + MEASURED);
     return placed;
   }
 
@@ -92,20 +90,17 @@ class SmallFigures {
       this.labels.clear();
     }
     const look = `${this.seen} ${colours.paper} ${this.density}`;
-    if (look !== this.look) this.pictures.clear();
+    if (look !== this.look || this.pictures.size > KEPT) this.pictures.clear();
     this.look = look;
   }
 
   /** The points of a pose and how the camera sees them in a square of side 1. */
   figure(row) {
-    if (this.figures.has(row)) return renew(this.figures, row, this.figures.get(row));
+    if (this.figures.has(row)) return this.figures.get(row);
     const points = this.poses.points(this.poses.pose(row));
     const { shape } = this.poses.data.skeleton;
     const around = reachOf(shape, points, () => true);
-    const centre = [0, 1, 2].map((axis) => {
-      const values = around.map((point) => point[axis]);
-      return (Math.min(...values) + Math.max(...values)) / 2;
-    });
+    const centre = centreOfBox(around);
     const camera = Object.assign(new Camera(), this.direction);
     const area = { x: 0, y: 0, width: 1, height: 1 };
     const moved = around.map((point) => point.map((value, axis) => value - centre[axis]));
@@ -122,28 +117,21 @@ class SmallFigures {
     return made;
   }
 
-  /** Width and height of a figure in a square of a side, px. */
   extent(row, side) {
     const { width, height } = this.figure(row);
     return { width: side * width, height: side * height };
   }
 
-  /** The same where there is time to measure, or else the room that it may need, and that it is `unknown`. */
-  measured(row, side) {
-    return this.figures.has(row) || performance.now() < this.until ? this.extent(row, side)
-      : { width: side, height: side, unknown: true };
-  }
-
-  /** Draw a figure into its box, or be late. */
   put(context, box, colour) {
     const key = `${box.row} ${colour} ${box.side} ${box.words}`;
-    const known = this.pictures.get(key);
-    if (box.unknown || (!known && !box.words && performance.now() > this.until)) return (this.late = true);
-    const [x, y, width, height] = [box.x - HALO, box.y - HALO, box.width + 2 * HALO, box.height + 2 * HALO];
-    context.drawImage(renew(this.pictures, key, known ?? this.picture(box, colour)), x, y, width, height);
+    if (!this.pictures.has(key)) {
+      if (!box.words && performance.now() > this.until) return (this.late = true);
+      this.pictures.set(key, this.picture(box, colour));
+    }
+    const { x, y, width, height } = box;
+    context.drawImage(this.pictures.get(key), x - HALO, y - HALO, width + 2 * HALO, height + 2 * HALO);
   }
 
-  /** The picture of a pose, with its name if it has one: limbs of the left in a lighter tone, of the right darker. */
   picture({ row, side, width, height, words = [] }, colour) {
     const { density } = this;
     const [drawn, picture] = [0, 1].map(() => Object.assign(document.createElement("canvas"), {
@@ -171,34 +159,16 @@ class SmallFigures {
   }
 }
 
-/** Put a value at the end of a table, where those are that were used last. */
-function renew(table, key, value) {
-  table.delete(key);
-  table.set(key, value);
-  return value;
-}
-
-/** Forget what was not used for the longest time. */
-function trim(table, most) {
-  for (const key of table.keys()) {
-    if (table.size <= most) return;
-    table.delete(key);
-  }
-}
-
-/** The box of a figure whose point is at a place of the canvas. */
 const boxOf = (figure, [x, y]) => ({
   ...figure, x: x + figure.offset[0] - figure.width / 2, y: y + figure.offset[1] - figure.height / 2,
 });
 
-/** Whether a box is inside of the canvas, and not over the scale. */
 const isInside = (box, { width, height }) => box.x >= 0 && box.y >= 0 && box.x + box.width <= width
   && box.y + box.height <= height - (box.x < SCALE.width ? SCALE.height : 0);
 
 const overlap = (a, b) => Math.abs(a.x + a.width / 2 - b.x - b.width / 2) < (a.width + b.width) / 2 + SMALL_GAP
   && Math.abs(a.y + a.height / 2 - b.y - b.height / 2) < (a.height + b.height) / 2 + SMALL_GAP;
 
-/** A name in two lines at most. */
 function linesOf(name) {
   const words = name.split(" ");
   let n = words.length;
@@ -207,18 +177,10 @@ function linesOf(name) {
   return lines.map((line) => (line.length > NAME_LENGTH ? `${line.slice(0, NAME_LENGTH - 1)}…` : line));
 }
 
-/** Draw a thin line from a point to the figure or the name of its label, whichever is nearer. */
+/** Draw a thin line from a point to the figure of its label, up to some px from the figure's middle. */
 function drawLeader(context, [x, y], { extent, ...box }, colour) {
   const [toX, toY] = [box.x + box.width / 2 - x, box.y + extent.height / 2 - y];
-  /** The share of the line to the figure's middle that is before a rectangle about a place on its axis. */
-  const before = (width, top, bottom) => {
-    const across = [-width, width].map((side) => (toX + side / 2) / toX);
-    const along = [top, bottom].map((side) => (box.y + side - y) / toY);
-    const enters = Math.max(Math.min(...across), Math.min(...along));
-    return enters < Math.min(Math.max(...across), Math.max(...along)) ? enters : 1;
-  };
-  const share = Math.max(0, Math.min(before(extent.width + 4, -2, extent.height),
-    before(box.width + 4, extent.height, box.height + 2)));
+  const share = Math.max(0, 1 - (0.55 * extent.height) / Math.hypot(toX, toY));
   for (const [lineWidth, strokeStyle] of [[4, colours.paper], [1.5, colour]]) {
     Object.assign(context, { lineWidth, strokeStyle });
     polyline(context, [[x, y], [x + share * toX, y + share * toY]]);
@@ -235,19 +197,18 @@ function medoidOf({ x, y }, rows) {
 }
 
 /**
- * The point nearest to the middle of each cell of a grid of the plane, cells about so many px wide. The grid is that of
- * the plane and its cells halve where the zoom doubles, so that figures stay while one moves.
+ * The point nearest to the middle of each cell of a grid of the plane, cells about so many px wide. The cells halve
+ * where the zoom doubles, so that figures stay while one moves.
  */
-function nearCells(scatter, side) {
-  const cell = 2 ** Math.ceil(Math.log2(side / scatter.scale));
-  const [left, top] = scatter.placeOf(0, 0);
-  const [right, bottom] = scatter.placeOf(scatter.width, scatter.height);
-  const rows = [];
-  for (let i = Math.floor(left / cell); i * cell <= right; i++) {
-    for (let k = Math.floor(bottom / cell); k * cell <= top; k++) {
-      const row = scatter.grid.nearest((i + 0.5) * cell, (k + 0.5) * cell, 0.5 * cell, scatter.absent);
-      if (row >= 0) rows.push(row);
-    }
+function nearCells({ scale, count, x, y, cells, absent }, side) {
+  const cell = 2 ** Math.ceil(Math.log2(side / scale));
+  const found = new Map();
+  for (let i = 0; i < count; i++) {
+    if (!cells[i] || absent?.[i]) continue; // or not seen
+    const [column, row] = [Math.floor(x[i] / cell), Math.floor(y[i] / cell)];
+    const far = Math.hypot(x[i] / cell - column - 0.5, y[i] / cell - row - 0.5);
+    const known = found.get(65536 * column + row);
+    if (far < (known?.far ?? 0.5)) found.set(65536 * column + row, { far, i, column, row });
   }
-  return rows;
+  return [...found.values()].sort((a, b) => a.column - b.column || a.row - b.row).map(({ i }) => i);
 }

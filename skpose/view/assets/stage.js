@@ -2,22 +2,18 @@
 
 const [TRAIL, GHOST] = [1, 0.35]; // s: how long trails are, and from one ghost to the next
 const LEAST_HEIGHT = 0.02; // of the eye above the ground, sizes
-const DIMMED = 0.25; // of figures that step back
 const [MARGIN, LINE] = [14, 20]; // of texts, px
 
 class Stage {
   camera = new Camera();
-  hover = null; // motion and index of the point under the pointer, or the name there with its place
-  written = []; // names as drawn last, with their places
+  hover = null; // motion and index of the point under the pointer
   views = []; // as drawn last
   columns = 1; // of views
   centre = [0, 0, 0]; // of what is to be seen, in space, or relative to the target that is followed
 
-  /** `options` are the values of the controls by name. */
   constructor(canvas, clips, clock, options) {
     Object.assign(this, { canvas, clips, clock, options, context: canvas.getContext("2d") });
     this.size = Math.max(...clips.map((clip) => clip.size));
-    this.names = namesApart(clips.map((clip) => clip.label));
   }
 
   get overlaid() {
@@ -37,13 +33,11 @@ class Stage {
     return !this.overlaid && !this.compares && this.clips[members[0]].sides.some(Boolean);
   }
 
-  /** The motions of each view. */
   get members() {
     const all = this.clips.map((_, i) => i);
     return this.overlaid ? [all] : all.map((i) => [i]);
   }
 
-  /** Rectangles of the views, in rows of so many. */
   areas(columns) {
     const n = this.members.length;
     const [width, height] = [this.canvas.clientWidth / columns, this.canvas.clientHeight / Math.ceil(n / columns)];
@@ -52,21 +46,14 @@ class Stage {
     }));
   }
 
-  /** How far a motion is moved aside where all are in one picture, m along x and z: across where the first one goes. */
-  offset(i) {
-    if (!this.overlaid || !this.options.apart) return [0, 0];
-    const far = (i - (this.clips.length - 1) / 2) * Number(this.options.apart);
-    this.front ??= this.clips.map((clip) => clip.azimuth("world")).find((angle) => angle !== null) ?? 0;
-    return [far * Math.cos(this.front), -far * Math.sin(this.front)];
-  }
-
-  /** Positions of the root and joints of a motion at a moment as they are drawn. */
-  points(i, moment) {
-    const [dx, dz] = this.offset(i);
-    return this.clips[i].points(moment, this.options.place).map(([x, y, z]) => [x + dx, y, z + dz]);
-  }
-
   /** What the camera looks at: a fixed point, or one that goes with the roots. */
+  /** A function that moves a point aside where all motions are in one picture: across where the first one goes. */
+  aside(i) {
+    const far = this.overlaid ? (i - (this.clips.length - 1) / 2) * Number(this.options.apart) : 0;
+    this.front ??= this.clips.map((clip) => clip.azimuth("world")).find((angle) => angle !== null) ?? 0;
+    return ([x, y, z]) => [x + far * Math.cos(this.front), y, z - far * Math.sin(this.front)];
+  }
+
   target(members, frames) {
     if (!this.follows) return this.centre;
     const roots = members.map((i) => this.clips[i].point(frames[i], 0, "world"));
@@ -91,11 +78,7 @@ class Stage {
       }
     }
     if (!points.length) points.push([0, 0, 0]); // of keypoints that are seen in few frames
-    this.centre = [0, 1, 2].map((axis) => {
-      const [low, high] = points.reduce(([a, b], point) => [Math.min(a, point[axis]), Math.max(b, point[axis])],
-        [Infinity, -Infinity]);
-      return this.follows && axis !== 1 ? 0 : (low + high) / 2;
-    });
+    this.centre = centreOfBox(points).map((value, axis) => (this.follows && axis !== 1 ? 0 : value));
     if (turn) {
       const front = clips.map((clip) => clip.azimuth(place)).find((angle) => angle !== null);
       const azimuth = front === undefined ? 0.35 : front - 0.9;
@@ -116,12 +99,10 @@ class Stage {
 
   draw(tick) {
     if (this.options.ground) keepAbove(this.camera, this.centre[1], LEAST_HEIGHT * this.size);
-    this.written = [];
     sharpen(this.canvas, this.context);
     this.views = this.paint(this.context, tick);
   }
 
-  /** Draw into any canvas, whose unit is a px of that of the page; return the views. */
   paint(context, tick) {
     const own = this.context;
     this.context = context;
@@ -144,8 +125,7 @@ class Stage {
     const shown = new Map(members.map((i) => [i, this.figure(i, frames[i])]));
     const away = (i) => view.project(shown.get(i)[0][0]).away;
     const order = [...members].sort((a, b) => away(b) - away(a)); // far ones first
-    const figures = this.drawDimmed(order, (i) => {
-      const { context } = this; // which may be that of figures that step back
+    const figures = order.map((i) => {
       const [points, shows] = shown.get(i);
       if (options.trails) this.drawTrails(view, i, tick);
       const flat = drawFigure(context, view, points, clips[i].shape, {
@@ -171,32 +151,11 @@ class Stage {
     return { area, view, figures };
   }
 
-  /** Points of a motion at a moment, and which of them are shown. */
   figure(i, moment) {
-    return [this.points(i, moment), (index) => this.clips[i].shows(moment, index)];
+    return [this.clips[i].points(moment, this.options.place).map(this.aside(i)), (index) => this.clips[i].shows(moment, index)];
   }
 
   /** Draw each of some motions; where all but one step back, these first, as one picture that is mostly transparent. */
-  drawDimmed(members, drawOne) {
-    const { context, options } = this;
-    const chosen = Number(options.dim);
-    if (!this.overlaid || !options.dim || !members.includes(chosen)) return members.map(drawOne);
-    const { width, height } = context.canvas;
-    const layer = Object.assign(document.createElement("canvas"), { width, height });
-    this.context = layer.getContext("2d");
-    this.context.setTransform(context.getTransform());
-    const drawn = new Map(members.filter((i) => i !== chosen).map((i) => [i, drawOne(i)]));
-    this.context = context;
-    context.save();
-    context.resetTransform();
-    context.globalAlpha = DIMMED;
-    context.drawImage(layer, 0, 0);
-    context.restore();
-    drawn.set(chosen, drawOne(chosen));
-    return members.map((i) => drawn.get(i));
-  }
-
-  /** The colour of a joint of motion i, or of its root, -1. */
   colour(i, joint, tick) {
     const { pairs } = this.clock;
     if (this.compares && (!this.overlaid || i === 1)) return heat(joint < 0 ? 0 : pairs.share(tick, i, joint));
@@ -211,11 +170,8 @@ class Stage {
     const marked = clip.names.indexOf(options.joint);
     const first = Math.max(0, Math.floor(tick) - Math.round(TRAIL / clock.seconds));
     const stride = Math.max(1, Math.floor((tick - first) / 90)); // whole ticks
-    const [dx, dz] = this.offset(i);
-    const point = (at, joint) => {
-      const [x, y, z] = clip.point(clock.frames(at)[i], joint + 1, options.place);
-      return [x + dx, y, z + dz];
-    };
+    const aside = this.aside(i);
+    const point = (at, joint) => aside(clip.point(clock.frames(at)[i], joint + 1, options.place));
     context.lineWidth = 2;
     for (const joint of marked >= 0 ? [marked] : clip.ends) {
       context.strokeStyle = this.colour(i, joint, tick);
@@ -249,15 +205,14 @@ class Stage {
     this.context.fillText(words, x, y);
   }
 
-  /** A text that fits into a width, px, without its middle where it is too long. */
   shortened(words, width) {
     this.context.font = FONT;
-    const letters = [...words].slice(0, 200).concat([...words].slice(200).slice(-100));
-    const without = (n) => n < letters.length
-      ? [...letters.slice(0, Math.ceil(n / 2)), "…", ...letters.slice(letters.length - Math.floor(n / 2))].join("")
-      : words;
+    const letters = [...words.slice(0, 300)];
+    const without = (n) => [...letters.slice(0, Math.ceil(n / 2)), "…", ...letters.slice(-Math.floor(n / 2))].join("");
+    const fits = (text) => this.context.measureText(text).width <= width;
+    if (words.length <= 300 && fits(words)) return words;
     let n = letters.length;
-    while (n > 1 && this.context.measureText(without(n)).width > width) n--;
+    while (n > 2 && !fits(without(n))) n--;
     return without(n);
   }
 
@@ -271,12 +226,7 @@ class Stage {
     }
     const from = x + (this.overlaid ? 19 : 0);
     const width = area.width - 2 * MARGIN - (this.overlaid ? 19 : 0) - (this.showsSides([i]) ? 80 : 0);
-    const { label } = this.clips[i];
-    this.context.font = FONT;
-    const fits = this.context.measureText(label.slice(0, 300)).width <= width;
-    const name = fits && label.length <= 300 ? label : this.shortened(this.names[i], width);
-    this.text(name, from, y, "left", colours.ink);
-    if (name !== label) this.written.push({ name: label, x, y, right: from + width });
+    this.text(this.shortened(this.clips[i].label, width), from, y, "left", colours.ink);
   }
 
   /** Mark the chosen joint and write its name, on the side where there is room. */
@@ -291,7 +241,6 @@ class Stage {
     this.text(words, point.x + 13 * side, point.y + 4, textAlign, colours.ink);
   }
 
-  /** Note which point is under the pointer, if one is within some px. */
   point(x, y, within) {
     const inside = ({ area }) => x >= area.x && x < area.x + area.width && y >= area.y && y < area.y + area.height;
     this.hover = null;
@@ -301,16 +250,5 @@ class Stage {
       within = Math.hypot(flat[index].x - x, flat[index].y - y);
       this.hover = { clip, index };
     }
-    const isAt = (name) => x >= name.x && x < name.right && Math.abs(y - name.y + 5) < LINE / 2;
-    this.hover ??= this.written.find(isAt) ?? null;
   }
-}
-
-/** Names without what all begin with, up to the last word that they share. */
-function namesApart(labels) {
-  if (labels.length < 2) return labels;
-  let n = 0;
-  while (n < labels[0].length && labels.every((label) => label[n] === labels[0][n])) n++;
-  const shared = labels[0].slice(0, n).match(/^.*[^\p{L}\p{N}]/su)?.[0] ?? "";
-  return labels.map((label) => (shared && label.length > shared.length ? `…${label.slice(shared.length)}` : label));
 }

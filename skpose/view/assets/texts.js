@@ -4,7 +4,6 @@ const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s
 const named = (row) => [textElement("span", poses.label(row)), `, ${seconds(row)}`];
 const seconds = (row) => `${poses.time(row).toFixed(2)} s`;
 
-/** Write what the page holds. */
 function describe() {
   const { title, error, rate, skeleton, embeddings, groups } = data;
   const joints = count(skeleton.names.length, "joint");
@@ -27,48 +26,31 @@ function describe() {
   element("colour").value = (several.find(({ by }) => by === "action") ?? several[0])?.by ?? "motion";
 }
 
-/** Write which pose is shown, and the time. */
 function write() {
   const { hover, current, comparison } = state;
   const row = hover >= 0 ? hover : current;
-  const paths = hover < 0 && comparison;
-  element("paths").hidden = !paths;
-  element("caption").hidden = Boolean(paths);
-  element("caption").replaceChildren(...named(row));
-  if (paths) for (const name of ["shortest", "line"]) element(name).textContent = comparison.label(name);
+  element("caption").replaceChildren(...(hover < 0 && comparison ? [comparison.label] : named(row)));
   const played = poses.range(current);
   const [time, most] = [element("time"), comparison ? PARTS : played.end - played.first - 1];
   if (Number(time.max) !== most) time.max = most;
   time.value = position();
-  time.setAttribute("aria-label", comparison ? "Share of the paths" : "Time");
+  time.setAttribute("aria-label", comparison ? "Share of the line" : "Time");
   const share = `${Math.round(100 * state.share)} %`;
   time.setAttribute("aria-valuetext", comparison ? share
     : `${poses.time(current).toFixed(2)} seconds, pose ${current - played.first + 1} of ${most + 1}`);
   element("clock").textContent = comparison ? share : seconds(current);
-  writeTip(hover);
+  const [x, y] = hover < 0 ? [] : scatter.at(hover);
+  showTip(element("tip"), scatter.canvas, { x, y }, hover < 0 ? null : named(hover));
 }
 
-/** What is written in a picture: which pose or paths it shows, and what the colours mean. */
+/** What is written in a picture: which pose or line it shows, and what the colours mean. */
 function keyOf({ hover, current, comparison }) {
   const name = (row) => `${poses.label(row)}, ${seconds(row)}`;
   const { names, longest } = poses.groups(element("colour").value);
   const groupOf = (words, i) => ({ words: words || "unnamed", colour: groupColour(i), form: formOf(i) });
   const timeOf = (share) => ({ words: `${(share * longest).toFixed(2)} s`, colour: heat(share), form: 0 });
-  const paths = hover < 0 && comparison && ["shortest", "line"].map((one) => comparison.label(one)).join(" | ");
   const groups = names ? names.map(groupOf) : [0, 0.5, 1].map(timeOf);
-  return { name: paths || name(hover >= 0 ? hover : current), groups };
-}
-
-/** Name the pose under the pointer next to it. */
-function writeTip(row) {
-  const tip = element("tip");
-  tip.hidden = row < 0;
-  if (row < 0) return;
-  const [x, y] = scatter.at(row);
-  tip.replaceChildren(...named(row));
-  const left = x + 14 + tip.offsetWidth > scatter.width ? x - 14 - tip.offsetWidth : x + 14;
-  tip.style.left = `${Math.max(4, left)}px`;
-  tip.style.top = `${Math.max(4, Math.min(y + 12, scatter.height - tip.offsetHeight - 4))}px`;
+  return { name: hover < 0 && comparison ? comparison.label : name(hover >= 0 ? hover : current), groups };
 }
 
 /** Say, to those who do not see it, which pose has been reached or chosen, what it is compared with, what is inside. */
@@ -76,7 +58,7 @@ function announce() {
   const { hover, current, comparison, lasso, inside } = state;
   const words = named(hover >= 0 ? hover : current);
   if (hover < 0 && comparison) {
-    words.push(" compared with ", ...named(comparison.first), `; ${comparison.label("shortest")}`);
+    words.push(" compared with ", ...named(comparison.first), `; ${comparison.label}`);
   }
   if (lasso.length) words.push(`; lasso of ${count(lasso.length, "corner")}`);
   if (inside) words.push(`, ${count(inside.length, "pose")} inside`);
@@ -91,14 +73,13 @@ function writeComparison() {
   element("pair").replaceChildren(
     "A: ", textElement("span", name(comparison.first)), "; B: ", textElement("span", name(comparison.second)),
   );
-  element("distances").replaceChildren(...comparison.rows().map((cells) => {
+  element("distances").replaceChildren(...comparison.rows.map((cells) => {
     const row = document.createElement("tr");
     row.append(...cells.map((cell, i) => textElement(i ? "td" : "th", cell, i ? {} : { scope: "row" })));
     return row;
   }));
 }
 
-/** A button with a name and a number in a list. */
 function listed(name, number, { swatch = -1, press, pressed }) {
   const [item, button] = [document.createElement("li"), document.createElement("button")];
   button.type = "button";
@@ -112,7 +93,6 @@ function listed(name, number, { swatch = -1, press, pressed }) {
   return item;
 }
 
-/** List the motions inside of the lasso, with how many of their poses are. */
 function writeInside() {
   const { inside } = state;
   element("inside").hidden = !inside;
@@ -123,7 +103,6 @@ function writeInside() {
     listed(data.labels[motion], `${n} of ${data.counts[motion]}`, { press: () => choose(first, false) })));
 }
 
-/** List the groups of the colours; one that is pressed is seen alone. */
 function writeGroups() {
   const { names, of, longest } = poses.groups(element("colour").value);
   element("scale").hidden = Boolean(names);

@@ -1,0 +1,143 @@
+"""The shape of a figure, for drawing: hulls of spheres about joints, as thick as the limbs of people.
+
+A *part* is drawn as one, such as a forearm or a head: hulls of *spheres*, whose centres follow from the positions of
+the joints alone. People have the parts of a person, see `_person_shape`; all other skeletons have links.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose.kinematics._landmarks import find_landmarks
+from skpose.skeleton import Skeleton
+from skpose.skeleton._shared import size_of
+from skpose.view._person_shape import Part, Shift, Sphere, person_parts
+
+# Radii of links, as shares of the size of the figure and of the length of the bone. The size is the longest side of
+# the box around all joints at angle zero.
+THICKEST, OF_LENGTH, THINNEST, OF_POINT = 0.018, 0.12, 0.003, 0.008
+GAP = 1.2  # radii around a joint inside a figure that have no edge
+N_DIRECTIONS = 32  # in which the outline of a hull is found, so that it is too small by 0.5 % at most
+
+
+class Shape(NamedTuple):
+    """The parts of a figure. Points are the root, 0, and the joints from 1 on."""
+
+    spheres: list[Sphere]
+    parts: list[Part]
+    is_person: bool
+
+    def centres(self, points: np.ndarray) -> np.ndarray:
+        """Centres (..., n_spheres, 3) of the spheres, of points (..., n_points, 3)."""
+        return np.stack([_centre(sphere, points) for sphere in self.spheres], axis=-2)
+
+    @property
+    def radii(self) -> np.ndarray:
+        return np.array([sphere.radius for sphere in self.spheres])
+
+    def data(self) -> dict[str, Any]:
+        """The shape as an object of JSON, for assets/shape.js of the pages."""
+        spheres = [{name: value for name, value in one._asdict().items() if value} for one in self.spheres]
+        return {"spheres": spheres, "parts": self.parts}
+
+    def renumber(self, points: Sequence[int]) -> "Shape":
+        """The shape with new indices of the points, given for the root and each joint."""
+
+        def move(shift: Shift | None) -> Shift | None:
+            return shift and Shift(tuple(points[i] for i in shift.start), tuple(points[i] for i in shift.end), shift[2])
+
+        spheres = [
+            one._replace(at=tuple(points[i] for i in one.at), along=move(one.along), across=move(one.across))
+            for one in self.spheres
+        ]
+        return Shape(spheres, [part._replace(joint=points[part.joint + 1] - 1) for part in self.parts], self.is_person)
+
+
+def find_shape(skeleton: Skeleton) -> Shape:
+    """The shape of a person if the joints have the names of a known rig, else links."""
+    person = person_parts(skeleton, find_landmarks(skeleton))
+    return link_shape(skeleton) if person is None else Shape(*person, is_person=True)
+
+
+def link_shape(skeleton: Skeleton) -> Shape:
+    """Links for all bones; links that meet at a joint are equally thick there."""
+    size = size_of(skeleton) or 1.0
+    lengths = np.linalg.norm(skeleton.offsets, axis=1)
+    own = np.where(lengths > 1e-3 * size, np.minimum(THICKEST * size, OF_LENGTH * lengths + THINNEST * size), 0.0)
+    before = skeleton.parents + 1  # the point at which each bone begins
+    radii = np.concatenate([[0.0], own])
+    np.maximum.at(radii, before, own)
+    radii[0] = radii[0] or max(radii.max(), OF_POINT * size)
+    without = np.flatnonzero(own == 0.0).tolist()
+    for j in (*reversed(without), *without):  # points at one place are as thick as the thickest of them
+        radii[[j + 1, before[j]]] = radii[[j + 1, before[j]]].max()
+    moves = [own[j] > 0.0 or bone.is_slide for j, bone in enumerate(skeleton.bones)]
+    hulls = [(int(before[j]), j + 1) if moves[j] else (j + 1,) for j in range(skeleton.n_joints)]
+    at = {point: i for i, point in enumerate(dict.fromkeys(point for hull in hulls for point in hull))}
+    spheres = [Sphere((point,), float(radii[point]), inside=point > 0 and point in before) for point in at]
+    parts = [Part(j, (tuple(at[point] for point in hull),)) for j, hull in enumerate(hulls)]
+    return Shape(spheres, parts, False)
+
+
+def point_shape(points: Sequence[int], size: float) -> Shape:
+    """A ball for each point without a bone, by its index among the points."""
+    spheres = [Sphere((point,), OF_POINT * size) for point in points]
+    return Shape(spheres, [Part(point - 1, ((i,),)) for i, point in enumerate(points)], False)
+
+
+def join_shapes(a: Shape, b: Shape) -> Shape:
+    n = len(a.spheres)
+    moved = [part._replace(hulls=tuple(tuple(i + n for i in hull) for hull in part.hulls)) for part in b.parts]
+    return Shape(a.spheres + b.spheres, a.parts + moved, a.is_person or b.is_person)
+
+
+class Outline(NamedTuple):
+    """The outline of the hull of discs."""
+
+    points: np.ndarray  # (n, 2) in order
+    edges: np.ndarray  # (n_edges, 2, 2) the lines between them, except near joints where another part continues
+
+
+def outline(
+    centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool] | np.ndarray, n_directions: int = N_DIRECTIONS
+) -> Outline:
+    """The outline of the hull of discs: in each direction the farthest point."""
+    angles = np.linspace(0.0, 2.0 * np.pi, n_directions, endpoint=False)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    farthest = (directions @ centres.T + radii).argmax(axis=1)
+    points = centres[farthest] + radii[farthest, None] * directions
+    before, open_ = np.roll(farthest, 1), np.array(inside)
+    chosen = (before != farthest) | ~open_[farthest]
+    ends = np.stack([np.roll(points, 1, axis=0), points], axis=1)[chosen]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    left_out = (
+        np.where(before != farthest, 1.0, 0.0)[chosen, None]
+        * np.where(open_, GAP * radii, 0.0)[np.stack([before, farthest], axis=1)[chosen]]
+    )
+    shares = np.minimum(0.5, np.divide(left_out, lengths[:, None], out=np.zeros_like(left_out), where=left_out > 0.0))
+    along = (ends[:, 1] - ends[:, 0])[:, None] * shares[..., None] * [[1.0], [-1.0]]
+    return Outline(points, ends + along)
+
+
+def _centre(sphere: Sphere, points: np.ndarray) -> np.ndarray:
+    weights = sphere.weights or (1.0 / len(sphere.at),) * len(sphere.at)
+    centre = np.einsum("...pk,p->...k", points[..., list(sphere.at), :], np.array(weights))
+    if sphere.along is None:
+        return centre
+    along = _unit(_line(sphere.along, points))
+    centre = centre + sphere.along.length * along
+    if sphere.across is None:
+        return centre
+    across = _line(sphere.across, points)
+    return centre + sphere.across.length * _unit(across - (across * along).sum(axis=-1, keepdims=True) * along)
+
+
+def _line(shift: Shift, points: np.ndarray) -> np.ndarray:
+    start, end = (points[..., list(ends), :].mean(axis=-2) for ends in (shift.start, shift.end))
+    return end - start
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths != 0.0)
