@@ -1,7 +1,7 @@
-"""The frames of a motion in which repetitions are looked for: which of them move, and how far apart they are.
+"""The frames of a motion in which repetitions are searched: which of them move, and the distances between them.
 
-Up to 2,000 frames all distances are computed once. Of longer motions those of every k-th frame say how far apart
-frames are in general, and others are computed when they are asked for, so that memory is bounded.
+Up to 2,000 frames all distances are computed once. For longer motions they are computed on demand, which bounds memory,
+and those of every k-th frame state how far apart frames are.
 """
 
 import numpy as np
@@ -11,9 +11,9 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import DistanceMatrix, Unconverged, paired_distances
 from skpose.skeleton import Skeleton
 
-FAST, FAR = 0.95, 0.95  # quantiles: of speeds, and of distances between frames, that stand for the largest
-NEAR = 0.25  # quantile of the distances, likewise for small ones
-TRAVEL = 0.3  # speed is measured over so many frames that fast ones travel this share of a far distance
+FAST, FAR = 0.95, 0.95  # quantiles of speeds, and of distances between frames, that count as large
+NEAR = 0.25  # quantile of distances that counts as small
+TRAVEL = 0.3  # speed is measured over enough frames for fast ones to travel this share of a far distance
 STILL = 0.2  # speed below which a frame is still, relative to a fast one
 
 
@@ -25,12 +25,12 @@ class Frames:
     is_moving : ndarray of shape (n,) of bool
         Whether each frame moves.
     median, near : float
-        Median distance between frames that move, zeros included, and a small one that is not zero, or zero.
+        Median distance between moving frames, zeros included, and a small distance above zero.
     unconverged : list of Unconverged, n_pairs : int
-        Of how many distances that were computed how many did not converge.
+        Distances that did not converge, and the number of all.
     """
 
-    most = 2000  # whose distances among each other are in memory
+    most = 2000  # frames with all distances in memory
 
     def __init__(self, poses: np.ndarray, metric: Metric, skeleton: Skeleton | None, n_jobs: int | None):
         self.n = len(poses)
@@ -50,11 +50,11 @@ class Frames:
         self.near = float(np.quantile(positive, NEAR)) if len(positive) else 0.0
 
     def moving(self, every: int) -> np.ndarray:
-        """Return every k-th frame, of which those that move."""
+        """The moving ones of every k-th frame."""
         return np.flatnonzero(self.is_moving[::every]) * every
 
     def sections(self, every: int, n: int | None = None) -> list[np.ndarray]:
-        """Return these in sections, whose distances fit into memory; or n of the sections, spread evenly."""
+        """These in sections with distances that fit into memory, or n of the sections, spread evenly."""
         moving = self.moving(every)
         n_sections = -(-len(moving) // self.most)
         sections = np.array_split(moving, max(1, n_sections))
@@ -62,7 +62,7 @@ class Frames:
         return [sections[i] for i in chosen.astype(int)]
 
     def distances(self, rows: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
-        """Return the distances of some frames from others, or among each other."""
+        """Distances of some frames from others, or from each other."""
         if self._all is not None:
             return self._all[np.ix_(rows, rows if columns is None else columns)].astype(np.float64)
         return self._measure(rows, columns).astype(np.float64, copy=False)
@@ -76,11 +76,7 @@ class Frames:
         return distances
 
     def _find_moving(self, some: np.ndarray, far: float) -> np.ndarray:
-        """Return the frames that move, by the speeds of some of them.
-
-        The speed of a frame is the distance between the frames `reach` before and after it; noise counts little where
-        `reach` is long enough.
-        """
+        """Find the moving frames by their speeds, the distances between the frames `reach` before and after each."""
         reach = 1
         while True:
             speeds = self._speeds(some, reach)
@@ -93,7 +89,7 @@ class Frames:
         return speeds > STILL * fast
 
     def _speeds(self, frames: np.ndarray, reach: int) -> np.ndarray:
-        """Return distances over twice `reach` frames, and at both ends over as many as there are."""
+        """Distances over twice `reach` frames, fewer at both ends."""
         before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, self.n - 1)
         return self._apart(before, after) * (2 * reach / np.maximum(after - before, 1))
 

@@ -12,48 +12,39 @@ from skpose.skeleton._shared import continuous_root_angles, find_root_joint, hea
 
 
 class MeanRoot(NamedTuple):
-    """The movement of the root of a mean, and its world."""
+    """The movement of the root of a mean."""
 
     positions: np.ndarray  # (n_frames, 3), m
     angles: np.ndarray  # (n_frames, k), rad
     axes: str
     up: str
     name: str
-    seen: np.ndarray | None  # (n_frames, n_joints) joints that had positions in all aligned frames; None: not fitted
+    seen: np.ndarray | None  # (n_frames, n_joints) joints with positions in all aligned frames; None: not fitted
 
 
 def check_roots(motions: Sequence[Motion]) -> None:
-    """Refuse motions whose roots have no mean: other worlds, or orientations that are in the poses of some only."""
+    """Refuse motions with different up axes, or with different parts of the root's orientation in their poses."""
+    first = motions[0] if motions else None
     for i, motion in enumerate(motions):
-        first = motions[0]
         if motion.up != first.up:
-            raise ValueError(
-                f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": roots of different worlds have no '
-                'mean; rotate the motions into one world, or, if they are in one, dataclasses.replace(motion, up="y") '
-                "states so"
-            )
+            raise ValueError(f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": rotate one of them')
         axes, others = (set(one.root_axes.lower()) for one in (first, motion))
         if axes != others and find_root_joint(motion.skeleton):
-            raise ValueError(
-                f'motions[0] has root axes "{first.root_axes}" and motions[{i}] "{motion.root_axes}", so that their '
-                "poses hold different parts of the root's orientation: motion.without_root() of all, and then the same "
-                "with_root(part) of all, or none"
-            )
+            raise ValueError(f"motions[0] and motions[{i}] differ in root axes: call without_root() of all")
 
 
 def mean_root(motions: Sequence[Motion], aligned: Aligned) -> MeanRoot:
-    """Return the mean of the roots, each seen from where its motion begins and headed as it begins.
+    """Average the roots, each relative to the place and heading at which its motion begins.
 
-    Each motion counts the same in each frame, with the mean of its frames that are aligned there: were it each frame,
-    the mean of motions that are apart would jump from one to the other where their numbers of frames change.
+    Each motion has the same weight in each frame, however many of its frames are aligned there; otherwise the mean
+    would jump where these numbers change.
     """
     first = motions[0]
     orientations: list[Rotation] = []
     positions = []
     for motion in motions:
         own = root_orientations(motion.root_angles, motion.root_axes)
-        # Seen from the first motion, not by the heading of each: bones may point down where the root is at angle zero,
-        # and then have no heading.
+        # Relative to the first motion: bones that point down at angle zero have no heading of their own.
         begin = own[:1] if not orientations else orientations[0][:1]
         back = Rotation.from_euler(first.up, -heading(own[:1] * begin.inv(), first.up))
         orientations.append(back * own)
@@ -78,5 +69,5 @@ def mean_root(motions: Sequence[Motion], aligned: Aligned) -> MeanRoot:
 
 
 def _on_floor(up: str) -> np.ndarray:
-    """Return 1 for axes along the floor and 0 for the one that points up."""
+    """1 for axes along the floor and 0 for the one that points up."""
     return np.array([float(axis != up) for axis in "xyz"])

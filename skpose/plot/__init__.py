@@ -14,7 +14,6 @@ from skpose.plot._joint_angles import JointAnglesDisplay
 from skpose.plot._mds import MDSDisplay
 from skpose.plot._mean_motion import MeanMotionDisplay
 from skpose.plot._pose import PoseDisplay, PoseStripDisplay
-from skpose.plot._repetitions import RepetitionsDisplay
 from skpose.plot._tangent_pca import TangentPCADisplay
 
 __all__ = [
@@ -28,6 +27,5 @@ __all__ = [
     "MeanMotionDisplay",
     "PoseDisplay",
     "PoseStripDisplay",
-    "RepetitionsDisplay",
     "TangentPCADisplay",
 ]
