@@ -20,8 +20,10 @@ from skpose.skeleton._shared import continuous_columns
 
 SIDES = {"left": 1.0, "right": -1.0}
 RHYTHM, RISES = 0.25, 60.0  # the clavicle rises with the upper arm by this share, above this angle, degrees
-# Limits of the joints, degrees: flexion of elbow and knee, inward rotation of the upper arm, wrist about x and z.
-ELBOW, KNEE, INWARD, WRIST = (0.0, 150.0), (6.0, 130.0), 100.0, (75.0, 45.0)
+# Limits of the joints, degrees: flexion of elbow and knee, inward rotation of the upper arm, wrist and ankle about x
+# and z.
+ELBOW, KNEE, INWARD = (0.0, 150.0), (6.0, 130.0), 100.0
+WRIST, ANKLE = ((-75.0, -45.0), (75.0, 45.0)), ((-40.0, -35.0), (60.0, 35.0))
 CLEARANCE = 0.03  # of feet that swing, above the floor, m
 YAW = 6.0  # largest departure of a standing foot from its planned direction, degrees
 PLACED = (-0.4, 0.6), (-0.5, 0.5)  # departures of standing feet outward and forward, in distances of a hip
@@ -52,8 +54,9 @@ def perform(
     for side, foot in feet.items():
         solved = solve_leg(legs[side], position, Rotation.from_euler("YX", turned), foot.ball, foot.rotation)
         joints |= {f"{side}_{name}": values for name, values in solved.items()}
-        toes = np.where((foot.contact >= 0)[:, None], -_heel(foot.rotation), own[f"{side}_toes"])
-        joints[f"{side}_toes"] = toes
+        stands, free = (foot.contact >= 0)[:, None], np.clip(solved["foot"], *np.radians(ANKLE))
+        joints[f"{side}_foot"] = np.where(stands, solved["foot"], free)
+        joints[f"{side}_toes"] = np.where(stands, -_heel(foot.rotation), own[f"{side}_toes"])
 
     share = np.array([key.time for key in keys])
     at = duration * (share + late * 4.0 * share * (1.0 - share))
@@ -191,6 +194,5 @@ def _upper_joints(keys: Sequence[Key], own: dict[str, np.ndarray]) -> dict[str, 
         rises = np.maximum(0.0, raised - np.radians(RISES)) * RHYTHM
         joints[f"{side}_clavicle"] = np.outer(rises, [0.0, sign]) + own[f"{side}_clavicle"]
         joints[f"{side}_forearm"] = -np.clip(elbow[:, None] - own[f"{side}_forearm"], *np.radians(ELBOW))
-        wrist = np.radians(WRIST)
-        joints[f"{side}_hand"] = np.clip(own[f"{side}_hand"], -wrist, wrist)
+        joints[f"{side}_hand"] = np.clip(own[f"{side}_hand"], *np.radians(WRIST))
     return joints
