@@ -16,7 +16,6 @@ from skpose.kinematics import forward_kinematics, inverse_kinematics, position_j
 from skpose.metrics import pose_distances, pose_metric
 from skpose.motions import (
     MotionKNeighborsTransformer,
-    MotionStream,
     align_motions,
     find_motion,
     mean_motion,
@@ -114,7 +113,6 @@ def _motions(motions: MotionDataset) -> None:
     long = make_gait(n_subjects=1, n_sequences=4, duration=20.0, frame_rate=30.0, random_state=0)
     find_motion(long[0][:40], long)  # so many frames that a search bounds them first
     segment_repetitions(motions[0])
-    MotionStream([motions[0]], max_distance=1.0).push(motions[1].angles)
     mean_motion(list(motions))
 
 

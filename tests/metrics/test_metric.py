@@ -35,7 +35,7 @@ from skpose.cluster import PoseKMeans
 from skpose.geodesics import exp_map, frechet_mean, geodesic_distances, geometric_median, interpolate, log_map
 from skpose.metrics import Angle, Geodesic, Metric, Position, Rotation, Spatial
 from skpose.metrics._registry import METRICS, resolve
-from skpose.motions import MotionIndex, MotionStream, align_motions, find_motion, mean_motion, segment_repetitions
+from skpose.motions import MotionIndex, align_motions, find_motion, mean_motion, segment_repetitions
 from skpose.plot import AlignmentDisplay, ConfusionDisplay, DistanceMatrixDisplay, GeodesicDisplay
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, outlier_test, two_sample_test
 
@@ -329,7 +329,6 @@ ON_SPATIAL = {
     "align_motions": lambda X, **kw: align_motions(X[:5], X[5:], **kw).distance,
     "find_motion": lambda X, **kw: [match.distance for match in find_motion(X[:2] + 0.1, [X], **kw)],
     "MotionIndex": lambda X, **kw: [match.distance for match in find_motion(X[:2] + 0.1, MotionIndex([X], **kw))],
-    "MotionStream": lambda X, **kw: MotionStream([X[:5], X[5:]], max_distance=1e-3, **kw).push(X[:3]).distances,
     "segment_repetitions": lambda X, **kw: segment_repetitions(swing(X), **kw).fitness,
     "two_sample_test": lambda X, **kw: two_sample_test(X[:5], X[5:], n_permutations=9, random_state=0, **kw).statistic,
     "outlier_test": lambda X, **kw: outlier_test(X[:5], X[5:], **kw).statistic,

@@ -12,7 +12,7 @@ from sklearn.decomposition import PCA
 from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
 from skpose.biomechanics import JointAngles
 from skpose.metrics import Spatial
-from skpose.motions import Repetitions, mean_motion
+from skpose.motions import mean_motion
 from skpose.plot import (
     AlignmentDisplay,
     ConfusionDisplay,
@@ -23,7 +23,6 @@ from skpose.plot import (
     MeanMotionDisplay,
     PoseDisplay,
     PoseStripDisplay,
-    RepetitionsDisplay,
     TangentPCADisplay,
 )
 from skpose.plot._axes import COLOURS, PALETTE, SIDES
@@ -55,12 +54,6 @@ def drawn_bones(line):
     return points[:, :2]
 
 
-def three_repetitions():
-    starts, nothing = np.array([0, 6, 12]), np.zeros(3)
-    motions = [X[start : start + 6] for start in starts]
-    return Repetitions(starts, starts + 6, nothing, 0, 0.5, 0.01, np.zeros((0, 2), int), motions, ARM, None)
-
-
 def some_angles():
     return JointAngles(("knee_flexion_left",), 100 * X[:, :1], np.arange(20) / 10, "rest pose", "a rig", {})
 
@@ -76,7 +69,6 @@ DISPLAYS = {
     "geodesic": lambda ax: GeodesicDisplay.from_poses(START, END, ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_motions(X[:8], X[8:], skeleton=ARM, ax=ax),
     "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
-    "repetitions": lambda ax: RepetitionsDisplay.from_repetitions(three_repetitions(), ax=ax),
     "angles": lambda ax: JointAnglesDisplay.from_angles(some_angles(), [(0, 10), (10, 20)], ax=ax),
     "confusions": lambda ax: ConfusionDisplay.from_predictions(X[:, 0] > 0, X[:, 1] > 0, X, ARM, ax=ax),
     "component": lambda ax: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
