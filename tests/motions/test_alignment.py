@@ -5,10 +5,10 @@ from conftest import SKELETONS, in_turns
 from scipy.spatial.transform import Rotation
 
 from skpose import Motion, Skeleton, forward_kinematics, motion_distances, pose_distances
-from skpose.datasets import MotionDataset, humanoid, make_gait
+from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics import Angle, Geodesic, Spatial
 from skpose.metrics._registry import METRICS
-from skpose.motions import MotionIndex, align_motions, find_motion
+from skpose.motions import align_motions
 
 ARM = Skeleton.chain(2)
 
@@ -149,35 +149,6 @@ def test_without_a_skeleton_there_are_no_joints():
         assert align_motions(a, b).metric == Angle()
     known = align_motions(a, b, metric="angle", skeleton=ARM)
     assert known.joint_distances.shape == (len(known.path), 2)
-
-
-def test_motions_are_compared_on_their_mean_skeleton():
-    first, second = make_gait(2, 1, activities=["walk"], duration=0.5, frame_rate=20, random_state=0)
-    found = align_motions(first, second)
-    assert found.skeleton == Skeleton.mean([first.skeleton, second.skeleton])
-    assert found.frame_rate == 20
-    np.testing.assert_array_equal(found.a, first.angles)
-    np.testing.assert_array_equal(found.b, second.angles)
-    assert found.distance == motion_distances([first], [second])[0, 0]
-    assert found.metric == Spatial()
-    other = align_motions(first, second, skeleton=humanoid())
-    assert other.skeleton == humanoid()
-
-
-def test_degrees_are_noticed_at_the_users_line():
-    a, b = (np.degrees(X) for X in two_motions(ARM))
-    with pytest.warns(UserWarning, match=r"^values of a reach .* np\.radians\(a\)") as found:
-        align_motions(a, b, skeleton=ARM)
-    assert [warning.filename for warning in found] == [__file__]
-    with pytest.warns(UserWarning, match="^values of X reach") as found:
-        motion_distances([a], [b], skeleton=ARM)
-    assert [warning.filename for warning in found] == [__file__]
-    with pytest.warns(UserWarning, match="^values of motions reach") as found:
-        index = MotionIndex([b], skeleton=ARM)
-    assert [warning.filename for warning in found] == [__file__]
-    with pytest.warns(UserWarning, match="^values of query reach") as found:
-        find_motion(a, index, k=1)
-    assert [warning.filename for warning in found] == [__file__]
 
 
 A, B = two_motions(ARM)

@@ -12,7 +12,6 @@ from conftest import SKELETONS, in_turns, random_tree
 from skpose import Skeleton, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate
 from skpose._parallel.backends import from_workers
-from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS
 from skpose.motions import _matrix
 
@@ -148,18 +147,6 @@ def test_float32_in_float32_out(dtypes):
     exact = motion_distances([a.astype(float) for a in X], [b.astype(float) for b in Y], skeleton=TREE)
     np.testing.assert_allclose(D, exact, rtol=2e-5)
     assert motion_distances([*X, Y[0]], skeleton=TREE).dtype == np.result_type(*dtypes)
-
-
-def test_metric_parameters_arrive():
-    turn = 2 * np.pi * np.ones((1, TREE.n_dofs))
-    X = motions([4, 6])
-    a, b = [X[0]], [X[1] + turn]
-    wrapped = motion_distances(a, b, skeleton=TREE)
-    np.testing.assert_allclose(wrapped, motion_distances(X[:1], X[1:], skeleton=TREE), rtol=1e-9)
-    assert (motion_distances(a, b, skeleton=TREE, metric=Spatial(wrap=False)) > 2 * wrapped).all()
-    coarse = motion_distances(X[:1], [X[1] + 1.0], skeleton=TREE, metric=Spatial(1))
-    np.testing.assert_allclose(coarse, motion_distances(X[:1], [X[1] + 1.0], skeleton=TREE, metric="position"))
-    assert (coarse < motion_distances(X[:1], [X[1] + 1.0], skeleton=TREE)).all()
 
 
 def test_auto_is_spatial_with_a_skeleton_and_angle_without():

@@ -6,17 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from sklearn.base import clone
-from sklearn.cluster import HDBSCAN
 from sklearn.exceptions import NotFittedError
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
 from skpose import (
-    MedoidShift,
     MotionDistanceTransformer,
     Skeleton,
-    SpatialMDS,
     motion_distances,
     pose_distances,
 )
@@ -118,19 +115,6 @@ def test_cross_validation_leaves_people_out(gait, knn, form):
         nearest = motion_distances(*parts, skeleton=skeleton).argmin(axis=1)
         expected.append(np.mean(gait.actions[train][nearest] == gait.actions[test]))
     np.testing.assert_allclose(scores, expected)
-
-
-def test_estimators_that_take_distances(motions):
-    D = MotionDistanceTransformer(ARM).fit_transform(motions)
-    for estimator in (
-        HDBSCAN(2, metric="precomputed", copy=True),
-        MedoidShift(bandwidth=0.5, metric="precomputed"),
-        SpatialMDS(n_components=2, metric="precomputed"),
-    ):
-        pipeline = make_pipeline(MotionDistanceTransformer(ARM), clone(estimator)).fit(motions)
-        alone = clone(estimator).fit(D)
-        name = "embedding_" if isinstance(estimator, SpatialMDS) else "labels_"
-        np.testing.assert_array_equal(getattr(pipeline[-1], name), getattr(alone, name))
 
 
 def test_clones_and_pickles(motions):
