@@ -59,18 +59,6 @@ def test_labels_are_optional():
     assert pickle.loads(pickle.dumps(GAIT)).actions.tolist() == GAIT.actions.tolist()
 
 
-@pytest.mark.parametrize("missing", [None, np.nan], ids=str)
-def test_missing_labels_are_refused(missing):
-    labels = pd.Series(["a", "b", missing, "c", "d", "e"], dtype=object)
-    with pytest.raises(ValueError, match="actions must not be missing"):
-        MotionDataset(GAIT.motions, actions=labels)
-
-
-def test_motions_are_motions():
-    with pytest.raises(TypeError, match=r"motions\[1\]"):
-        MotionDataset([GAIT[0], GAIT[0].skeleton])
-
-
 def test_a_dataset_is_no_array_of_poses():
     for X in (GAIT, [GAIT]):
         with pytest.raises(TypeError, match="MotionDataset"):
