@@ -70,17 +70,17 @@ def make_actions(
     Notes
     -----
     Each action has four to eight key poses of our own: angles of trunk and arms, places of pelvis and feet relative to
-    the length of the leg. Everybody uses the right hand, begins with the right foot, and turns to the left, as in HDM05;
+    the length of the leg. All people use the right hand, begin with the right foot, and turn to the left, as in HDM05;
     `Motion.mirrored` gives the other side.
 
     At each key pose a joint departs by a rotation about its own axes, the sum of five normal numbers: the posture of
     the person, as in `make_gait`; the person in this action at all times, and at this key pose; the repetition at all
     times, and at this key pose. The standard deviations of the last four are measured on ten actions of three people of
-    HDM05: 4.3°, 3.6°, 3.8° and 4.5° in the median dof. So are those of the tempo, 11 % of a person and 16 % of a
-    repetition, and of the timing, by which the middle of the movement is late, 4 % and 7 % of the duration.
+    HDM05: 4.3°, 3.6°, 3.8° and 4.5° in the median dof. The tempo, 11 % of a person and 16 % of a
+    repetition, and the lateness of the middle, 4 % and 7 % of the duration, are measured, too.
 
     The legs follow pelvis and feet. Standing feet do not slide, and the pelvis stays above them. Elbows, knees, wrists
-    and the rotation of the upper arm stay within human limits. There is no measurement noise.
+    and the rotation of the upper arm stay within human limits. Measurement noise is not added.
 
     References
     ----------
@@ -124,7 +124,7 @@ def make_actions(
 
 
 def _spread_over_keys(times: Sequence[float]) -> np.ndarray:
-    """The matrix (n_keys, n_keys) from independent departures to those of key poses.
+    """The matrix (n_keys, n_keys) from independent numbers to departures at key poses.
 
     Interpolation averages departures, and their mean over time is a part of its own. So they are enlarged and their
     mean is subtracted; their mean square over nine phases is then the measured one.

@@ -35,7 +35,7 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
     Returns
     -------
     MotionDataset
-        The motions; subjects and trials are strings such as "02", actions are empty if there is no index. All motions
+        The motions; subjects and trials are strings such as "02", actions are empty without an index. All motions
         of an ASF file share one skeleton.
 
     Raises
@@ -55,7 +55,7 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
 
 
 def _scan(folder: Path) -> list[dict]:
-    """Rows like those of an index for a folder with CMU's own layout."""
+    """Rows as of an index for a folder with CMU's own layout."""
     paths = sorted((folder / "subjects").glob("*/*_*.amc"))
     if not paths:
         raise FileNotFoundError(f"{folder} has neither index.csv nor files subjects/SS/SS_TT.amc")
@@ -131,7 +131,7 @@ def fetch_cmu(
 
 
 def _add_to_index(path: Path, rows: list[dict]) -> None:
-    """Add rows to the index, after those of other files."""
+    """Add rows to the index, after other files."""
     new = {row["file"] for row in rows}
     others = [row for row in read_index(path) if row["file"] not in new] if path.exists() else []
     with new_file(path, replace=True) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:

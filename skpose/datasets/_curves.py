@@ -1,7 +1,7 @@
 """Joint-angle curves of walking and running after published ones.
 
 The curves have the shape, timing and peaks of the means of healthy adults in the sources below, drawn by hand to whole
-degrees at every twentieth of the gait cycle. They are no substitute for measurements. The rotation and lean of the
+degrees at every twentieth of the gait cycle. They cannot replace measurements. The rotation and lean of the
 trunk, and the swing of the arms in running, are round figures of our own.
 
 Sources

@@ -51,7 +51,7 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
 
 
 def _scan(folder: Path) -> list[dict]:
-    """Rows like those of an index for files named as in HDM05."""
+    """Rows as of an index for files named as in HDM05."""
     rows = []
     for path in sorted(folder.rglob("*.amc*")):
         match = NAME.fullmatch(path.name)

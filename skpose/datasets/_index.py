@@ -23,7 +23,7 @@ def load_folder(
     verbose: int,
     frame_rate: float | None = None,
 ) -> MotionDataset:
-    """Read the AMC files of the index of a folder, or those that `scan` lists; `frame_rate` fills blanks."""
+    """Read the AMC files of the index of a folder, or the files that `scan` lists; `frame_rate` fills blanks."""
     folder = Path(folder)
     check_folder(folder)
     index = folder / INDEX

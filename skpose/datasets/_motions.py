@@ -89,7 +89,7 @@ class MotionDataset:
 
     @property
     def retargeting(self) -> tuple[str, ...]:
-        """The method of `retarget` for each motion and how near it came; "" if it was not retargeted.
+        """The method of `retarget` for each motion and its accuracy; "" if it was not retargeted.
 
         For example "same numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints
         that have counterparts; or "positions, 15 of 30 joints within 1.2 cm". "at rest: LeftHand" follows for joints
@@ -157,7 +157,7 @@ class MotionDataset:
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """The bone-wise mean of the subjects' skeletons, on which their poses are compared."""
+        """The bone-wise mean of the subjects' skeletons; poses are compared on it."""
         names: dict[Skeleton, str] = {}
         for i, motion in enumerate(self.motions):
             names.setdefault(motion.skeleton, f"motions[{i}]")
@@ -218,7 +218,7 @@ class MotionDataset:
     ) -> "MotionDataset":
         """Retarget all motions to one skeleton, see `skpose.kinematics.retarget`.
 
-        `retargeting` states the method for each motion and how near it came.
+        `retargeting` states the method for each motion and its accuracy.
 
         Parameters
         ----------
@@ -284,7 +284,7 @@ class MotionDataset:
         part : {"tilt", "whole"}, default="tilt"
             "tilt" ignores the rotation about the vertical, "whole" is the orientation in the world.
         up : {"x", "y", "z"}, default=None
-            The axis of the world that points up; None takes that of the motions.
+            The axis of the world that points up; None takes it from the motions.
 
         Returns
         -------

@@ -128,7 +128,7 @@ def posture_of_person(rng: np.random.RandomState, dof_names: Sequence[str]) -> n
 
 
 def _along_the_limbs(rng: np.random.RandomState, r: dict[str, float]) -> dict[str, float]:
-    """Draw a standard normal number for each dof, correlated with that of the parent joint about the same axis."""
+    """Draw a standard normal number for each dof, correlated with the parent joint about the same axis."""
     drawn: dict[str, float] = {}
     for key, correlation in r.items():
         before = drawn.get(f"{PARENTS[key[:-3]]}{key[-3:]}", 0.0)

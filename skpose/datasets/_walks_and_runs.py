@@ -28,7 +28,7 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     Raises
     ------
     ValueError
-        If there is no walk or no run.
+        If walks or runs are missing.
 
     Examples
     --------

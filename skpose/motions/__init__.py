@@ -9,8 +9,8 @@
 | `_kneighbors`  | the graph of the nearest motions; `_search` finds them                                      |
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
 | `_index`       | the motions to search, and lower bounds of the distances to them                            |
-| `_mean`        | the mean of motions; `_barycenter` has its two steps, `_mean_root` the root                 |
-| `_repetitions` | repetitions in one motion, by `_template` and `_surrogates` from the distances of `_frames` |
+| `_mean`        | the mean of motions and their roots; `_barycenter` has its two steps                        |
+| `_repetitions` | repetitions in one motion; `_template` finds them, `_surrogates` how surely                   |
 """
 
 from skpose.motions._alignment import Alignment as Alignment

@@ -130,7 +130,7 @@ class Alignment:
         return f"Alignment(distance={self.distance:.4g} {self.metric.unit}, {frames}{most})"
 
     def joint_differences(self, quantity: Quantity = "distance") -> list[JointDifference]:
-        """List which joint differs, when, and by how much.
+        """List the difference of each joint, and when it is largest.
 
         Parameters
         ----------
@@ -266,7 +266,7 @@ def align_motions(
     a, b : Motion or array-like of shape (n_frames, n_dofs)
         Two motions: joint angles, and rotation vectors of ball joints, rad.
     skeleton : Skeleton, default=None
-        The skeleton of both. None takes that of the `Motion` objects, or their mean. Arrays need it except for "angle";
+        The skeleton of both. None takes it from the `Motion` objects, or their mean. Arrays need it except for "angle";
         without a skeleton joints are not compared.
     metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
@@ -275,7 +275,7 @@ def align_motions(
         "dtw" aligns both as a whole. "subsequence" finds `a` inside `b`: the path takes all frames of `a`, and begins
         and ends at any frame of `b`.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of "dtw", see `motion_distances`. None is no limit.
+        Sakoe–Chiba band of "dtw", see `motion_distances`. None sets no limit.
 
     Returns
     -------
@@ -307,7 +307,7 @@ def align_motions(
     Time O(n · m) distances between poses for n and m frames, also with a window. Memory 16 n · m bytes: two motions of
     5,000 frames take 400 MB, so resample long ones.
 
-    `distance` is bit for bit that of ``motion_distances([a], [b])``. If several paths have the same sum, the path
+    `distance` is bit for bit ``motion_distances([a], [b])``. If several paths have the same sum, the path
     prefers diagonal steps.
 
     References

@@ -23,7 +23,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
     Attributes
     ----------
     skeleton_ : Skeleton or None
-        The skeleton in use: the parameter, or that of the training motions.
+        The skeleton in use: the parameter, or from the training motions.
     frame_rate_ : float or None
         Frame rate of the training motions, Hz; None for arrays.
     metric_ : Metric
@@ -39,7 +39,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
     frame_rate_: float | None
 
     def _check_X(self, X, *, reset):  # type: ignore[override]  # validate_data has no options for motions
-        """Check X and convert it to what the metric compares, as `Sequences`; learn from it if `reset`."""
+        """Check X and convert it to rows for the metric, as `Sequences`; learn from it if `reset`."""
         if _is_rows(X):
             poses = super()._check_X(X, reset=reset, copy=reset)
             self._check_frame_rate(None, reset)

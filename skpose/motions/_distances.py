@@ -67,7 +67,7 @@ def motion_distances(
     Y : as X, default=None
         Other motions; None compares the motions of X with each other.
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None takes that of the `Motion` objects, or their mean as
+        The skeleton of all motions. None takes it from the `Motion` objects, or their mean as
         ``MotionDataset.skeleton``. Arrays need it for every metric except "angle".
     metric : str or Metric, default="auto"
         The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
@@ -75,12 +75,12 @@ def motion_distances(
         minus the mean over the motion, see `skpose.metrics.Velocity`, `skpose.metrics.Jerk` and
         `skpose.metrics.Centered`.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
-        "dtw" warps both motions as a whole. "subsequence" finds the motion of X inside that of Y: the path takes all
+        "dtw" warps both motions as a whole. "subsequence" finds the motion of X inside the one of Y: the path takes all
         frames of X, and begins and ends at any frame of Y; the sum is divided by n, and is not symmetric. "frames" is
         the mean over the pairs (i, i) of motions of equal length.
     window : float between 0 and 1, default=None
         Sakoe–Chiba band of "dtw": the largest difference between the times of a pair, as shares of the durations. Half
-        a frame of the shorter motion is always allowed. None is no limit.
+        a frame of the shorter motion is always allowed. None sets no limit.
     normalize : bool, default=True
         Whether to divide by the number of frames. False gives the sums.
     n_jobs : int, default=None
@@ -181,7 +181,7 @@ def check_of_windows(metric: Metric) -> None:
 
 
 def check_alignment(alignment: str, window: float | None, metric: Metric, **given: Sequences) -> None:
-    """Refuse a window without "dtw", and motions of different lengths where frames are compared one by one."""
+    """Refuse a window without "dtw", and motions of different lengths where frame i is compared with frame i."""
     if alignment == "subsequence":
         check_of_windows(metric)
     if window is not None and alignment != "dtw":

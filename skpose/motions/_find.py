@@ -11,7 +11,7 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._distances import COMPARED_CONSTRAINTS, check_of_windows
 from skpose.motions._index import SequenceIndex
-from skpose.motions._inputs import check_motion, check_motions, rates_differ
+from skpose.motions._inputs import check_motions, check_single_motions, rates_differ
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
 
@@ -50,7 +50,7 @@ class MotionIndex:
 (n_motions, n_frames, n_dofs)
         Motions, as for `motion_distances`.
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None takes that of the `Motion` objects; arrays need it except for "angle".
+        The skeleton of all motions. None takes it from the `Motion` objects; arrays need it except for "angle".
     metric : str or Metric, default="auto"
         The distance between frames, see `motion_distances`, except "centered"; "auto" is "spatial" with a skeleton,
         else "angle" with a warning.
@@ -132,8 +132,8 @@ def find_motion(
 
     A *window* ends at a frame of a recording, and begins where the best path of the query to that frame begins: the
     path takes all frames of the query and warps time freely, see "subsequence" of `motion_distances`. The best window
-    is the first match. The second is the best of those that overlap the first by at most half of the shorter one, and
-    so on.
+    is the first match. The second is the best window that overlaps the first by at most half of the shorter one, and so
+    on.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ shape (n_motions, n_frames, n_dofs)
 
     Notes
     -----
-    The result is that of brute force, which measures each frame of the query against each frame of the recordings
+    The result equals brute force, which measures each frame of the query against each frame of the recordings
     [1]_. *Filter and refine*, with bounds in order of their cost [2]_, is faster. The chord is never longer than the
     curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", so the least sum of chords along the paths through a frame bounds the
     sum of every window that contains it. Bounds are computed for boxes around eight frames first, then for the frames
@@ -217,7 +217,7 @@ shape (n_motions, n_frames, n_dofs)
         index = motions
     else:
         raise ValueError("a MotionIndex has its own skeleton and metric: pass them to MotionIndex")
-    checked = check_motion(query, index.skeleton, "query")
+    (checked,) = check_single_motions({"query": query}, index.skeleton)
     if index.skeleton is not None:
         warn_of_degrees(None, index.skeleton, query=checked.sequences.poses)
     here, there = checked.frame_rate, index.frame_rate

@@ -1,8 +1,8 @@
 """Motions to search, and lower bounds of the distances from a query to them, in order of their cost.
 
-All bounds follow from one bound of the distance between two frames, that of the coordinates of a `ChordFilter`, which
-is never more than the chord: ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So the least sum of the bounds along a path is at
-most the least sum of the distances, cell by cell.
+All bounds follow from one bound of the distance between two frames: the distance between the coordinates of a
+`ChordFilter` is at most the chord, and ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial". So the least sum of the bounds along a
+path is at most the least sum of the distances.
 
 1. *Ends*: every path goes through the first frames of both motions and through the last ones.
 2. *Boxes*: dynamic time warping of the query's frames against boxes around FRAMES_PER_BOX frames of the other motion.
@@ -97,7 +97,7 @@ def gather_rows(starts: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.
 
 
 class Bounds:
-    """Lower bounds of the sums of distances along paths from one motion to those of an index that has a filter."""
+    """Lower bounds of the sums of distances along paths from one motion to the motions of an index with a filter."""
 
     def __init__(self, index: SequenceIndex, query: np.ndarray):
         self.index, self.n = index, len(query)

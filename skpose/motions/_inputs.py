@@ -102,7 +102,7 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
 
 
 def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[CheckedMotions]:
-    """Check motions given one by one, each a Motion or an array (n_frames, n_dofs)."""
+    """Check single motions, each a Motion or an array (n_frames, n_dofs)."""
     for name, motion in given.items():
         is_list = (
             isinstance(motion, list | tuple) and len(motion) and (isinstance(motion[0], Motion) or np.ndim(motion) > 2)
@@ -110,10 +110,6 @@ def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> li
         if is_list or isinstance(motion, MotionDataset) or len(getattr(motion, "shape", ())) == 3:
             raise TypeError(f"{name} must be one motion, got several; pass one of them, such as {name}[0]")
     return _on_one_skeleton({name: {name: motion} for name, motion in given.items()}, skeleton)
-
-
-def check_motion(motion: Any, skeleton: Skeleton | None, name: str) -> CheckedMotions:
-    return check_single_motions({name: motion}, skeleton)[0]
 
 
 def rates_differ(one: float, other: float) -> bool:

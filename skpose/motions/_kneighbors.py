@@ -30,7 +30,7 @@ class MotionKNeighborsTransformer(
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None takes that of the `Motion` objects; arrays need it except for "angle".
+        The skeleton of all motions. None takes it from the `Motion` objects; arrays need it except for "angle".
     mode : {"distance", "connectivity"}, default="distance"
         Whether the graph holds distances or ones.
     n_neighbors : int, default=5
@@ -42,7 +42,7 @@ class MotionKNeighborsTransformer(
         The distance between frames, see `skpose.motion_distances`; "auto" is "spatial" with a skeleton, else "angle"
         with a warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band, see `skpose.motion_distances`; None is no limit.
+        Sakoe–Chiba band, see `skpose.motion_distances`; None sets no limit.
     n_jobs : int, default=None
         Threads, or workers of the backend of a ``joblib.parallel_config`` context; -1 uses all processors. The result
         does not depend on it.
@@ -87,7 +87,7 @@ class MotionKNeighborsTransformer(
     remaining motions are aligned under the metric in order of their bounds, until no bound is within the k-th distance.
     An alignment measures only those pairs of frames that a path within that distance can go through [3]_.
 
-    Distances are computed in float64, also for float32 poses. Indices and distances are bit for bit those of
+    Distances are computed in float64, also for float32 poses. Indices and distances are bit for bit as from
     ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index.
 
     A search takes some milliseconds per query. If all alignments take less, or k is more than a fifth of the training

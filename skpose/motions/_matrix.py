@@ -25,13 +25,13 @@ from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
 ALIGNMENTS = ("dtw", "subsequence", "frames")
-WORK_PER_CELL = 6.0  # of the recursion, added to that of the distance
+WORK_PER_CELL = 6.0  # of the recursion, added to the work of the distance
 
 
 class MotionMatrix(TiledMatrix):
     """The distances between motions X and motions Y, where Y=None is X.
 
-    `alignment` and `window` are those of `motion_distances`; `normalize` divides by the number of frames.
+    See `motion_distances` for `alignment` and `window`; `normalize` divides by the number of frames.
     """
 
     smallest_edge = 1

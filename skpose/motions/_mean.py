@@ -1,12 +1,13 @@
 """Mean motions: a typical motion whose bones keep their lengths, and the variation about it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
 from typing import Any, Literal
 
 import numpy as np
 from joblib import effective_n_jobs
+from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, validate_params
@@ -19,9 +20,15 @@ from skpose.metrics._shared import METRIC_CONSTRAINTS, require, resolve, warn_of
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
-from skpose.motions._mean_root import check_roots, mean_root
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import interpolate_poses
+from skpose.skeleton._shared import (
+    continuous_root_angles,
+    find_root_joint,
+    heading,
+    interpolate_poses,
+    join_seen,
+    root_orientations,
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,7 +119,7 @@ class MeanMotion:
         Parameters
         ----------
         frame_rate : float, default=None
-            Frames per second, Hz; arrays need it. None takes that of the motions.
+            Frames per second, Hz; arrays need it. None takes it from the motions.
 
         Returns
         -------
@@ -172,14 +179,14 @@ def mean_motion(
     motions : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
         Motions of shape (n_frames, n_dofs): joint angles, and rotation vectors of ball joints, rad. Lengths may differ.
     skeleton : Skeleton, default=None
-        The skeleton of all motions, and of the mean. None takes that of the `Motion` objects, or their mean as
+        The skeleton of all motions, and of the mean. None takes it from the `Motion` objects, or their mean as
         ``MotionDataset.skeleton``; arrays need it.
     metric : str or Metric, default="position"
         The distance d between poses, as in `frechet_mean`: "position" or "geodesic". "auto" is "position".
     n_frames : int, default=None
-        Number of frames of the mean; None takes that of the motion it starts from.
+        Number of frames of the mean; None takes it from the motion it starts from.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of the paths, see `motion_distances`. None is no limit.
+        Sakoe–Chiba band of the paths, see `motion_distances`. None sets no limit.
     max_iter : int, default=100
         Largest number of iterations.
     tol : float, default=1e-4
@@ -252,7 +259,7 @@ def mean_motion(
     chosen = resolve(metric, skeleton, auto="position")
     require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _why_not_of_motions)
     given = list(motions) if frame_rate is not None else []  # arrays have no root
-    check_roots(given)
+    _check_roots(given)
     sequences = checked.sequences.in_float64()
     warn_of_degrees(None, skeleton, motions=sequences.poses)
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
@@ -282,8 +289,8 @@ def mean_motion(
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
     joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
-    root = mean_root(given, aligned) if given else ()
-    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, *root)
+    root = _mean_root(given, aligned) if given else {}
+    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
 
 
 def _why_not_of_motions(metric: Metric) -> str:
@@ -291,7 +298,7 @@ def _why_not_of_motions(metric: Metric) -> str:
     if reason := metric.why_no_means():
         return reason
     if metric.lower_bound() != Position():
-        return "the chord is no lower bound of it"
+        return "the chord is not a lower bound of it"
     return "" if metric.has_gradients else "its sums of squares have kinks"
 
 
@@ -309,3 +316,61 @@ def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: 
     for frame, group in enumerate(aligned.groups()):
         squares[frame] = ((positions[group] - at[frame]) ** 2).sum(axis=2).mean(axis=0)
     return np.sqrt(squares)
+
+
+def _check_roots(motions: Sequence[Motion]) -> None:
+    """Refuse motions with different up axes, or with different parts of the root's orientation in their poses."""
+    first = motions[0] if motions else None
+    for i, motion in enumerate(motions):
+        if motion.up != first.up:
+            raise ValueError(f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": rotate one of them')
+        axes, others = (set(one.root_axes.lower()) for one in (first, motion))
+        if axes != others and find_root_joint(motion.skeleton):
+            raise ValueError(f"motions[0] and motions[{i}] differ in root axes: call without_root() of all")
+
+
+def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
+    """Average the roots, each relative to the place and heading at which its motion begins.
+
+    Each motion has the same weight in each frame, however many of its frames are aligned there; otherwise the mean
+    would jump where these numbers change.
+    """
+    first = motions[0]
+    orientations: list[Rotation] = []
+    positions = []
+    for motion in motions:
+        own = root_orientations(motion.root_angles, motion.root_axes)
+        # Relative to the first motion: bones that point down at angle zero have no heading of their own.
+        begin = own[:1] if not orientations else orientations[0][:1]
+        back = Rotation.from_euler(first.up, -heading(own[:1] * begin.inv(), first.up))
+        orientations.append(back * own)
+        positions.append(back.apply(motion.root_positions - motion.root_positions[0] * _on_floor(first.up)))
+    everywhere, places = Rotation.concatenate(orientations), np.concatenate(positions)
+    motion_of = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
+    means, mean_places = [], []
+    for rows in aligned.groups():
+        counts = np.bincount(motion_of[rows], minlength=len(motions))
+        weights = 1.0 / (len(motions) * counts[motion_of[rows]])
+        means.append(everywhere[rows].mean(weights))
+        mean_places.append(weights @ places[rows])
+    mean = Rotation.concatenate(means)
+    back = Rotation.from_euler(first.up, -heading(mean[:1], first.up))
+    angles, axes = continuous_root_angles(back * mean, first.root_axes)
+    there = np.array(mean_places)
+    there = back.apply(there - there[0] * _on_floor(first.up))
+    seen = join_seen([motion.seen for motion in motions], list(map(len, motions)))
+    if seen is not None:
+        seen = np.stack([seen[rows].all(axis=0) for rows in aligned.groups()])
+    return {
+        "root_positions": there,
+        "root_angles": angles,
+        "root_axes": axes,
+        "up": first.up,
+        "root_name": first.root_name,
+        "seen": seen,
+    }
+
+
+def _on_floor(up: str) -> np.ndarray:
+    """1 for axes along the floor and 0 for the one that points up."""
+    return np.array([float(axis != up) for axis in "xyz"])

@@ -13,10 +13,9 @@ from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
 from skpose.metrics import Geodesic, Metric, Spatial
 from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
-from skpose.motions._frames import Frames
-from skpose.motions._inputs import check_motion
+from skpose.motions._inputs import check_single_motions
 from skpose.motions._surrogates import p_value
-from skpose.motions._template import NOTHING, Limits, explain
+from skpose.motions._template import NOTHING, Frames, Limits, explain
 from skpose.skeleton import Motion, Skeleton
 
 MISSING = 0.1  # share of a repetition's frames; above it a warning says how many are missing
@@ -31,7 +30,7 @@ class Repetitions:
     starts, stops : ndarray of shape (n_repetitions,) of int
         Frames of each repetition, as in a slice: ``motion[start:stop]``. They are in order and do not overlap.
     distances : ndarray of shape (n_repetitions,)
-        Mean distance of the poses of each repetition from those of the template, m (rad for "angle").
+        Mean distance between the poses of each repetition and the template, m (rad for "angle").
     template : int or None
         The repetition that the others resemble most, with distance zero; None if there are none.
     fitness : float
@@ -104,7 +103,7 @@ def segment_repetitions(
 
     Any segment may be the *template*; its repetitions are the segments that align to it.
 
-    *Still frames are left out*: those with a speed below a fifth of that of fast frames (95th percentile). With D the
+    *Still frames are left out*: their speed is below a fifth of the speed of fast frames (95th percentile). With D the
     median distance between the remaining frames, the similarity of two poses at distance d is :math:`1 - d / 0.9 D`.
 
     *Templates are rated.* The *path family* [1]_ of a template are paths through the matrix of similarities. Each
@@ -117,19 +116,19 @@ def segment_repetitions(
     .. math:: \gamma = \frac{\text{frames of the segments}}{n}, \quad
               \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
-    *Templates are whole movements.* Two of their poses are at least 0.9 D apart, so a pose that lasts is no template.
-    They *come back*: the last pose, or the next one, is at most 0.7 of the largest distance away from the first pose,
-    so half of a movement is no template. Other segments must come back to 0.85. No repetition contains a pause longer
-    than half of the moving frames of the template.
+    *Templates are whole movements.* Two of their poses are at least 0.9 D apart, which excludes lasting poses. They *come
+    back*: the last pose, or the next one, is at most 0.7 of the largest distance away from the first pose, which
+    excludes half movements. Other segments must come back to 0.85. No repetition contains a pause longer than half of
+    the moving frames of the template.
 
     *Templates are one movement*, not several. Another template is taken if it is at most 0.6 as long, as much more
     frequent, and if its fitness, relative to 1 − 1/k for k equal repetitions, is at least 0.9 of the other's.
 
-    *Chance repeats, too*: the best template of white noise is about as fit as that of a walk. So the motion is compared
-    with *surrogates* [2]_, its own poses in pieces of about an eighth of a movement in random order. The p-value is the
-    share of surrogates that repeat as much; above `alpha` nothing is found. The statistic is the fitness of the fittest
-    template of each length, minus its mean over the surrogates and divided by its standard deviation; the largest
-    counts.
+    *Chance repeats, too*: the best template of white noise is about as fit as the best one of a walk. So the motion is
+    compared with *surrogates* [2]_, its own poses in pieces of about an eighth of a movement in random order. The
+    p-value is the share of surrogates that repeat as much; above `alpha` nothing is found. The statistic is the fitness
+    of the fittest template of each length, minus its mean over the surrogates and divided by its standard deviation;
+    the largest counts.
 
     With "spatial" and "geodesic", joints of two or three Euler angles are compared as rotations, see
     `Motion.to_rotvec`.
@@ -139,7 +138,7 @@ def segment_repetitions(
     motion : Motion, or array-like of shape (n_frames, n_dofs)
         The motion: joint angles, and rotation vectors of ball joints, rad.
     skeleton : Skeleton, default=None
-        The skeleton; None takes that of a `Motion`.
+        The skeleton; None takes it from a `Motion`.
     metric : str or Metric, default="auto"
         The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
         warning.
@@ -229,7 +228,7 @@ def segment_repetitions(
     >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
     Repetitions(none, fitness 0.57, p = 0.44)
     """
-    checked = check_motion(motion, skeleton, "motion")
+    (checked,) = check_single_motions({"motion": motion}, skeleton)
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
         raise ValueError(f"min_frames must be at most max_frames, got {min_frames} and {max_frames}")
     if alpha * (n_surrogates + 1) < 1.0 - 1e-9:

@@ -1,11 +1,11 @@
 """Significance of repetitions: the motion is compared with surrogates, its own poses in another order.
 
 A surrogate has the pieces of the motion in random order (J. Theiler et al., 1992, doi:10.1016/0167-2789(92)90102-S), so
-its distances are those of the motion with rows and columns in that order. Pieces are shorter than a movement, so a
+its distance matrix is the one of the motion, reordered. Pieces are shorter than a movement, so a
 surrogate has the poses and the speeds of the motion, but repeats by chance only. Still frames are left out.
 
 Short templates fit by chance, long ones rarely. So the fittest template of each length gets a standard score among
-those of the same length, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
+templates of the same length, and the largest score is the statistic (P. H. Westfall, S. S. Young, "Resampling-Based
 Multiple Testing", 1993: max-T). It is the same function of the motion and of each surrogate, so the rank of the motion
 is a p-value that accounts for the search over lengths and starts.
 """
@@ -16,8 +16,7 @@ import numpy as np
 
 from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._parallel.threads import in_threads
-from skpose.motions._frames import Frames
-from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Limits
+from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Frames, Limits
 
 EXTENT = 1.25  # least distance between two frames of a template, in units of the near distance
 # In units of the median number of frames from a pose to a distant one, about half a movement:

@@ -26,7 +26,7 @@ class MotionDistanceTransformer(
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None takes that of the `Motion` objects of `fit`, or their mean; arrays need it
+        The skeleton of all motions. None takes it from the `Motion` objects of `fit`, or their mean; arrays need it
         except for "angle".
     metric : str or Metric, default="auto"
         The distance between frames, see `motion_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
@@ -35,7 +35,7 @@ class MotionDistanceTransformer(
         "dtw" warps both motions as a whole, "subsequence" finds the motion of X inside the training motion, "frames"
         compares the frames i of motions of equal length, see `motion_distances`.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of "dtw", as a share of the durations; None is no limit.
+        Sakoe–Chiba band of "dtw", as a share of the durations; None sets no limit.
     kernel : {"rbf", "laplacian"} or None, default=None
         None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Kernels
         of dynamic time warping need not be positive semidefinite, see `psd`.

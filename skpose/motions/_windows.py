@@ -1,7 +1,7 @@
 """Exact search of the windows of long motions that match a query best, by filter and refine.
 
 A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path
-of `_compiled.warping.paths`. The best window has the least sum; the next is the best of those that overlap it by at
+of `_compiled.warping.paths`. The best window has the least sum; the next is the best window that overlaps it by at
 most half, and so on.
 
 1. Every *box* of frames gets a lower bound of all paths through it: the least cost up to the box plus the least cost
@@ -50,7 +50,7 @@ class Window(NamedTuple):
     stop: int
 
     def overlaps(self, other: "Window") -> bool:
-        """Whether more than half of the shorter window lies in the other one."""
+        """Whether more than half of the shorter window lies in the other window."""
         common = min(self.stop, other.stop) - max(self.start, other.start)
         return 2 * common > min(self.stop - self.start, other.stop - other.start)
 
@@ -71,7 +71,7 @@ class WindowSearch:
             return choose_windows(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
         bounds = Bounds(self.index, query)
         by_boxes = self._bounds_of_boxes(bounds)
-        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
+        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in the scanned boxes
         measured: dict[int, Window] = {}
         while True:
             by_frames, ends = self._scan_boxes(bounds, by_boxes, covered)
@@ -114,7 +114,7 @@ class WindowSearch:
         return least
 
     def _scan_boxes(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
-        """Lower bounds of the sums of all paths through each frame, and of those that end there.
+        """Lower bounds of the sums of all paths through each frame, and of all paths that end there.
 
         Only boxes within the limit are scanned; elsewhere the bounds are infinite.
         """
@@ -182,7 +182,7 @@ class WindowSearch:
         return Window(total, motion, first, end + 1)
 
     def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
-        """Ranges of chosen frames, start and stop; those of one motion that are near each other are joined."""
+        """Ranges of chosen frames, start and stop; ranges of one motion that are near each other are joined."""
         frames = np.flatnonzero(chosen_frames)
         if not len(frames):
             return []
@@ -225,7 +225,7 @@ def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -
 def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:
     """The k best windows of which no two overlap by more than half; of equal sums the first comes first."""
     best: list[Window] = []
-    # The chosen windows of each motion by start. As none lies in another one, they are in order of stop too.
+    # The chosen windows of each motion by start. As none contains another, they are in order of stop too.
     of_motion: dict[int, list[Window]] = {}
     for window in sorted(windows, key=lambda window: (window.sum, window.stop)):
         others = of_motion.setdefault(window.motion, [])

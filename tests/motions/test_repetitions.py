@@ -10,7 +10,7 @@ from scipy.signal import find_peaks
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, motions
 from skpose.datasets import make_gait
-from skpose.motions._frames import Frames
+from skpose.motions._template import Frames
 
 segment_repetitions = functools.partial(motions.segment_repetitions, random_state=0, n_surrogates=19)
 ARM = Skeleton.chain(3)
