@@ -116,8 +116,8 @@ def segment_repetitions(
     .. math:: \gamma = \frac{\text{frames of the segments}}{n}, \quad
               \text{fitness} = \frac{2 \sigma \gamma}{\sigma + \gamma}.
 
-    *Templates are whole movements.* Two of their poses are at least 0.9 D apart, which excludes lasting poses. They *come
-    back*: the last pose, or the next one, is at most 0.7 of the largest distance away from the first pose, which
+    *Templates are whole movements.* Two of their poses are at least 0.9 D apart, which excludes lasting poses. They
+    *come back*: the last pose, or the next one, is at most 0.7 of the largest distance away from the first pose, which
     excludes half movements. Other segments must come back to 0.85. No repetition contains a pause longer than half of
     the moving frames of the template.
 

@@ -2,6 +2,6 @@
 
 from skpose.neighbors._kneighbors import PoseKNeighborsTransformer
 from skpose.neighbors._radius_neighbors import PoseRadiusNeighborsTransformer
-from skpose.neighbors._results import Evaluations
+from skpose.neighbors._results import Evaluations as Evaluations
 
-__all__ = ["Evaluations", "PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]
+__all__ = ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]
