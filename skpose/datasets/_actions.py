@@ -106,7 +106,7 @@ def make_actions(
             action = ACTIONS[label]
             spread = _spread_over_keys([key.time for key in action.keys])
 
-            def departures(part: str, names=names, spread=spread) -> np.ndarray:
+            def departures(part: str, names: Sequence[str] = names, spread: np.ndarray = spread) -> np.ndarray:
                 always = draw(rng, EXECUTION, part, names)
                 return always + spread @ draw(rng, EXECUTION, f"{part}_key", names, len(spread))
 

@@ -85,7 +85,7 @@ def perform(
         solved = solve_leg(legs[side], position, pelvis, foot.ball, foot.rotation) | {"toes": -_heel(foot.rotation)}
         for name, values in solved.items():
             others = moving[f"{side}_{name}"]
-            if isinstance(values, Rotation):
+            if isinstance(values, Rotation) and isinstance(others, Rotation):
                 moving[f"{side}_{name}"] = Rotation.from_quat(np.where(stands, values.as_quat(), others.as_quat()))
             else:
                 moving[f"{side}_{name}"] = np.where(stands, values, others)
@@ -139,8 +139,8 @@ def _stand(
     n = stands.sum(axis=0)
     shift = (shifts * stands[..., None]).sum(axis=0) / np.maximum(n, 1)[:, None]
     shift[[key.sits for key in keys], 1] = 0.0
-    for k in np.flatnonzero(n == 0):
-        shift[k] = shift[k - 1]
+    for flight in np.flatnonzero(n == 0):
+        shift[flight] = shift[flight - 1]
     for i, side in enumerate(SIDES):
         ball = feet[side].ball
         ball[~stands[i]] += shift[~stands[i]]

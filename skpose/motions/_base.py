@@ -59,17 +59,14 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
 
     def _check_frame_rate(self, frame_rate, reset):
         """Learn the frame rate, None for arrays, or refuse a different one."""
+        fitted, name = None if reset else self.frame_rate_, type(self).__name__
         if reset:
             self.frame_rate_ = frame_rate
-        elif (frame_rate is None) != (self.frame_rate_ is None):
-            kinds = "Motion objects", "arrays"
-            given, fitted = kinds if self.frame_rate_ is None else kinds[::-1]
-            raise TypeError(f"X holds {given}, but {type(self).__name__} was fitted on {fitted}")
-        elif frame_rate is not None and rates_differ(frame_rate, self.frame_rate_):
-            fitted = self.frame_rate_
-            raise ValueError(
-                f"X has {frame_rate:g} Hz, but {type(self).__name__} was fitted on {fitted:g} Hz: resample X"
-            )
+        elif (frame_rate is None) != (fitted is None):
+            given, other = ("Motion objects", "arrays") if fitted is None else ("arrays", "Motion objects")
+            raise TypeError(f"X holds {given}, but {name} was fitted on {other}")
+        elif fitted is not None and rates_differ(frame_rate, fitted):
+            raise ValueError(f"X has {frame_rate:g} Hz, but {name} was fitted on {fitted:g} Hz: resample X")
 
     def _learn_metric(self, skeleton):
         super()._learn_metric(skeleton)

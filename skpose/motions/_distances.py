@@ -186,6 +186,6 @@ def check_alignment(alignment: str, window: float | None, metric: Metric, **give
         check_of_windows(metric)
     if window is not None and alignment != "dtw":
         raise ValueError(f'window needs alignment="dtw", got alignment="{alignment}"')
-    lengths = np.unique(np.concatenate([one.lengths for one in given.values()])) if given else []
+    lengths = sorted({int(n) for one in given.values() for n in one.lengths})
     if alignment == "frames" and len(lengths) > 1:
         raise ValueError(f'alignment="frames" needs motions of equal length, got {lengths[0]} to {lengths[-1]} frames')

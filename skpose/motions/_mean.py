@@ -320,8 +320,8 @@ def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: 
 
 def _check_roots(motions: Sequence[Motion]) -> None:
     """Refuse motions with different up axes, or with different parts of the root's orientation in their poses."""
-    first = motions[0] if motions else None
     for i, motion in enumerate(motions):
+        first = motions[0]
         if motion.up != first.up:
             raise ValueError(f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": rotate one of them')
         axes, others = (set(one.root_axes.lower()) for one in (first, motion))

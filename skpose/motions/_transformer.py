@@ -218,9 +218,9 @@ class MotionDistanceTransformer(
         self.n_samples_fit_ = self._motions.n_motions
         return kernel
 
-    def _distances(self, X, Y):
+    def _distances(self, X, Y, verbose=None):
         matrix = MotionMatrix(X, Y, self.metric_, self.skeleton_, alignment=self.alignment_, window=self.window_)
-        distances, unconverged = matrix.write(None, self.n_jobs, self.verbose)
+        distances, unconverged = matrix.write(None, self.n_jobs, self.verbose if verbose is None else verbose)
         warn_of_unconverged(unconverged, matrix.n_cells)
         return distances
 
