@@ -219,39 +219,6 @@ def least_sum(costs, window=None, kind="dtw"):
     return min(sums[n - 1, j] for j in range(m)) if kind == "subsequence" else sums[n - 1, m - 1]
 
 
-def prefixes(costs):
-    """Return the least sums (n, m) of the open paths to each cell, and the columns where they begin, by the recursion.
-
-    Of equal sums before a cell the diagonal one is taken, then the one above.
-    """
-    sums, starts = np.array(costs, dtype=float), np.tile(np.arange(np.shape(costs)[1]), (len(costs), 1))
-    for i, j in np.ndindex(sums.shape):
-        before = [(i - 1, j - 1), (i - 1, j), (i, j - 1)][0 if j else 1 : 3 if j else 2]
-        if i:
-            best = min(before, key=lambda cell: sums[cell])  # the first of equal ones
-            sums[i, j] += sums[best]
-            starts[i, j] = starts[best]
-    return sums, starts
-
-
-def overlap(a, b):
-    """Return whether two windows have more than half of the frames of the shorter in common, as sets."""
-    a, b = set(range(*a)), set(range(*b))
-    return 2 * len(a & b) > min(len(a), len(b))
-
-
-def stream_matches(costs, max_distance):
-    """Return the windows within the limit of which no two overlap, the best ones first, as (start, stop, distance)."""
-    sums, starts = prefixes(costs)
-    distances = sums[-1] / len(costs)
-    chosen = []
-    for end in np.argsort(distances, kind="stable"):
-        window = int(starts[-1, end]), int(end) + 1
-        if distances[end] <= max_distance and not any(overlap(window, other[:2]) for other in chosen):
-            chosen.append((*window, float(distances[end])))
-    return chosen
-
-
 def motion_distances(X, Y, skeleton, metric, window=None, kind="dtw", **parameters):
     """Return least sums over n + m frames, or over n but for "dtw"."""
     D = np.zeros((len(X), len(Y)))

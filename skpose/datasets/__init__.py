@@ -1,4 +1,4 @@
-"""Collections of motions: generated gait and actions, the motion-capture databases CMU and HDM05."""
+"""Datasets of motions: generated gait and actions, and the motion-capture databases CMU and HDM05."""
 
 from skpose.datasets._actions import make_actions
 from skpose.datasets._cmu import fetch_cmu, load_cmu
@@ -6,7 +6,7 @@ from skpose.datasets._gait import make_gait
 from skpose.datasets._hdm05 import load_hdm05
 from skpose.datasets._humanoid import humanoid
 from skpose.datasets._motions import MotionDataset
-from skpose.datasets._walks_and_runs import walks_and_runs
+from skpose.datasets._walks_and_runs import walks_and_runs as walks_and_runs
 
 __all__ = [
     "MotionDataset",
@@ -16,5 +16,4 @@ __all__ = [
     "load_hdm05",
     "make_actions",
     "make_gait",
-    "walks_and_runs",
 ]

@@ -1,4 +1,4 @@
-"""Generated actions: key poses of our own, and people who differ as real ones do."""
+"""Generated actions: key poses of our own, with measured differences between people."""
 
 from collections.abc import Sequence
 from numbers import Integral, Real
@@ -7,14 +7,13 @@ import numpy as np
 from sklearn.utils import check_random_state
 
 from skpose._compat.sklearn import Interval, validate_params
-from skpose.datasets._action_spreads import EXECUTION, TEMPO, TIMING
 from skpose.datasets._gait import person
 from skpose.datasets._key_poses import ACTIONS
 from skpose.datasets._motions import MotionDataset
 from skpose.datasets._performance import perform
-from skpose.datasets._spreads import posture_of_person
+from skpose.datasets._spreads import EXECUTION, TEMPO, TIMING, draw, posture_of_person
 
-_LATEST = 0.2  # of the duration; from 0.25 on, time would run backwards
+_LATEST = 0.2  # share of the duration; from 0.25 on, time would run backwards
 
 
 @validate_params(
@@ -35,34 +34,34 @@ def make_actions(
     frame_rate: float = 60.0,
     random_state: int | np.random.RandomState | None = None,
 ) -> MotionDataset:
-    """Generate motions of people who do ten actions.
+    """Generate motions of people who jump, kick, lift, reach, sit down, squat, step up, throw, turn and wave.
 
-    These are jump, kick, lift, reach, sit down, squat, step up, throw, turn and wave. People differ in size, posture
-    and in how they do each action; their repetitions differ in tempo, timing and execution, as measured on recordings.
+    People differ in size, posture and execution of each action; their repetitions differ in tempo, timing and
+    execution. The differences are those measured on recordings.
 
     Parameters
     ----------
     n_subjects : int, default=3
-        Number of people; the default is that of HDM05.
+        Number of people.
     n_sequences : int, default=6
-        Number of repetitions of each action by each subject; with the default there are about as many as in HDM05.
+        Number of repetitions of each action by each subject.
     actions : sequence of str, default=None
-        Actions that each subject performs; None is all ten.
+        Actions of each subject; None is all ten.
     frame_rate : float, default=60.0
         Frames per second, Hz.
     random_state : int, RandomState instance or None, default=None
-        Source of all random numbers. Pass an int for the same motions at every call.
+        Source of random numbers. Pass an int for the same motions at every call.
 
     Returns
     -------
     MotionDataset
-        ``n_subjects * n_sequences`` motions of each action, of one to four seconds or so, each on its
-        subject's own skeleton, `humanoid` of drawn lengths, with the movement of the root.
+        ``n_subjects * n_sequences`` motions of each action, of about one to four seconds, each on its subject's own
+        skeleton, with the movement of the root.
 
     Raises
     ------
     ValueError
-        For an action that is none of the ten.
+        For an unknown action.
 
     See Also
     --------
@@ -70,22 +69,18 @@ def make_actions(
 
     Notes
     -----
-    Each action has four to eight key poses of our own. They state trunk and arms by angles, pelvis and feet by where
-    they are, in lengths of the leg. Everybody uses the right hand, begins with the right foot, and turns to the left,
-    as in HDM05, whose actions name the side; `Motion.mirrored` is the other one.
+    Each action has four to eight key poses of our own: angles of trunk and arms, places of pelvis and feet relative to
+    the length of the leg. All people use the right hand, begin with the right foot, and turn to the left, as in HDM05;
+    `Motion.mirrored` gives the other side.
 
-    At each key pose a joint departs from that by a rotation about its own axes, drawn for each dof as the sum of five
-    normal numbers: the person's posture in everything, that of `make_gait`; what the person does in this action all the
-    time; the person at this phase; the repetition all the time; the repetition at this phase. Their standard deviations
-    are measured on ten actions of three people of HDM05 (`benchmarks/action_spreads.py`): 4.3°, 3.6°, 3.8° and 4.5° in
-    the median dof, without posture. So are those of the tempo, 11 % of the person in an action and 16 % of a
-    repetition, and of the timing: by how much of its duration a movement is late in the middle, 4 % and 7 %.
+    At each key pose a joint departs by a rotation about its own axes, the sum of five normal numbers: the posture of
+    the person, as in `make_gait`; the person in this action at all times, and at this key pose; the repetition at all
+    times, and at this key pose. The standard deviations of the last four are measured on ten actions of three people of
+    HDM05: 4.3°, 3.6°, 3.8° and 4.5° in the median dof. The tempo, 11 % of a person and 16 % of a
+    repetition, and the lateness of the middle, 4 % and 7 % of the duration, are measured, too.
 
-    The legs follow pelvis and feet. Feet that stand do not slide, and are flat, on their balls or, where the key pose
-    has it so, with the heel up. People keep their balance: the pelvis stands above the feet as planned, as high as
-    the departures of the knees have it, and on its seat as high as that is. So hips, ankles and toes depart as measured
-    where a foot is in the air; of a leg that stands only the knee does. Elbows, knees, ankles and the rotation of the
-    upper arm about itself stay within what people can do. There is no noise of a measurement.
+    The legs follow pelvis and feet. Standing feet do not slide, and the pelvis stays above them. Elbows, knees, wrists
+    and the rotation of the upper arm stay within human limits. Measurement noise is not added.
 
     References
     ----------
@@ -99,48 +94,40 @@ def make_actions(
     MotionDataset(12 motions of 2 subjects: 6 squat, 6 wave)
     """
     actions = tuple(ACTIONS) if actions is None else actions
-    strange = [action for action in actions if action not in ACTIONS]
-    if strange:
-        raise ValueError(f"actions must be among {list(ACTIONS)}, got {strange[0]!r}")
+    if unknown := [action for action in actions if action not in ACTIONS]:
+        raise ValueError(f"actions must be among {list(ACTIONS)}, got {unknown[0]!r}")
     rng = check_random_state(random_state)
     motions, subjects, trials, labels = [], [], [], []
     for subject in range(1, n_subjects + 1):
         skeleton = person(rng)
         names = skeleton.dof_names
         posture = posture_of_person(rng, names)
-        trial = 0
         for label in actions:
             action = ACTIONS[label]
             spread = _spread_over_keys([key.time for key in action.keys])
-            departs = draw_departures(rng, names, "person") + spread @ draw_departures(
-                rng, names, "person_key", len(action.keys)
-            )
-            tempo, late = (spread[0] * rng.standard_normal() for spread in (TEMPO, TIMING))
+
+            def departures(part: str, names: Sequence[str] = names, spread: np.ndarray = spread) -> np.ndarray:
+                always = draw(rng, EXECUTION, part, names)
+                return always + spread @ draw(rng, EXECUTION, f"{part}_key", names, len(spread))
+
+            own = posture + departures("person")
+            tempo, late = (deviation[0] * rng.standard_normal() for deviation in (TEMPO, TIMING))
             for _ in range(n_sequences):
-                trial += 1
-                this = draw_departures(rng, names, "recording")
-                this = this + spread @ draw_departures(rng, names, "recording_key", len(action.keys))
+                this = np.radians(own + departures("recording"))
                 duration = action.duration * np.exp(tempo + TEMPO[1] * rng.standard_normal())
                 lateness = np.clip(late + TIMING[1] * rng.standard_normal(), -_LATEST, _LATEST)
-                departures = np.radians(posture + departs + this)
-                motions.append(perform(skeleton, action, departures, duration, lateness, frame_rate))
-                subjects.append(f"{subject:02}")
-                trials.append(f"{trial:02}")
+                motions.append(perform(skeleton, action, this, duration, lateness, frame_rate))
                 labels.append(label)
+        subjects += [f"{subject:02}"] * len(actions) * n_sequences
+        trials += [f"{trial:02}" for trial in range(1, len(actions) * n_sequences + 1)]
     return MotionDataset(motions, subjects, trials, labels)
 
 
-def draw_departures(rng: np.random.RandomState, dof_names: Sequence[str], part: str, n: int = 1) -> np.ndarray:
-    """Draw one part of how somebody departs from key poses, n times (n, n_dofs), degrees."""
-    spread = [getattr(EXECUTION[name.removeprefix("left_").removeprefix("right_")], part) for name in dof_names]
-    return np.array(spread) * rng.standard_normal((n, len(dof_names)))
-
-
 def _spread_over_keys(times: Sequence[float]) -> np.ndarray:
-    """Return the matrix (n_keys, n_keys) that makes independent departures those of key poses.
+    """The matrix (n_keys, n_keys) from independent numbers to departures at key poses.
 
-    Between two key poses departures are averaged, and their mean over the time is another part. So they are made larger
-    and their mean is taken off, so that their mean square over the nine phases of the benchmark is what it measures.
+    Interpolation averages departures, and their mean over time is a part of its own. So they are enlarged and their
+    mean is subtracted; their mean square over nine phases is then the measured one.
     """
     phases = np.linspace(0.0, 1.0, 9)
     weights = np.stack([np.interp(phases, times, key) for key in np.eye(len(times))], axis=1)  # (n_phases, n_keys)

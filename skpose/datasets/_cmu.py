@@ -12,7 +12,7 @@ from sklearn.datasets import fetch_file, get_data_home
 from skpose._files import new_file
 from skpose._parallel.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
-from skpose.datasets._index import COLUMNS, INDEX, PathLike, check_folder, read_index, read_motions
+from skpose.datasets._index import COLUMNS, INDEX, PathLike, load_folder, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
 from skpose.io._amc import asf_path
 
@@ -28,20 +28,20 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
         Folder with an ``index.csv`` of the columns subject, trial, action, frames_per_second and file (relative to
         the folder), or with CMU's own layout, ``subjects/SS/SS_TT.amc`` and ``subjects/SS/SS.asf``.
     frame_rate : float, default=None
-        Frames per second, Hz, where no index states it. None is 120 Hz, as of most of CMU's files, with a warning.
+        Frames per second, Hz, if no index states it. None is 120 Hz, the rate of most CMU files, with a warning.
     verbose : int, default=0
-        Whether to show how many files have been read.
+        Whether to show progress.
 
     Returns
     -------
     MotionDataset
-        The motions; subjects and trials are strings such as "02", actions are empty if there is no index. All motions
+        The motions; subjects and trials are strings such as "02", actions are empty without an index. All motions
         of an ASF file share one skeleton.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no such files, or lacks one that the index names.
+        If the folder has no such files, or lacks a file of the index.
     MocapFormatError
         If a file or the index does not follow its format.
 
@@ -51,25 +51,18 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
     >>> load_cmu("cmu")  # doctest: +SKIP
     MotionDataset(47 motions of 5 subjects: 1 bend over, scoop up, rise, lift arm, 1 jump, balance, 1 punch/strike, ...
     """
-    folder = Path(folder)
-    check_folder(folder)
-    index = folder / INDEX if (folder / INDEX).is_file() else None
-    rows = read_index(index) if index else _scan(folder, frame_rate)
-    rows = [row | {"frames_per_second": row["frames_per_second"] or frame_rate} for row in rows]
-    return read_motions(folder, rows, index, asf_path, verbose)
+    return load_folder(folder, _scan, asf_path, verbose, frame_rate)
 
 
-def _scan(folder: Path, frame_rate: float | None) -> list[dict]:
-    """Return rows as those of an index for a folder with CMU's own layout."""
+def _scan(folder: Path) -> list[dict]:
+    """Rows as of an index for a folder with CMU's own layout."""
     paths = sorted((folder / "subjects").glob("*/*_*.amc"))
     if not paths:
-        raise FileNotFoundError(f"{folder} holds neither an index.csv nor files named subjects/SS/SS_TT.amc")
+        raise FileNotFoundError(f"{folder} has neither index.csv nor files subjects/SS/SS_TT.amc")
     rows = []
     for path in paths:
         subject, trial = path.stem.rsplit("_", 1)
-        file = path.relative_to(folder)
-        values = (subject, trial, "", frame_rate, file)
-        rows.append(dict(zip(COLUMNS, values, strict=True)))
+        rows.append(dict(zip(COLUMNS, (subject, trial, "", None, path.relative_to(folder)), strict=True)))
     return rows
 
 
@@ -80,7 +73,7 @@ def fetch_cmu(
     frame_rate: float | None = None,
     verbose: int = 0,
 ) -> MotionDataset:
-    """Download subjects of the CMU motion-capture database, unless they are there already, and read them.
+    """Download subjects of the CMU motion-capture database if needed, and read them.
 
     Parameters
     ----------
@@ -89,10 +82,10 @@ def fetch_cmu(
     data_home : str or path-like, default=None
         Folder in which the files are stored, under "cmu_mocap"; None is scikit-learn's data home.
     frame_rate : float, default=None
-        Frames per second, Hz. The database does not state it in a readable form; some subjects are at 60 Hz. None is
+        Frames per second, Hz. The database does not state it in a readable form; some subjects have 60 Hz. None is
         120 Hz, with a warning, and blank in the index.
     verbose : int, default=0
-        Whether to show how many files have been downloaded and read.
+        Whether to show progress.
 
     Returns
     -------
@@ -102,12 +95,12 @@ def fetch_cmu(
     Raises
     ------
     OSError
-        If the server cannot be reached or has no such subject, or if one of the files that skpose's figures were
-        measured on has another SHA-256 digest; what was downloaded is then removed.
+        If the server cannot be reached or has no such subject, or if a file has another SHA-256 digest than the version
+        on which the results of skpose were measured; it is then removed.
 
     Notes
     -----
-    An ``index.csv`` in the folder lists all subjects that have been downloaded, so that `load_cmu` reads them.
+    An ``index.csv`` in the folder lists all downloaded subjects, so `load_cmu` can read them.
 
     The data is free for every use, including products that are sold, but must not be resold itself. It was obtained
     from mocap.cs.cmu.edu; the database was created with funding from NSF EIA-0196217.
@@ -134,11 +127,11 @@ def fetch_cmu(
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
     _add_to_index(home / INDEX, rows)
-    return read_motions(home, rows, home / INDEX, asf_path, verbose)
+    return read_motions(home, rows, asf_path, verbose)
 
 
 def _add_to_index(path: Path, rows: list[dict]) -> None:
-    """Write the rows to the index, after those of other files that are in it."""
+    """Add rows to the index, after other files."""
     new = {row["file"] for row in rows}
     others = [row for row in read_index(path) if row["file"] not in new] if path.exists() else []
     with new_file(path, replace=True) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
@@ -148,7 +141,7 @@ def _add_to_index(path: Path, rows: list[dict]) -> None:
 
 
 def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
-    """Return the action of each trial of a subject, from the server's listing: tab-separated, the description last."""
+    """The action of each trial of a subject, from the server's tab-separated listing, the description last."""
     query = f"subjectnumber={int(subject)}&motion=%25%25%25&maincat=%25&subcat=%25&subtext=yes"
     path = _fetch(f"{SERVER}/search.php?{query}", folder, "index.txt")
     trials = {}
@@ -159,35 +152,28 @@ def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
             action = fields[-1]
             trials[match[2]] = "" if re.fullmatch(rf"{name}\.\w+", action) else action
     if not trials:
-        path.unlink()  # so that the next call asks the server again
+        path.unlink()  # the next call asks the server again
         raise OSError(f"the CMU server lists no motions of subject {subject}")
     return trials
 
 
 def _fetch(url: str, folder: Path, name: str) -> Path:
-    """Return the path of a downloaded file, downloaded now unless it exists; refuse one with another digest."""
+    """Download a file unless it exists, and check its digest."""
     folder.mkdir(parents=True, exist_ok=True)
     existed = (folder / name).exists()
     try:
         path = Path(fetch_file(url, folder=folder, local_filename=name))
     except (URLError, TimeoutError, ConnectionError) as error:
-        raise OSError(
-            f"could not download {url} ({error}). Is there a network? Without one, put the files under {folder} by "
-            "hand and use load_cmu"
-        ) from error
-    expected = DIGESTS.get(name)
-    if expected is not None and digest(path) != expected:
+        raise OSError(f"could not download {url} ({error}); put the files into {folder} and use load_cmu") from error
+    if name in DIGESTS and digest(path) != DIGESTS[name]:
         if not existed:
             path.unlink()
-        remedy = f"Delete {path} to download it again" if existed else "Nothing was kept; try again"
-        raise OSError(
-            f"the SHA-256 digest of {name} differs from that of the file that skpose's figures were measured on: it "
-            f"may be cut short or newer. {remedy}, or use load_cmu, which reads any version"
-        )
+        remedy = f"delete {path}" if existed else "try again"
+        raise OSError(f"{name} has an unexpected SHA-256 digest: {remedy}, or use load_cmu, which reads any version")
     return path
 
 
 def digest(path: Path) -> str:
-    """Return the SHA-256 of a text file without line ends and trailing blanks, which differ from copy to copy."""
+    """The SHA-256 of a text file without line ends and trailing blanks, which differ between copies."""
     lines = (line.rstrip() for line in path.read_bytes().splitlines())
     return hashlib.sha256(b"\n".join(lines).strip()).hexdigest()

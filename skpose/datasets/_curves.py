@@ -1,9 +1,8 @@
 """Joint-angle curves of walking and running after published ones.
 
-The curves have the shape, the timing and the peaks that the sources below report as means of healthy adults. They are
-drawn by hand, to whole degrees at every twentieth of the gait cycle, and stored as Fourier series: good enough to try a
-method, and no substitute for measurements. The rotation and lean of the trunk, and the swing of the arms in running,
-are round figures of our own.
+The curves have the shape, timing and peaks of the means of healthy adults in the sources below, drawn by hand to whole
+degrees at every twentieth of the gait cycle. They cannot replace measurements. The rotation and lean of the
+trunk, and the swing of the arms in running, are round figures of our own.
 
 Sources
 -------
@@ -48,7 +47,7 @@ CURVES = {
 }
 _N_HARMONICS = 6  # higher ones contain only the rounding to whole degrees
 
-# The dof of one side that a curve gives: its name, the sign of its rotation, and whether the right side has the other.
+# The dof of a curve: its name, the sign of the rotation, and whether the right side has the opposite sign.
 LIMB_DOFS: dict[str, tuple[str, float, bool]] = {
     "hip_flexion": ("thigh_rx", -1, False),
     "hip_adduction": ("thigh_rz", -1, True),
@@ -60,12 +59,12 @@ LIMB_DOFS: dict[str, tuple[str, float, bool]] = {
 
 
 def series_of(points: Sequence[float]) -> np.ndarray:
-    """Return the Fourier coefficients c_0 … c_H of a curve in degrees, so that f(t) = Re Σ c_k exp(2πi k t)."""
+    """The Fourier coefficients c_0 … c_H of a curve in degrees: f(t) = Re Σ c_k exp(2πi k t)."""
     coefficients = np.fft.rfft(points)[: _N_HARMONICS + 1] / len(points)
     coefficients[1:] *= 2.0
     return coefficients
 
 
 def evaluate(series: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """Return the values of a Fourier series at phases in cycles."""
+    """The values of a Fourier series at phases in cycles."""
     return (np.exp(2j * np.pi * np.outer(phase, np.arange(len(series)))) @ series).real

@@ -1,4 +1,4 @@
-"""Generated walking and running: published joint-angle curves, and people who differ as real ones do."""
+"""Generated walks and runs: published joint-angle curves, with measured differences between people."""
 
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
@@ -10,16 +10,16 @@ from skpose._compat.sklearn import Interval, validate_params
 from skpose.datasets._curves import CURVES, LIMB_DOFS, evaluate, series_of
 from skpose.datasets._humanoid import PARENTS, humanoid
 from skpose.datasets._motions import MotionDataset
-from skpose.datasets._spreads import posture_of_person, posture_of_recording, style_of_person
+from skpose.datasets._spreads import POSTURE, draw, posture_of_person, style_of_person
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import MEAN_HEIGHT
 
-# Mean and spread (standard deviation) over people: round figures of our own.
+# Mean and standard deviation over people: round figures of our own.
 _HEIGHT = (MEAN_HEIGHT, 0.09)  # m
-_PROPORTION = 0.04  # of each segment's length, relative
+_PROPORTION = 0.04  # relative, of the length of each segment
 _CADENCE = {"walk": (0.93, 0.05), "run": (1.40, 0.07)}  # cycles per second
-# Spreads within one person: round figures too.
-_TEMPO = 0.03  # of a recording's cadence, relative
+# Standard deviations within one person: round figures too.
+_TEMPO = 0.03  # relative, of the cadence of a recording
 _SWAY = 1.0  # slow variation of every dof within a recording, degrees
 _NOISE = 0.3  # of the measurement, degrees a frame
 
@@ -44,10 +44,10 @@ def make_gait(
     frame_rate: float = 60.0,
     random_state: int | np.random.RandomState | None = None,
 ) -> MotionDataset:
-    """Generate motions of people walking and running.
+    """Generate motions of people who walk and run on the spot.
 
-    Height, proportions, posture and style (amplitudes and phases of every curve) differ between subjects; tempo,
-    starting phase, posture and slow sway differ between recordings.
+    Height, proportions, posture and style (amplitude and phase of each curve) differ between subjects; tempo, starting
+    phase, posture and slow sway differ between recordings.
 
     Parameters
     ----------
@@ -56,13 +56,13 @@ def make_gait(
     n_sequences : int, default=4
         Number of recordings of each activity by each subject.
     activities : sequence of {"walk", "run"}, default=("walk", "run")
-        Activities that each subject performs.
+        Activities of each subject.
     duration : float, default=3.0
         Length of a recording, s.
     frame_rate : float, default=60.0
         Frames per second, Hz.
     random_state : int, RandomState instance or None, default=None
-        Source of all random numbers. Pass an int for the same motions at every call.
+        Source of random numbers. Pass an int for the same motions at every call.
 
     Returns
     -------
@@ -71,14 +71,13 @@ def make_gait(
 
     Notes
     -----
-    The joint-angle curves are Fourier series of six harmonics, drawn by hand after the shape, the timing and the peaks
-    of the references' normative curves. Arms and legs of the right side are half a cycle behind those of the left.
+    The joint-angle curves are Fourier series of six harmonics, drawn by hand after the normative curves of the
+    references. The right arm and leg are half a cycle behind the left ones.
 
-    Posture and style differ as they do between the people, and the recordings, of the databases CMU and HDM05: standard
-    deviations of each dof's mean, of what the two sides share and of what they differ in; correlations with the joint
-    before. Over people they are 6° in the median dof, 1° to 14° in the trunk, 3° to 6° in the legs, 5° to 11° in the
-    arms and 11° to 18° in the hands; over the recordings of one person 2°. Eight people were measured, so that a true
-    spread is between 0.64 and 2.2 times the figure. Spreads of height, proportions, cadence and sway are round figures.
+    Posture and style have the standard deviations between people, and between recordings of one person, measured on
+    eight people of the databases CMU and HDM05: over people 6° in the median dof, 1° to 14° in the trunk, 3° to 6° in
+    the legs, 5° to 11° in the arms and 11° to 18° in the hands; over recordings 2°. Spreads of height, proportions,
+    cadence and sway are round figures.
 
     References
     ----------
@@ -97,26 +96,23 @@ def make_gait(
     >>> make_gait(n_subjects=3, n_sequences=2, activities=["walk"], random_state=0)
     MotionDataset(6 motions of 3 subjects: 6 walk)
     """
-    strange = [activity for activity in activities if activity not in CURVES]
-    if strange:
-        raise ValueError(f"activities must be among {list(CURVES)}, got {strange[0]!r}")
+    if unknown := [activity for activity in activities if activity not in CURVES]:
+        raise ValueError(f"activities must be among {list(CURVES)}, got {unknown[0]!r}")
     rng = check_random_state(random_state)
     motions, subjects, trials, actions = [], [], [], []
     for subject in range(1, n_subjects + 1):
         skeleton = person(rng)
         posture, style = posture_of_person(rng, skeleton.dof_names), style_of_person(rng)
-        trial = 0
         for activity in activities:
             cadence = rng.normal(*_CADENCE[activity])
             for _ in range(n_sequences):
-                trial += 1
                 tempo = cadence * (1.0 + _TEMPO * rng.standard_normal())
                 angles = _angles(rng, skeleton, activity, style, tempo, duration, frame_rate)
-                angles += posture + posture_of_recording(rng, skeleton.dof_names)
+                angles += posture + draw(rng, POSTURE, "recording", skeleton.dof_names)
                 motions.append(Motion(skeleton, np.radians(angles), frame_rate))
-                subjects.append(f"{subject:02}")
-                trials.append(f"{trial:02}")
                 actions.append(activity)
+        subjects += [f"{subject:02}"] * len(activities) * n_sequences
+        trials += [f"{trial:02}" for trial in range(1, len(activities) * n_sequences + 1)]
     return MotionDataset(motions, subjects, trials, actions)
 
 
@@ -135,7 +131,7 @@ def _angles(
     duration: float,
     frame_rate: float,
 ) -> np.ndarray:
-    """Return the angles (n_frames, n_dofs) of one recording in degrees, without the subject's posture."""
+    """The angles (n_frames, n_dofs) of one recording in degrees, without the posture of the subject."""
     times = np.arange(max(1, round(duration * frame_rate))) / frame_rate
     phase = rng.uniform() + tempo * times
     column = {name: i for i, name in enumerate(skeleton.dof_names)}

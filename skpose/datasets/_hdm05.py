@@ -3,16 +3,16 @@
 import re
 from pathlib import Path
 
-from skpose.datasets._index import COLUMNS, INDEX, PathLike, check_folder, read_index, read_motions
+from skpose.datasets._index import COLUMNS, PathLike, load_folder
 from skpose.datasets._motions import MotionDataset
 
 NAME = re.compile(r"HDM_(?P<subject>[a-z]+)_(?P<trial>(?P<action>.+?)_?\d*)_(?P<rate>\d+)\.amc(\.gz)?", re.IGNORECASE)
 
 
 def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
-    """Read the motions of a folder of the database HDM05 in the ASF/AMC format.
+    """Read motions of the database HDM05 in the ASF/AMC format from a folder.
 
-    The names of its files state everything: HDM_bd_squat1Reps_001_120.amc is the first recording of the person "bd" and
+    Labels come from the names of the files: HDM_bd_squat1Reps_001_120.amc is the first recording of the person "bd" and
     the action "squat1Reps", at 120 Hz, on the skeleton HDM_bd.asf of the same folder.
 
     Parameters
@@ -21,7 +21,7 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
         Folder with such files, in it or in folders below, or with an ``index.csv`` of the columns subject, trial,
         action, frames_per_second and file (relative to the folder).
     verbose : int, default=0
-        Whether to show how many files have been read.
+        Whether to show progress.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
     Raises
     ------
     FileNotFoundError
-        If the folder holds no such files, or lacks one that the index names, or the ASF file of one.
+        If the folder has no such files, or lacks a file of the index or an ASF file.
     MocapFormatError
         If a file or the index does not follow its format.
 
@@ -47,15 +47,11 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
     >>> load_hdm05("hdm05")  # doctest: +SKIP
     MotionDataset(188 motions of 3 subjects: 18 deposit on floor, 18 elbow to knee, 16 grab high, ...
     """
-    folder = Path(folder)
-    check_folder(folder)
-    index = folder / INDEX if (folder / INDEX).is_file() else None
-    rows = read_index(index) if index else _scan(folder)
-    return read_motions(folder, rows, index, _asf_path, verbose)
+    return load_folder(folder, _scan, _asf_path, verbose)
 
 
 def _scan(folder: Path) -> list[dict]:
-    """Return rows as those of an index for files that are named as in HDM05."""
+    """Rows as of an index for files named as in HDM05."""
     rows = []
     for path in sorted(folder.rglob("*.amc*")):
         match = NAME.fullmatch(path.name)
@@ -63,13 +59,10 @@ def _scan(folder: Path) -> list[dict]:
             values = (match["subject"], match["trial"], match["action"], float(match["rate"]), path.relative_to(folder))
             rows.append(dict(zip(COLUMNS, values, strict=True)))
     if not rows:
-        raise FileNotFoundError(
-            f"{folder} holds neither an {INDEX} nor files named HDM_PERSON_ACTION_NUMBER_RATE.amc, such as "
-            "HDM_bd_squat1Reps_001_120.amc"
-        )
+        raise FileNotFoundError(f"{folder} has neither index.csv nor files such as HDM_bd_squat1Reps_001_120.amc")
     return rows
 
 
 def _asf_path(amc: Path) -> Path:
-    """Return the path of the person's skeleton: HDM_bd.asf for HDM_bd_squat1Reps_001_120.amc."""
+    """The path of the person's skeleton: HDM_bd.asf for HDM_bd_squat1Reps_001_120.amc."""
     return amc.with_name("_".join(amc.name.split("_")[:2]) + ".asf")

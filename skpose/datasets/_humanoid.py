@@ -9,9 +9,9 @@ from skpose._compat.sklearn import Interval, validate_params
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import MEAN_HEIGHT, PROPORTIONS
 
-# Bones with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation about x moves
-# a bone that points down backward and a bone that points forward down, so flexion of hip, shoulder and elbow and
-# dorsiflexion of the ankle are negative, flexion of the knee is positive.
+# Bones with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation about x moves a
+# bone that points down backward. So flexion of hip, shoulder and elbow and dorsiflexion of the ankle are negative,
+# flexion of the knee is positive.
 _TRUNK = (
     ("abdomen", None, (0.0, PROPORTIONS["abdomen"], 0.0), "xyz"),
     ("chest", "abdomen", (0.0, PROPORTIONS["chest"], 0.0), "xyz"),
@@ -38,16 +38,16 @@ PARENTS = {name: parent for name, parent, *_ in (*_TRUNK, *_SIDE)}
     prefer_skip_nested_validation=True,
 )
 def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | None = None) -> Skeleton:
-    """Return a human skeleton with named joints, the arms pointing down at angle zero.
+    """Create a human skeleton whose arms point down at angle zero.
 
     Axes: x to the left, y up, z forward.
 
     Parameters
     ----------
     height : float, default=1.72
-        Height of the person, m; segments have their average fraction of it.
+        Height of the person, m; segments have average proportions.
     proportions : mapping of str to float, default=None
-        Factors for the lengths of segments, such as ``{"thigh": 1.1}``; both sides get the same.
+        Factors for the lengths of segments of both sides, such as ``{"thigh": 1.1}``.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | 
     Raises
     ------
     ValueError
-        For a height or a factor that is not positive, and for unknown segments.
+        If a factor is not positive or a segment is unknown.
 
     References
     ----------
@@ -71,14 +71,11 @@ def humanoid(height: float = MEAN_HEIGHT, *, proportions: Mapping[str, float] | 
     >>> skeleton.joint_names[4:8]
     ('left_pelvis', 'left_thigh', 'left_shank', 'left_foot')
     """
-    proportions = {} if proportions is None else dict(proportions)
-    unknown = set(proportions) - set(PARENTS)
-    if unknown:
-        raise ValueError(f"proportions names {sorted(unknown)}, which are not among the segments: {', '.join(PARENTS)}")
-
-    for name, factor in proportions.items():
-        if not (isinstance(factor, Real) and 0.0 < factor < np.inf):
-            raise ValueError(f"proportions must be positive numbers, got {factor!r} for {name!r}")
+    proportions = dict(proportions or {})
+    if unknown := set(proportions) - set(PARENTS):
+        raise ValueError(f"proportions must name segments among {', '.join(PARENTS)}, got {min(unknown)!r}")
+    if not all(0.0 < factor < np.inf for factor in proportions.values()):
+        raise ValueError(f"proportions must be positive, got {proportions}")
 
     def bone(side: str, name: str, parent: str | None, offset: tuple[float, float, float], dofs: str) -> Bone:
         scale = height * proportions.get(name, 1.0)

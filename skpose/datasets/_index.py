@@ -1,4 +1,4 @@
-"""The list of the motions in a folder, index.csv, and their reading."""
+"""The index of the motions in a folder, index.csv, and their reading."""
 
 import csv
 import io
@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from skpose._parallel.progress import progress
-from skpose._validation.names import near_names
 from skpose.datasets._motions import MotionDataset
 from skpose.io import AsfFile, MocapFormatError, load_amc
 
@@ -17,19 +16,30 @@ INDEX = "index.csv"
 COLUMNS = ("subject", "trial", "action", "frames_per_second", "file")
 
 
-def read_motions(
-    folder: Path, rows: list[dict], origin: Path | None, asf_of: Callable[[Path], Path], verbose: int
+def load_folder(
+    folder: PathLike,
+    scan: Callable[[Path], list[dict]],
+    asf_of: Callable[[Path], Path],
+    verbose: int,
+    frame_rate: float | None = None,
 ) -> MotionDataset:
-    """Read the AMC files that rows refer to, and each ASF file once; `origin` is the index that the rows are from."""
+    """Read the AMC files of the index of a folder, or the files that `scan` lists; `frame_rate` fills blanks."""
+    folder = Path(folder)
+    check_folder(folder)
+    index = folder / INDEX
+    rows = read_index(index) if index.is_file() else scan(folder)
+    rows = [row | {"frames_per_second": row["frames_per_second"] or frame_rate} for row in rows]
+    return read_motions(folder, rows, asf_of, verbose)
+
+
+def read_motions(folder: Path, rows: list[dict], asf_of: Callable[[Path], Path], verbose: int) -> MotionDataset:
+    """Read the AMC files of rows, and each ASF file once."""
     skeletons: dict[Path, AsfFile] = {}
     motions = []
     with progress(f"reading {len(rows)} motions", len(rows), verbose) as advance:
         for row in rows:
             path = folder / row["file"]
             asf = asf_of(path)
-            for needed in (asf, path):
-                if not needed.is_file():
-                    raise FileNotFoundError(f"{needed} is missing, but {origin or path} refers to it")
             if asf not in skeletons:
                 skeletons[asf] = AsfFile(asf)
             motions.append(load_amc(path, skeletons[asf], frame_rate=row["frames_per_second"]))
@@ -38,81 +48,62 @@ def read_motions(
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder of motions that is not there, with what is near to its name."""
-    if folder.is_dir():
-        return
-    if folder.exists():
-        raise NotADirectoryError(f"{folder} is a file, expected a folder of motions: pass the folder that it is in")
-    above = folder.absolute().parent
-    if not above.is_dir():
-        raise FileNotFoundError(f"there is no folder {folder}, as there is no folder {folder.parent}")
-    near = near_names([path.name for path in above.iterdir() if path.is_dir()], folder.name, "")
-    raise FileNotFoundError(f"there is no folder {folder}{f': {near}' if near else ', nor one with a similar name'}")
+    if not folder.exists():
+        raise FileNotFoundError(f"there is no folder {folder}")
+    if not folder.is_dir():
+        raise NotADirectoryError(f"expected a folder of motions, got the file {folder}")
 
 
 def read_index(path: Path) -> list[dict]:
-    """Return the rows of an index with the frame rates as numbers, None where they are blank."""
+    """The rows of an index with frame rates as numbers, None if blank."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
-        problem = f"expected text in UTF-8, found the byte {error.object[error.start]:#x}: save the index as UTF-8"
-        raise MocapFormatError(path, line, problem) from None
-    with io.StringIO(text, newline="") as file:
-        reader = csv.DictReader(file)
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or [])]
-        if missing:
-            raise MocapFormatError(path, 1, f"expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
-        rows = []
-        for row in reader:
-            if any(row[name] is None for name in COLUMNS) or not row["file"]:
-                raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
-            rate = _number(row["frames_per_second"]) if row["frames_per_second"].strip() else None
-            if rate is not None and not 0.0 < rate < math.inf:
-                problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
-                raise MocapFormatError(path, reader.line_num, problem)
-            rows.append(row | {"frames_per_second": rate})
+        raise MocapFormatError(path, line, f"expected UTF-8, found byte {error.object[error.start]:#x}") from None
+    reader, rows = csv.DictReader(io.StringIO(text, newline="")), []
+    if missing := [name for name in COLUMNS if name not in (reader.fieldnames or [])]:
+        raise MocapFormatError(path, 1, f"expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
+    for row in reader:
+        if any(row[name] is None for name in COLUMNS) or not row["file"]:
+            raise MocapFormatError(path, reader.line_num, f"expected a value for each of {', '.join(COLUMNS)}")
+        try:
+            rate = float(row["frames_per_second"]) if row["frames_per_second"].strip() else None
+        except ValueError:
+            rate = math.nan
+        if rate is not None and not 0.0 < rate < math.inf:
+            problem = f"frames_per_second: expected a positive number, found {row['frames_per_second']!r}"
+            raise MocapFormatError(path, reader.line_num, problem)
+        rows.append(row | {"frames_per_second": rate})
     if not rows:
-        raise MocapFormatError(path, None, "the index names no motions")
+        raise MocapFormatError(path, None, "the index lists no motions")
     return rows
 
 
 def rows_of(files: Iterable[Path]) -> dict[Path, dict]:
-    """Return, of the files that an index in their folder or in one above it names, its row, with the `index` itself."""
+    """The rows of files listed by an index in their folder or in one above it, with the path of the `index`."""
     indexes: dict[Path, dict[Path, dict]] = {}
     found = {}
     for path in files:
-        # A link may be in the folder of an index, or be one to a file that is.
+        # The link may be in the folder of an index, or the file it points to.
         for absolute in dict.fromkeys((Path(os.path.abspath(path)), Path(os.path.realpath(path)))):
             for folder in absolute.parents:
                 if folder not in indexes:
-                    indexes[folder] = _rows_in(folder) if is_index(folder / INDEX) else {}
+                    index = folder / INDEX
+                    rows = read_index(index) if is_index(index) else []
+                    indexes[folder] = {
+                        Path(os.path.abspath(folder / row["file"])): row | {"index": index} for row in rows
+                    }
                 if path not in found and absolute in indexes[folder]:
                     found[path] = indexes[folder][absolute]
     return found
 
 
-def _rows_in(folder: Path) -> dict[Path, dict]:
-    """Return the rows of a folder's index by the absolute paths of their files."""
-    index = folder / INDEX
-    return {Path(os.path.abspath(folder / row["file"])): row | {"index": index} for row in read_index(index)}
-
-
 def is_index(path: Path) -> bool:
-    """Return whether a file is an index of motions, by its head; other programs write files of that name, too."""
+    """Whether a file is an index of motions by its head; other programs write files of that name, too."""
     try:
-        if not path.is_file():
-            return False
         with path.open("rb") as file:
             head = file.readline(10_000).decode("utf-8-sig", errors="replace")
-    except OSError:  # of a folder above, which may not be ours
+    except OSError:  # no such file, or in a folder that may not be read
         return False
     return {"file", "frames_per_second"} <= set(next(csv.reader([head]), []))
-
-
-def _number(text: str) -> float:
-    """Return a text as a number, NaN if it is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

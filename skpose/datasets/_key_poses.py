@@ -18,7 +18,7 @@ class Arm(NamedTuple):
 
 
 class Foot(NamedTuple):
-    """One foot: where its ankle is if the foot is flat, from where it is when the person stands at the beginning."""
+    """One foot: the position of its ankle if the foot is flat, relative to standing at the beginning."""
 
     forward: float = 0.0
     up: float = 0.0
@@ -29,7 +29,7 @@ class Foot(NamedTuple):
 
 
 class Key(NamedTuple):
-    """A key pose. The pelvis is where it is with straight legs at the beginning, but for these."""
+    """A key pose; the pelvis relative to standing with straight legs at the beginning."""
 
     time: float  # share of the duration
     down: float = 0.004
@@ -45,7 +45,7 @@ class Key(NamedTuple):
     left_arm: Arm = Arm()
     right_foot: Foot = Foot()
     left_foot: Foot = Foot()
-    sits: bool = False  # so that the height of the pelvis is that of the seat
+    sits: bool = False  # the seat gives the height of the pelvis
 
 
 class Action(NamedTuple):
@@ -56,18 +56,18 @@ class Action(NamedTuple):
 
 
 def arms(arm: Arm) -> dict[str, Any]:
-    """Return both arms of a key pose, of which one mirrors the other."""
+    """Both arms of a key pose, mirrored."""
     return {"right_arm": arm, "left_arm": arm}
 
 
 def feet(foot: Foot) -> dict[str, Any]:
-    """Return both feet."""
+    """Both feet."""
     return {"right_foot": foot, "left_foot": foot}
 
 
 GUARD, BALANCE = Arm(35, 40, 20, 60), Arm(35, 150, 0, 30)
 HOLDING, OVER_HEAD, WAVE = Arm(18, 5, 15, 80), Arm(150, 12, 0, 20), Arm(72, 70, -80)
-STEP, HIGH = 0.42, 0.26  # of the step: where it is, and how high
+STEP, HIGH = 0.42, 0.26  # of the step: distance and height
 ON_STEP = Foot(STEP, HIGH)
 # Of someone who turns by half a turn around the middle between the feet: the left first, then the right.
 HALF_LEFT, HALF_RIGHT = Foot(-0.19, 0, -0.14, 0, 82), Foot(0, 0, 0.389, 0, -173)

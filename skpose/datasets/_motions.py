@@ -1,10 +1,9 @@
 """Collections of motions with their labels."""
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from operator import index
-from typing import Any, Literal, NoReturn, overload
+from numbers import Integral
+from typing import Any, Literal, overload
 
 import numpy as np
 
@@ -14,27 +13,23 @@ from skpose.kinematics._shared import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import check_comparable, foldable_table
 
-MISSING = ("None", "nan", "<NA>", "NaT")  # as strings, what numpy and pandas have in the place of a missing label
-ONE_REST = (
-    'Convert the motions to one rest pose first: dataset.retarget(dataset.motions[0].skeleton, method="orientations") '
-    'keeps the directions of the bones in the world, method="unchecked" the numbers'
-)
+ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'
 
 
 class MotionDataset:
-    """Motions of one or more subjects, with the labels that they have.
+    """Motions of one or more subjects with their labels.
 
-    It is a sequence of motions: ``len(dataset)``, ``for motion in dataset``. ``dataset[0]`` is a motion;
+    A dataset is a sequence of motions: ``len(dataset)``, ``for motion in dataset``. ``dataset[0]`` is a motion;
     ``dataset[2:5]``, ``dataset[[0, 3]]`` and ``dataset[dataset.actions == "walk"]`` are datasets.
 
     Parameters
     ----------
     motions : sequence of Motion
-        One for each sequence.
+        The motions.
     subjects, trials, actions : array-like of shape (n_motions,), default=None
-        Labels of each motion, as strings: the person, the number of the recording, and the action. None are unknown:
-        the attribute then raises an AttributeError that says so.
+        Labels of each motion, as strings: the person, the number of the recording, and the action. Without them the
+        attribute raises an AttributeError.
 
     Examples
     --------
@@ -57,8 +52,6 @@ class MotionDataset:
         trials: ArrayLike | None = None,
         actions: ArrayLike | None = None,
     ):
-        if isinstance(motions, Motion):
-            raise TypeError("motions must be a sequence of Motions, got a Motion: put it into a list")
         self._motions = tuple(motions)
         for i, motion in enumerate(self._motions):
             if not isinstance(motion, Motion):
@@ -66,22 +59,13 @@ class MotionDataset:
         self._retargeting = ("",) * len(self._motions)
         self._labels: dict[str, np.ndarray] = {}
         for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
-            if given is None:
-                continue
-            values = np.asarray(given)
-            missing = [
-                i for i, label in enumerate(values.tolist()) if not isinstance(label, str) and str(label) in MISSING
-            ]
-            if missing:
-                raise ValueError(
-                    f'{name} has no label for motions[{missing[0]}], but {values[missing[0]]!r}: use a word, such as ""'
-                )
-            labels = np.asarray(values, dtype=str)  # a series of polars makes no strings of numbers
-            if labels.shape != (len(self),):
-                raise ValueError(
-                    f"{name} must have one label for each of the {len(self)} motions, got shape {labels.shape}"
-                )
-            self._labels[name] = labels
+            if given is not None:
+                values = np.asarray(given)
+                if values.shape != (len(self),):
+                    raise ValueError(f"{name} must have shape ({len(self)},), one per motion, got {values.shape}")
+                if any(label is None or label != label for label in values.tolist()):
+                    raise ValueError(f'{name} must not be missing; use ""')
+                self._labels[name] = values.astype(str)
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -105,20 +89,17 @@ class MotionDataset:
 
     @property
     def retargeting(self) -> tuple[str, ...]:
-        """The method by which `retarget` brought each motion onto its skeleton, and how near; "" where it did not.
+        """The method of `retarget` for each motion and its accuracy; "" if it was not retargeted.
 
-        "same numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints that have
-        counterparts, and the largest angle between a bone and its counterpart; or "positions, 15 of 30 joints within
-        1.2 cm", with the number of joints that have one at the same place, and the largest distance from it. "at rest:
-        LeftHand, RightHand" follows where joints do not move, and what they carry keeps its rest pose.
+        For example "same numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints
+        that have counterparts; or "positions, 15 of 30 joints within 1.2 cm". "at rest: LeftHand" follows for joints
+        that do not move.
         """
         return self._retargeting
 
     def _label(self, name: str) -> np.ndarray:
         if name not in self._labels:
-            raise AttributeError(
-                f"the dataset has no {name}: pass one label for each motion, MotionDataset(motions, {name}=...)"
-            )
+            raise AttributeError(f"the dataset has no {name}: pass MotionDataset(motions, {name}=...)")
         return self._labels[name]
 
     def __len__(self) -> int:
@@ -132,19 +113,19 @@ class MotionDataset:
     @overload
     def __getitem__(self, chosen: slice | Sequence | np.ndarray) -> "MotionDataset": ...
     def __getitem__(self, chosen: Any) -> "Motion | MotionDataset":
-        if isinstance(chosen, bool | np.bool_) or not hasattr(chosen, "__index__") or np.ndim(chosen):
-            rows = np.arange(len(self))[chosen] if isinstance(chosen, slice) else self._rows(np.asarray(chosen), chosen)
-            labels = {name: labels[rows] for name, labels in self._labels.items()}
-            chosen_ones = MotionDataset([self.motions[row] for row in rows], **labels)
-            chosen_ones._retargeting = tuple(self._retargeting[row] for row in rows)
-            return chosen_ones
-        i = index(chosen)
-        if not -len(self) <= i < len(self):
-            raise IndexError(f"the dataset has {len(self)} motions, and no motion {i}")
-        return self.motions[i]
+        if isinstance(chosen, Integral):
+            return self.motions[int(chosen)]
+        if not isinstance(chosen, slice):
+            chosen = np.asarray(chosen)
+            chosen = chosen if chosen.size else chosen.astype(int)
+        rows = np.arange(len(self))[chosen]
+        labels = {name: values[rows] for name, values in self._labels.items()}
+        dataset = MotionDataset([self.motions[row] for row in rows], **labels)
+        dataset._retargeting = tuple(self._retargeting[row] for row in rows)
+        return dataset
 
-    def __array__(self, *arguments: object, **options: object) -> NoReturn:
-        raise TypeError("a MotionDataset is no array: pass its poses, dataset.poses()[0]")
+    def __array__(self, *arguments: object, **options: object) -> np.ndarray:
+        raise TypeError("a MotionDataset is not an array: pass dataset.poses()[0]")
 
     def __repr__(self) -> str:
         subjects = f" of {len(set(self.subjects))} subjects" if "subjects" in self._labels else ""
@@ -153,11 +134,11 @@ class MotionDataset:
             words += f": {_count(action or 'unnamed' for action in self.actions)}"
         methods = [report.partition(",")[0] for report in self._retargeting]
         if set(methods) - {"", UNCHANGED}:
-            words += f"; retargeted by {_count(methods)}{_fewest_joints(self._retargeting)}"
+            words += f"; retargeted by {_count(methods)}"
         return f"MotionDataset({words})"
 
     def _repr_html_(self) -> str:
-        """Return the motions as a table, which a notebook shows."""
+        """A table of the motions, for notebooks."""
         columns: dict[str, list] = {"motion": list(range(len(self)))}
         columns |= {name.removesuffix("s"): labels.tolist() for name, labels in self._labels.items()}
         columns["frames"] = [len(motion) for motion in self]
@@ -169,14 +150,14 @@ class MotionDataset:
         return foldable_table(repr(self), columns)
 
     def _with(self, motions: Iterable[Motion]) -> "MotionDataset":
-        """Return other motions with the same labels."""
+        """Other motions with the same labels."""
         others = MotionDataset(motions, **self._labels)
         others._retargeting = self._retargeting
         return others
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """The bone-wise mean of the subjects' skeletons, each counted once, on which their poses are compared."""
+        """The bone-wise mean of the subjects' skeletons; poses are compared on it."""
         names: dict[Skeleton, str] = {}
         for i, motion in enumerate(self.motions):
             names.setdefault(motion.skeleton, f"motions[{i}]")
@@ -184,16 +165,14 @@ class MotionDataset:
         return Skeleton.mean(names)
 
     def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "MotionDataset":
-        """Return the motions of some joints, and of those that carry them, see `Skeleton.select`.
-
-        ``dataset[...]`` takes some of the motions.
+        """Select joints of all motions, see `Skeleton.select`.
 
         Parameters
         ----------
         joints : str or iterable of str, default=None
-            Joints to keep, with all between them and the root; None keeps all.
+            Joints to keep, with all joints between them and the root; None keeps all.
         drop : str or iterable of str, default=()
-            Joints to leave out, each with all that it carries.
+            Joints to remove, each with all joints below it.
 
         Returns
         -------
@@ -209,26 +188,8 @@ class MotionDataset:
         """
         return self._with([motion.select(joints, drop=drop) for motion in self.motions])
 
-    def _rows(self, chosen: np.ndarray, given: object) -> np.ndarray:
-        """Return the indices that a mask or an array of indices selects."""
-        if chosen.shape == (0,):
-            return np.zeros(0, dtype=np.intp)
-        if chosen.ndim != 1 or chosen.dtype.kind not in "biu":
-            raise TypeError(
-                "a dataset is indexed by a number, a slice, a mask or an array of indices, such as "
-                f'dataset[dataset.actions == "walk"], got {given!r}'
-            )
-        if chosen.dtype == bool:
-            if len(chosen) != len(self):
-                raise IndexError(f"a mask must have one value for each of the {len(self)} motions, got {len(chosen)}")
-            return np.flatnonzero(chosen)
-        outside = chosen[(chosen < -len(self)) | (chosen >= len(self))]
-        if len(outside):
-            raise IndexError(f"the dataset has {len(self)} motions, and no motion {outside[0]}")
-        return np.arange(len(self))[chosen]
-
     def to_rotvec(self) -> "MotionDataset":
-        """Return the motions with joints of two or three Euler angles as ball joints, see `Motion.to_rotvec`.
+        """Convert joints of two or three Euler angles to ball joints, see `Motion.to_rotvec`.
 
         Returns
         -------
@@ -255,27 +216,27 @@ class MotionDataset:
         n_jobs: int | None = None,
         verbose: int = 0,
     ) -> "MotionDataset":
-        """Return all motions on one skeleton, see `skpose.kinematics.retarget`; an error names the motion.
+        """Retarget all motions to one skeleton, see `skpose.kinematics.retarget`.
 
-        `retargeting` states which method it was for each motion, and how near it came.
+        `retargeting` states the method for each motion and its accuracy.
 
         Parameters
         ----------
         skeleton : Skeleton
-            The skeleton that all poses shall have.
+            The target skeleton.
         method : {"numbers", "orientations", "positions", "limbs", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None
-            The counterpart of each joint, names of `skeleton` to names of the motion's. A sequence is one mapping for
-            each motion, or None for those that `skpose.kinematics.find_counterparts` finds.
+            The counterpart of each joint of `skeleton` in the motions, or a sequence with one mapping per motion. None
+            calls `skpose.kinematics.find_counterparts`.
         scale : float or "lengths", default=None
-            Factor of positions in the world; None is 1, and "lengths" by "limbs".
+            Factor for positions in the world; None is 1, and "lengths" for "limbs".
         joint_limits : {"ignore", "enforce"}, default=None
-            Whether angles are kept inside ``skeleton.limits``; None does so by "limbs" only.
+            Whether angles are kept inside ``skeleton.limits``; None does so for "limbs" only.
         n_jobs : int, default=None
-            Threads of "positions"; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+            Threads of "positions"; None is 1 unless in a ``joblib.parallel_config`` context, -1 uses all processors.
         verbose : int, default=0
-            Whether "positions" shows the progress.
+            Whether "positions" shows progress.
 
         Returns
         -------
@@ -294,9 +255,8 @@ class MotionDataset:
         """
         if joints is None or isinstance(joints, Mapping):
             joints = [joints] * len(self)
-        elif not isinstance(joints, Sequence) or len(joints) != len(self):
-            got = len(joints) if isinstance(joints, Sequence) else type(joints).__name__
-            raise ValueError(f"joints must be one mapping, or one for each of the {len(self)} motions, got {got}")
+        if len(joints) != len(self):
+            raise ValueError(f"joints must have one mapping for each of the {len(self)} motions, got {len(joints)}")
         motions, reports = [], []
         for i, (motion, counterparts) in enumerate(zip(self.motions, joints, strict=True)):
             try:
@@ -306,8 +266,8 @@ class MotionDataset:
             except ValueError as error:
                 raise ValueError(f"motions[{i}]: {error}") from None
             motions.append(result[0])
-            # Numbers that stay the same came here as they did before.
-            reports.append((result[1] == UNCHANGED and self._retargeting[i]) or result[1])
+            unchanged = result[1] == UNCHANGED and self._retargeting[i]
+            reports.append(unchanged or result[1])
         there = self._with(motions)
         there._retargeting = tuple(reports)
         return there
@@ -315,16 +275,16 @@ class MotionDataset:
     def with_root(
         self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
     ) -> "MotionDataset":
-        """Return the motions with the orientation of the root in their poses, see `Motion.with_root`.
+        """Add the orientation of the root to the poses, see `Motion.with_root`.
 
-        Motions whose `up` differ are refused unless `up` is given: their worlds are not the same.
+        Motions with different up axes raise a ValueError unless `up` is given.
 
         Parameters
         ----------
         part : {"tilt", "whole"}, default="tilt"
-            "tilt" leaves out the rotation about the vertical, "whole" is the orientation in the world.
+            "tilt" ignores the rotation about the vertical, "whole" is the orientation in the world.
         up : {"x", "y", "z"}, default=None
-            The axis of the world that points up; None is that of the motions.
+            The axis of the world that points up; None takes it from the motions.
 
         Returns
         -------
@@ -344,14 +304,11 @@ class MotionDataset:
         """
         for i, motion in enumerate(self.motions):
             if up is None and motion.up != self.motions[0].up:
-                raise ValueError(
-                    f'motions[0] has "{self.motions[0].up}" up and motions[{i}] "{motion.up}": tilts of different '
-                    'worlds are not comparable; rotate the motions into one world, or pass up="y" if all are in one'
-                )
+                raise ValueError(f'motions[0] has "{self.motions[0].up}" up and motions[{i}] "{motion.up}": pass up')
         return self._with(motion.with_root(part, up=up) for motion in self)
 
     def without_root(self) -> "MotionDataset":
-        """Return the motions with the orientation of the root given back to it, see `Motion.without_root`.
+        """Move the orientation from the poses back to the root, see `Motion.without_root`.
 
         Returns
         -------
@@ -380,38 +337,37 @@ class MotionDataset:
         *,
         rotations: Literal["rotvec"] | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return all poses as one array, on one skeleton.
+        """Collect all poses in one array, on one skeleton.
 
         Parameters
         ----------
         frame_rate : float, default=None
             New frame rate, Hz, see `Motion.resample`; None takes every frame.
         skeleton : Skeleton, default=None
-            Skeleton whose dofs the columns are, in its order; None is the mean skeleton of the subjects.
+            Skeleton whose dofs are the columns; None is the mean skeleton of the subjects.
         rotations : {"rotvec"}, default=None
-            "rotvec" turns joints of two or three Euler angles into ball joints first, so that files may differ in the
-            order of their angles. The columns are then the dofs of ``dataset.to_rotvec().skeleton``, or of
-            ``skeleton.to_rotvec()``. None keeps the joints as they are.
+            "rotvec" converts joints of two or three Euler angles to ball joints first, so that files may differ in the
+            order of their angles; the columns are then the dofs of ``dataset.to_rotvec().skeleton``, or of
+            ``skeleton.to_rotvec()``. None keeps the joints.
 
         Returns
         -------
         X : ndarray of shape (n_poses, n_dofs)
             Joint angles, rad.
         sequence : ndarray of shape (n_poses,)
-            Index of each pose's motion; ``dataset.actions[sequence]`` are its labels.
+            Index of the motion of each pose; ``dataset.actions[sequence]`` has the labels.
 
         Raises
         ------
         ValueError
-            If the motions' skeletons, or the given one, differ in joints, parents or dofs, or if a bone's directions at
-            angle zero are more than 45° apart; the message names the joint and the motions.
+            If the skeletons differ in joints, parents or dofs, or the rest directions of a bone by more than 45°.
         """
         if rotations is not None:
             if rotations != "rotvec":
-                raise ValueError(f'rotations must be "rotvec", or None for the joints as they are, got {rotations!r}')
+                raise ValueError(f'rotations must be "rotvec" or None, got {rotations!r}')
             return self.to_rotvec().poses(frame_rate, None if skeleton is None else skeleton.to_rotvec())
         if not len(self):
-            raise ValueError("the dataset has no motions, and so no poses")
+            raise ValueError("the dataset has no motions")
         if frame_rate is not None:
             check_frame_rate(frame_rate)
         skeleton = self.skeleton if skeleton is None else skeleton
@@ -423,16 +379,8 @@ class MotionDataset:
         )
 
 
-def _fewest_joints(reports: Iterable[str]) -> str:
-    """Return in words how many joints had counterparts in the motion with the fewest; empty if all of all had."""
-    found = [re.search(r"(\d+) of (\d+) joints", report) for report in reports]
-    pairs = [(int(match[1]), int(match[2])) for match in found if match]
-    fewest = min(pairs, key=lambda pair: pair[0] / pair[1], default=(0, 0))
-    return f", {fewest[0]} of {fewest[1]} joints or more" if fewest[0] < fewest[1] else ""
-
-
 def _count(words: Iterable[str]) -> str:
-    """Return how often each word occurs, the first five in the order of the alphabet."""
+    """How often each word occurs, the first five in alphabetical order."""
     names, counts = np.unique(list(words), return_counts=True)
     more = f" and {len(names) - 5} more actions" if len(names) > 5 else ""
     return ", ".join(f"{count} {name}" for name, count in zip(names[:5], counts[:5], strict=True)) + more

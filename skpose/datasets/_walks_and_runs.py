@@ -1,4 +1,4 @@
-"""The motions of walking and of running of a collection, by their labels."""
+"""The walks and runs of a dataset, by their labels."""
 
 import re
 
@@ -10,7 +10,7 @@ WALKING_AND_RUNNING = ("walk", "run")
 
 
 def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
-    """Return the motions of walking and of running, labelled "walk" and "run".
+    """Select the walks and runs of a dataset, and label them "walk" and "run".
 
     A motion is selected if the first word of its action is "walk" or "run", in upper or lower case, as in CMU's "walk"
     and "Run/jog".
@@ -28,7 +28,7 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     Raises
     ------
     ValueError
-        If there is no motion of walking, or none of running.
+        If walks or runs are missing.
 
     Examples
     --------
@@ -37,11 +37,6 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
     """
     first = np.array([re.split(r"\W", action.strip().lower())[0] for action in dataset.actions])
-    chosen = np.isin(first, WALKING_AND_RUNNING)
-    missing = [action for action in WALKING_AND_RUNNING if action not in first]
-    if missing:
-        raise ValueError(
-            f"dataset must have motions of walking and of running, but none has an action that begins with "
-            f"{missing[0]!r}: write one line for each motion into an index.csv, see skpose.datasets.load_cmu"
-        )
-    return MotionDataset(dataset.motions, **dataset._labels | {"actions": first})[chosen]
+    if missing := set(WALKING_AND_RUNNING) - set(first):
+        raise ValueError(f"dataset must have walks and runs, but no action begins with {min(missing)!r}")
+    return MotionDataset(dataset.motions, **dataset._labels | {"actions": first})[np.isin(first, WALKING_AND_RUNNING)]

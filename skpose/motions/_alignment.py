@@ -1,4 +1,4 @@
-"""The alignment of two motions: which frame of the one belongs to which of the other, and where they differ."""
+"""The alignment of two motions: which frames correspond, and where the joints differ."""
 
 from dataclasses import dataclass
 from numbers import Real
@@ -25,7 +25,7 @@ Quantity = Literal["distance", "rotation"]
 
 
 class JointDifference(NamedTuple):
-    """The difference of one joint in two aligned motions, and when it is largest; see `Alignment.joint_differences`.
+    """The difference of one joint in two aligned motions, from `Alignment.joint_differences`.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class JointDifference(NamedTuple):
     mean : float
         The mean of the differences along the path, m or rad.
     frame_a, frame_b : int
-        Frames of the two motions where it is largest; over the frame rate they are times.
+        Frames of the two motions where the difference is largest.
 
     Examples
     --------
@@ -56,20 +56,19 @@ class JointDifference(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Alignment:
-    """The path that aligns two motions, and the difference of every joint along it, as `align_motions` finds them.
+    """The path that aligns two motions, and the difference of each joint along it, from `align_motions`.
 
     Attributes
     ----------
     path : ndarray of shape (n_pairs, 2) of ints
-        Pairs of frames (i, j) of the two motions, from the first on. Both never decrease, and no frame between is left
-        out.
+        Pairs of frames (i, j) of the two motions, in order; no frame in between is left out.
     distance : float
-        Sum of `distances` divided by the number of frames, as `motion_distances` has it, m, or rad for "angle".
+        The distance of `motion_distances`, m, or rad for "angle".
     distances : ndarray of shape (n_pairs,)
         Distance between the poses of each pair, m, or rad for "angle".
     joint_distances : ndarray of shape (n_pairs, n_joints) or None
-        Distance between the positions of each joint in the two poses, the root at the origin, m; weights of joints
-        have no effect. The columns are ``skeleton.joint_names``. None without a skeleton.
+        Distance between the positions of each joint relative to the root, m, without the weights of the joints. The
+        columns are ``skeleton.joint_names``. None without a skeleton.
     joint_rotations : ndarray of shape (n_pairs, n_joints) or None
         Angle between the rotations of each joint relative to its parent, rad, at most π; zero for joints without dofs.
         None without a skeleton.
@@ -78,9 +77,9 @@ class Alignment:
     skeleton : Skeleton or None
         The skeleton on which the motions are compared.
     frame_rate : float or None
-        Frame rate of both, Hz; None for arrays, which have none.
+        Frame rate of both, Hz; None for arrays.
     metric : Metric
-        The distance between poses: `Spatial` where "auto" was given with a skeleton.
+        The distance between poses.
 
     See Also
     --------
@@ -88,8 +87,8 @@ class Alignment:
 
     Notes
     -----
-    A joint whose rotation is off moves all joints behind it: a hip that bends less is seen in the distances of knee,
-    ankle and toes. The rotations show the joint itself.
+    A joint whose rotation differs moves all joints below it: a hip that bends less changes the distances of knee, ankle
+    and toes. `joint_rotations` show the joint itself.
 
     Examples
     --------
@@ -131,23 +130,23 @@ class Alignment:
         return f"Alignment(distance={self.distance:.4g} {self.metric.unit}, {frames}{most})"
 
     def joint_differences(self, quantity: Quantity = "distance") -> list[JointDifference]:
-        """Return which joint is off, when, and by how much.
+        """List the difference of each joint, and when it is largest.
 
         Parameters
         ----------
         quantity : {"distance", "rotation"}, default="distance"
-            "distance" is that between the positions of a joint, m. "rotation" is the angle between a joint's own
-            rotations, rad; joints without dofs are left out.
+            "distance" compares the positions of a joint, m, "rotation" its rotations relative to its parent, rad. For
+            "rotation" joints without dofs are left out.
 
         Returns
         -------
         list of JointDifference
-            One for each joint, that of the largest difference first.
+            One for each joint, the largest difference first.
 
         Raises
         ------
         ValueError
-            For another quantity, and without a skeleton.
+            For an unknown quantity, or without a skeleton.
         """
         names, values = self._of_joints(quantity)
         rows = values.argmax(axis=0)
@@ -158,23 +157,23 @@ class Alignment:
         return sorted(found, key=lambda difference: -difference.largest)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the differences of all joints in all pairs of frames as a table.
+        """Convert the differences of all joints in all pairs of frames to a dataframe.
 
         Returns
         -------
         pandas.DataFrame of shape (n_pairs * n_joints, 13)
-            One row for each pair of the path and each joint, in this order, with the columns
+            One row per pair of the path and joint, with the columns
 
             - pair: row of `path`,
             - joint: its name,
             - frame_a, frame_b: the two frames,
-            - time_a [s], time_b [s]: frame over the frame rate, from the first frame on; NaN for arrays,
-            - phase_a [%], phase_b [%]: frame over the last frame, from 0 to 100; NaN for a motion of one frame,
-            - x [m], y [m], z [m]: from the joint in `a` to the joint in `b`, in the axes of the root,
+            - time_a [s], time_b [s]: time since the first frame; NaN for arrays,
+            - phase_a [%], phase_b [%]: share of the duration, from 0 to 100; NaN for a motion of one frame,
+            - x [m], y [m], z [m]: vector from the joint in `a` to the joint in `b`, in the axes of the root,
             - deviation [m]: length of this vector, as in `joint_distances`,
-            - rotation [deg]: as in `joint_rotations`, but in degrees; NaN for joints without dofs.
+            - rotation [deg]: as `joint_rotations`, but in degrees; NaN for joints without dofs.
 
-            ``table.attrs`` has the `distance` of the motions, and the `metric` under which they are aligned.
+            ``table.attrs`` has the `distance` of the motions and the `metric`.
 
         Raises
         ------
@@ -185,13 +184,10 @@ class Alignment:
 
         See Also
         --------
-        Alignment.joint_differences : Which joint is off, when, and by how much, of each joint the largest.
-        Repetitions.to_pandas : Several repetitions against each other.
+        Alignment.joint_differences : The largest difference of each joint.
 
         Examples
         --------
-        An arm that swings, and once more with an elbow (the second joint) that bends in between:
-
         >>> import numpy as np
         >>> from skpose import Motion, Skeleton
         >>> from skpose.motions import align_motions
@@ -208,7 +204,6 @@ class Alignment:
             import pandas
         except ImportError:
             raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
-
         names, deviations = self._of_joints("distance")
         rotating, angles = self._of_joints("rotation")
         rotations = np.full(deviations.shape, np.nan)
@@ -233,11 +228,11 @@ class Alignment:
         return table
 
     def _of_joints(self, quantity: Quantity) -> tuple[list[str], np.ndarray]:
-        """Return names of joints, and their differences along the path (n_pairs, n), m or rad."""
+        """Names of joints, and their differences along the path (n_pairs, n), m or rad."""
         if quantity not in get_args(Quantity):
             raise ValueError(f'quantity must be "distance" or "rotation", got {quantity!r}')
         if self.skeleton is None or self.joint_distances is None or self.joint_rotations is None:
-            raise ValueError("the alignment has no skeleton and so no joints: pass skeleton= to align_motions")
+            raise ValueError("the alignment has no joints: pass skeleton= to align_motions")
         if quantity == "distance":
             return list(self.skeleton.joint_names), self.joint_distances
         rotating = [j for j, bone in enumerate(self.skeleton.bones) if bone.dofs]
@@ -261,26 +256,26 @@ def align_motions(
     alignment: str = "dtw",
     window: float | None = None,
 ) -> Alignment:
-    """Align two motions by dynamic time warping: which frames belong together, and which joints differ there.
+    """Align two motions by dynamic time warping, and compare their joints along the path.
 
-    Of all paths of pairs of frames by steps (1, 0), (0, 1) and (1, 1), it is the one with the least sum of the
-    distances between the poses [1]_, see `motion_distances`.
+    The path of pairs of frames, by steps (1, 0), (0, 1) and (1, 1), has the least sum of distances between poses [1]_,
+    see `motion_distances`.
 
     Parameters
     ----------
     a, b : Motion or array-like of shape (n_frames, n_dofs)
         Two motions: joint angles, and rotation vectors of ball joints, rad.
     skeleton : Skeleton, default=None
-        The skeleton of both. None is that of the `Motion` objects, where they differ their mean. Arrays need it; with
-        the metric "angle" they do without, but then there are no joints to compare.
+        The skeleton of both. None takes it from the `Motion` objects, or their mean. Arrays need it except for "angle";
+        without a skeleton joints are not compared.
     metric : str or Metric, default="auto"
-        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        The distance between poses, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
         warning.
     alignment : {"dtw", "subsequence"}, default="dtw"
-        "dtw" aligns the whole of both. "subsequence" looks for `a` inside `b`: the path takes all frames of `a`, and
-        begins and ends at any frame of `b`.
+        "dtw" aligns both as a whole. "subsequence" finds `a` inside `b`: the path takes all frames of `a`, and begins
+        and ends at any frame of `b`.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of "dtw", see `motion_distances`. None is no limit.
+        Sakoe–Chiba band of "dtw", see `motion_distances`. None sets no limit.
 
     Returns
     -------
@@ -290,10 +285,10 @@ def align_motions(
     Raises
     ------
     TypeError
-        For several motions in the place of one, and for a Motion and an array together.
+        If `a` or `b` is a list of motions, or one is a Motion and the other an array.
     ValueError
-        For poses that `pose_distances` refuses, motions of different frame rates, skeletons that are not comparable;
-        for a window with "subsequence".
+        If the motions have different frame rates or skeletons that are not comparable; for a window with
+        "subsequence".
 
     Warns
     -----
@@ -304,17 +299,16 @@ def align_motions(
 
     See Also
     --------
-    motion_distances : The distances alone, of many motions.
+    motion_distances : The distances of many motions.
     skpose.plot.AlignmentDisplay : The alignment as a picture.
 
     Notes
     -----
-    Time O(n · m) distances between poses, for n and m frames; all are computed, with a window too. Memory 16 n · m
-    bytes: unlike in `motion_distances` all distances between the frames are in memory, twice. Two motions of 5,000
-    frames take 400 MB; resample long ones.
+    Time O(n · m) distances between poses for n and m frames, also with a window. Memory 16 n · m bytes: two motions of
+    5,000 frames take 400 MB, so resample long ones.
 
-    `distance` is that of ``motion_distances([a], [b])``, to the last bit. Where several paths have the same sum, it is
-    the one that ends with diagonal steps.
+    `distance` is bit for bit ``motion_distances([a], [b])``. If several paths have the same sum, the path
+    prefers diagonal steps.
 
     References
     ----------
@@ -323,7 +317,7 @@ def align_motions(
 
     Examples
     --------
-    The same movement, but slower at first:
+    The same movement, slower at first:
 
     >>> import numpy as np
     >>> from skpose import Skeleton
@@ -345,7 +339,7 @@ def align_motions(
     warn_of_no_skeleton(metric, skeleton)
     dtype = np.result_type(poses_a, poses_b)
     rows, columns = poses_a, poses_b
-    if chosen.iterative:  # so that the distances are not rounded before they are added
+    if chosen.iterative:  # sums of distances in float64
         rows, columns = rows.astype(np.float64), columns.astype(np.float64)
     costs, unconverged = DistanceMatrix(rows, columns, chosen, skeleton).write(None, None)
     warn_of_unconverged(unconverged, costs.size)
@@ -359,7 +353,9 @@ def align_motions(
         path=path,
         distance=float((sums[-1, column] / n_counted).astype(dtype)),
         distances=costs[path[:, 0], path[:, 1]],
-        joint_distances=None if skeleton is None else _joint_distances(poses_a, poses_b, path, skeleton),
+        joint_distances=None
+        if skeleton is None
+        else np.linalg.norm(_joint_vectors(poses_a, poses_b, path, skeleton), axis=2),
         joint_rotations=None if skeleton is None else _joint_rotations(poses_a, poses_b, path, skeleton),
         a=poses_a,
         b=poses_b,
@@ -369,22 +365,14 @@ def align_motions(
     )
 
 
-def _joint_distances(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the distances (n_pairs, n_joints) between the positions of each joint, m."""
-    return np.linalg.norm(_joint_vectors(a, b, path, skeleton), axis=2)
-
-
 def _joint_vectors(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the vectors (n_pairs, n_joints, 3) from the position of each joint in `a` to that in `b`, m."""
+    """Vectors (n_pairs, n_joints, 3) from the position of each joint in `a` to that in `b`, m."""
     positions_a, positions_b = (forward_kinematics(poses.astype(np.float64), skeleton) for poses in (a, b))
     return positions_b[path[:, 1]] - positions_a[path[:, 0]]
 
 
 def _joint_rotations(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the angles (n_pairs, n_joints) between the rotations of each joint relative to its parent, rad.
-
-    The constant rest rotation before the joint's own is the same in both, so that it has no effect.
-    """
+    """Angles (n_pairs, n_joints) between the rotations of each joint relative to its parent, rad."""
     angles, first = np.zeros((len(path), skeleton.n_joints)), 0
     for j, bone in enumerate(skeleton.bones):
         columns, first = slice(first, first + bone.n_dofs), first + bone.n_dofs

@@ -1,7 +1,7 @@
 """The two steps of a mean motion: align all motions, and move each frame to the mean of the poses aligned to it.
 
-Both lower one sum, that of the squared distances of all pairs of frames that are aligned, so it never rises (F.
-Petitjean, A. Ketterlin, P. Gançarski, 2011, doi:10.1016/j.patcog.2010.09.013).
+Neither step increases the sum of the squared distances of all aligned pairs (F. Petitjean, A. Ketterlin, P. Gançarski,
+2011, doi:10.1016/j.patcog.2010.09.013).
 """
 
 from collections.abc import Callable
@@ -20,18 +20,18 @@ from skpose.metrics._shared import TOL_EXTRINSIC, DistanceMatrix, Unconverged
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
-STEPS_OF_A_POSE = 200  # Newton's, or Karcher's; from the mean before, a few are enough
-TOL_GEODESIC = 1e-3  # as `frechet_mean`
+STEPS_OF_A_POSE = 200  # Newton's or Karcher's, at most
+TOL_GEODESIC = 1e-3  # as in `frechet_mean`
 
 
 class Aligned(NamedTuple):
-    """The pairs of frames along all paths, those of the mean's first frame first."""
+    """The pairs of frames along all paths, ordered by the frames of the mean."""
 
     mean_frames: np.ndarray  # (n_pairs,) frames of the mean, ascending, none left out
     frames: np.ndarray  # (n_pairs,) rows of all motions' poses
     squares: np.ndarray  # (n_pairs,) squared distances, m²
     unconverged: Unconverged
-    n_geodesics: int  # that were measured; zero for "position"
+    n_geodesics: int  # measured; zero for "position"
 
     @property
     def objective(self) -> float:
@@ -44,15 +44,14 @@ class Aligned(NamedTuple):
         return np.bincount(self.mean_frames)
 
     def groups(self) -> list[np.ndarray]:
-        """Return the rows that are aligned to each frame of the mean."""
+        """The rows aligned to each frame of the mean."""
         return np.split(self.frames, np.cumsum(self.n_poses)[:-1])
 
 
 class Barycenter:
-    """The motions of a mean, and the two steps that bring it nearer to them.
+    """The motions of a mean, and the two steps.
 
-    `unconverged` are the frames whose mean did not
-    converge when they moved last; they move again in the next step.
+    `unconverged` are the frames whose mean did not converge; they move again in the next step.
     """
 
     def __init__(self, motions: Sequences, skeleton: Skeleton, metric: Metric, window: float | None, n_jobs: int):
@@ -67,7 +66,7 @@ class Barycenter:
         self.unconverged: set[int] = set()
 
     def align(self, mean: np.ndarray) -> Aligned:
-        """Return the pairs of the best path of every motion, under squared distances."""
+        """Find the best path of every motion under squared distances."""
         bounds, _ = DistanceMatrix(mean, self.motions.poses, Position(), self.skeleton).write(None, 1)
         bounds **= 2
         found: list[tuple[int, np.ndarray, np.ndarray, Unconverged, int]] = []
@@ -82,7 +81,7 @@ class Barycenter:
             found.append((k, path + np.array([0, start]), costs[path[:, 0], path[:, 1]], unconverged, n_geodesics))
 
         in_threads((partial(align_one, k) for k in range(self.motions.n_motions)), self.n_jobs)
-        found.sort(key=lambda one: one[0])  # so that sums do not depend on the threads
+        found.sort(key=lambda one: one[0])  # sums do not depend on the threads
         pairs, squares = np.concatenate([one[1] for one in found]), np.concatenate([one[2] for one in found])
         order = np.argsort(pairs[:, 0], kind="stable")
         unconverged = Unconverged.join(one[3] for one in found)
@@ -92,10 +91,9 @@ class Barycenter:
     def _path_of_geodesics(
         self, costs: np.ndarray, mean: np.ndarray, motion: np.ndarray
     ) -> tuple[np.ndarray, Unconverged, int]:
-        """Return the best path, with geodesics in the place of lower bounds, in `costs` too, as far as it takes.
+        """Find the best path; replace lower bounds in `costs` by geodesics as needed.
 
-        While the best path meets a bound, that is replaced. A best path without one is the best of all: no other path
-        has a smaller sum of bounds.
+        While the best path contains bounds, these are replaced. A best path without bounds is the best of all.
         """
         known = np.zeros(costs.shape, dtype=bool)
         parts: list[Unconverged] = []
@@ -107,22 +105,20 @@ class Barycenter:
             for i in np.unique(missing[:, 0]):
                 columns = missing[missing[:, 0] == i, 1]
                 squares, some = self._squares(mean[i], motion[columns])
-                # No geodesic is shorter than the chord, but for rounding.
-                costs[i, columns] = np.maximum(squares, costs[i, columns])
+                costs[i, columns] = np.maximum(squares, costs[i, columns])  # a chord is longer by rounding only
                 known[i, columns] = True
                 parts += some
 
     def _squares(self, pose: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, list[Unconverged]]:
-        """Return the squared distances of a pose to others."""
+        """Squared distances of a pose to others."""
         matrix = DistanceMatrix(pose[np.newaxis], others, self.metric, self.skeleton)
         distances, unconverged = matrix.write(None, 1)
         return distances[0] ** 2, unconverged
 
     def move(self, mean: np.ndarray, aligned: Aligned, before: Aligned | None) -> np.ndarray:
-        """Return the mean with each frame at the `frechet_mean` of the poses that are aligned to it.
+        """Move each frame to the `frechet_mean` of the poses aligned to it, unless these are the same as `before`.
 
-        Each one is found from the frame itself: so it is no farther from the poses, the motion stays continuous in
-        angles that move no joint, and a frame whose poses are those `before` is left as it is.
+        The search starts from the frame itself, so the motion stays continuous in angles that move no joint.
         """
         moved = mean.copy()
         earlier = [] if before is None else before.groups()
@@ -158,7 +154,6 @@ class Barycenter:
 
 
 def _best_path(costs: np.ndarray, paths: Paths) -> np.ndarray:
-    """Return the cells (i, j) of the best path."""
     sums = costs.copy()
     accumulate(sums, paths)
     return path_to(sums, paths.is_open, sums.shape[1] - 1)

@@ -1,4 +1,4 @@
-"""Distances between whole motions: the public function and its arguments."""
+"""Distances between whole motions."""
 
 from numbers import Integral, Real
 from typing import Any
@@ -21,7 +21,7 @@ from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton
 
-# Constraints of the parameters that every function and estimator of distances between motions has.
+# Parameter constraints of all functions and estimators of distances between motions.
 ALIGNMENT_CONSTRAINTS = {
     "alignment": [StrOptions(ALIGNMENTS)],
     "window": [Interval(Real, 0, 1, closed="both"), None],
@@ -53,62 +53,59 @@ def motion_distances(
 ) -> np.ndarray:
     r"""Distances between all motions of X and all motions of Y, by dynamic time warping under a distance of poses.
 
-    With d the distance between poses, and a path a sequence of pairs of frames (i, j) from (0, 0) to the last of both,
-    by steps (1, 0), (0, 1) and (1, 1) [1]_,
+    With d the distance between poses, and a path a sequence of pairs of frames (i, j) from the first frames of both
+    motions to the last ones, by steps (1, 0), (0, 1) and (1, 1) [1]_,
 
     .. math:: D(a, b) = \frac{1}{n + m} \min_{\text{path}} \sum_{(i, j) \in \text{path}} d(a_i, b_j)
 
-    for n and m frames. The sum has no root, and the distances are not squared.
+    for n and m frames. Distances are not squared.
 
     Parameters
     ----------
     X : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
-        Motions of shape (n_frames, n_dofs) each: joint angles, and rotation vectors of ball joints, rad. Lengths may
-        differ.
+        Motions of shape (n_frames, n_dofs): joint angles, and rotation vectors of ball joints, rad. Lengths may differ.
     Y : as X, default=None
-        Other motions; None is X, of which one triangle is then computed.
+        Other motions; None compares the motions of X with each other.
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None is that of the `Motion` objects, where they differ their mean, as
-        ``MotionDataset.skeleton``; arrays need it, but for "angle".
+        The skeleton of all motions. None takes it from the `Motion` objects, or their mean as
+        ``MotionDataset.skeleton``. Arrays need it for every metric except "angle".
     metric : str or Metric, default="auto"
-        The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
         warning. "velocity" compares the velocities of the joints, "jerk" their jerks, and "centered" their positions
-        less the mean over the motion, see `skpose.metrics.Velocity`, `skpose.metrics.Jerk` and
+        minus the mean over the motion, see `skpose.metrics.Velocity`, `skpose.metrics.Jerk` and
         `skpose.metrics.Centered`.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
-        "dtw" warps the whole of both. "subsequence" looks for the motion of X inside the one of Y: the path takes all
-        frames of X, and begins and ends at any frame of Y; the sum is divided by n. It is not symmetric. "frames" takes
-        the pairs (i, i) of motions of equal length, and is the mean over the frames.
+        "dtw" warps both motions as a whole. "subsequence" finds the motion of X inside the one of Y: the path takes all
+        frames of X, and begins and ends at any frame of Y; the sum is divided by n, and is not symmetric. "frames" is
+        the mean over the pairs (i, i) of motions of equal length.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of "dtw": times of a pair, as shares of the two durations, may differ by this; half a frame
-        of the shorter motion is always allowed. None is no limit.
+        Sakoe–Chiba band of "dtw": the largest difference between the times of a pair, as shares of the durations. Half
+        a frame of the shorter motion is always allowed. None sets no limit.
     normalize : bool, default=True
         Whether to divide by the number of frames. False gives the sums.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
-        a backend of processes or a cluster, tiles are computed there. The result does not depend on it.
+        Threads, or workers of the backend of a ``joblib.parallel_config`` context; -1 uses all processors. The result
+        does not depend on it.
     out : array of shape (n_x, n_y), default=None
-        Array for the result, of its dtype, such as a ``numpy.memmap`` or a zarr array; see `pose_distances`, also for
-        how a file that was left incomplete is finished.
+        Array for the result, of its dtype, such as a ``numpy.memmap`` or a zarr array; see `pose_distances`.
     verbose : int, default=0
-        Whether to show the progress.
+        Whether to show progress.
 
     Returns
     -------
     ndarray of shape (n_x, n_y)
-        Distances, in m, rad for "angle", m/s for "velocity", or m/s³ for "jerk": float32 where all motions are and
-        their poses are compared, else float64. Without Y exactly symmetric with a zero diagonal, but for "subsequence".
-        `out` if that is given.
+        Distances, in m, rad for "angle", m/s for "velocity", or m/s³ for "jerk": float32 if all motions are and the
+        metric compares poses, else float64. Without Y exactly symmetric with a zero diagonal, except for "subsequence".
+        `out` if given.
 
     Raises
     ------
     TypeError
-        For one motion in the place of several, and for Motions and arrays together.
+        If X or Y is a single motion, or Motions and arrays are mixed.
     ValueError
-        For poses that `pose_distances` refuses, motions of different frame rates, skeletons that are not comparable;
-        for "frames" with different lengths, a window without "dtw", "subsequence" with "centered", and "velocity" or
-        "jerk" of arrays, which have no frame rate; for an `out` of another shape or dtype, or one
-        that holds the beginning of other distances.
+        If the motions have different frame rates or skeletons that are not comparable; for "frames" with different
+        lengths, a window without "dtw", "subsequence" with "centered", and "velocity" or "jerk" of arrays, which have
+        no frame rate.
 
     Warns
     -----
@@ -120,17 +117,16 @@ def motion_distances(
     See Also
     --------
     align_motions : The path of two motions, and the joints in which they differ.
-    find_motion : The best places of a motion in long recordings.
-    MotionKNeighborsTransformer : The nearest motions without most of the distances: for nearest-neighbour classifiers.
+    find_motion : The best matches of a motion in long recordings.
+    MotionKNeighborsTransformer : The nearest motions, without computing most distances.
 
     Notes
     -----
-    Time O(frames of X · frames of Y) distances between poses; the recursion adds some nanoseconds to each. Memory O(n_x
-    · n_y), and the codes of some thousand frames of each side: there is no matrix of the distances between frames. DTW
-    obeys no triangle inequality, under any metric.
+    Time O(frames of X · frames of Y) distances between poses. Memory O(n_x · n_y): the distances between frames are not
+    stored. Dynamic time warping does not obey the triangle inequality, under any metric.
 
-    The distance counts frames: motions should have one frame rate, and a lower one costs less: 12 Hz is enough for most
-    actions.
+    The distance counts frames, so all motions must have one frame rate. A lower rate costs less; 12 Hz is enough for
+    most actions.
 
     References
     ----------
@@ -141,7 +137,7 @@ def motion_distances(
 
     Examples
     --------
-    A swing of the arm, the same one at half the speed, and one that goes half as far:
+    A swing of the arm, the same swing at half the speed, and one half as far:
 
     >>> import numpy as np
     >>> from skpose import Skeleton, motion_distances
@@ -179,27 +175,17 @@ def motion_distances(
 
 
 def check_of_windows(metric: Metric) -> None:
-    """Refuse a metric under which windows of long motions cannot be looked for."""
+    """Refuse a metric that compares whole motions only."""
     if isinstance(metric, MotionMetric) and not metric.of_windows:
-        raise ValueError(
-            f"the metric {metric.label!r} is of whole motions: the mean of a window is not known before the window is "
-            'found. Take "position" or "velocity", or cut the recording and pass the parts to motion_distances'
-        )
+        raise ValueError(f'the metric {metric.label!r} compares whole motions, not windows; take "position"')
 
 
 def check_alignment(alignment: str, window: float | None, metric: Metric, **given: Sequences) -> None:
-    """Refuse a window where there is no band, and different lengths where frames are compared one by one."""
+    """Refuse a window without "dtw", and motions of different lengths where frame i is compared with frame i."""
     if alignment == "subsequence":
         check_of_windows(metric)
     if window is not None and alignment != "dtw":
-        raise ValueError(f'window is the band of alignment="dtw", got window={window} with alignment="{alignment}"')
-    if alignment != "frames":
-        return
-    lengths = {f"{name}[{i}]": int(n) for name, one in given.items() for i, n in enumerate(one.lengths)}
-    first, *others = lengths
-    for other in others:
-        if lengths[other] != lengths[first]:
-            raise ValueError(
-                f'alignment="frames" compares motions of equal length, but {first} has {lengths[first]} frames and '
-                f'{other} {lengths[other]}: resample them, or take alignment="dtw"'
-            )
+        raise ValueError(f'window needs alignment="dtw", got alignment="{alignment}"')
+    lengths = sorted({int(n) for one in given.values() for n in one.lengths})
+    if alignment == "frames" and len(lengths) > 1:
+        raise ValueError(f'alignment="frames" needs motions of equal length, got {lengths[0]} to {lengths[-1]} frames')

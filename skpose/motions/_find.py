@@ -1,4 +1,4 @@
-"""The best places of a motion in long recordings: the public function, and the index of recordings."""
+"""The best matches of a motion in long recordings."""
 
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -11,24 +11,22 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import resolve, warn_of_no_skeleton, warn_of_unconverged
 from skpose.motions._distances import COMPARED_CONSTRAINTS, check_of_windows
 from skpose.motions._index import SequenceIndex
-from skpose.motions._inputs import check_motion, check_motions, rates_differ
+from skpose.motions._inputs import check_motions, check_single_motions, rates_differ
 from skpose.motions._windows import WindowSearch
 from skpose.skeleton import Skeleton
 
-DEFAULTS = {"skeleton": None, "metric": "auto"}
-
 
 class MotionMatch(NamedTuple):
-    """A place where `find_motion` found the query.
+    """A match of the query, from `find_motion`.
 
     Attributes
     ----------
     motion : int
         Index of the motion.
     start, stop : int
-        Its frames; `stop` is behind the last one, as in a slice: ``motions[match.motion][match.start : match.stop]``.
+        Its frames, as in a slice: ``motions[match.motion][match.start : match.stop]``.
     distance : float
-        The least sum of distances between frames, divided by the frames of the query, m, or rad for "angle".
+        Sum of the distances between frames, divided by the number of frames of the query, m, or rad for "angle".
 
     Examples
     --------
@@ -44,9 +42,7 @@ class MotionMatch(NamedTuple):
 
 
 class MotionIndex:
-    """Motions prepared for many queries: what `find_motion` takes in the place of motions.
-
-    It holds the joint positions along principal axes.
+    """Motions prepared for many searches with `find_motion`.
 
     Parameters
     ----------
@@ -54,10 +50,10 @@ class MotionIndex:
 (n_motions, n_frames, n_dofs)
         Motions, as for `motion_distances`.
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
+        The skeleton of all motions. None takes it from the `Motion` objects; arrays need it except for "angle".
     metric : str or Metric, default="auto"
-        The distance between frames, see `motion_distances`, but for "centered"; "auto" is "spatial" with a skeleton,
-        else "angle" and a warning.
+        The distance between frames, see `motion_distances`, except "centered"; "auto" is "spatial" with a skeleton,
+        else "angle" with a warning.
 
     Attributes
     ----------
@@ -72,7 +68,7 @@ class MotionIndex:
 
     Notes
     -----
-    Time O(frames), some microseconds each; memory: a copy of the poses, and about 90 bytes a frame.
+    Time O(frames), some microseconds each. Memory: a copy of the poses and about 90 bytes per frame.
 
     Examples
     --------
@@ -132,42 +128,42 @@ def find_motion(
     n_jobs: int | None = None,
     verbose: int = 0,
 ) -> list[MotionMatch]:
-    """Find the k places in long recordings that are most like a short motion: exact subsequence search.
+    """Find the k best matches of a short motion in long recordings, by exact subsequence search.
 
-    A *window* ends at some frame of a recording, and begins where the best path of the query to that frame begins: the
+    A *window* ends at a frame of a recording, and begins where the best path of the query to that frame begins: the
     path takes all frames of the query and warps time freely, see "subsequence" of `motion_distances`. The best window
-    is the first match; the best of those that overlap no more than half with it (of the shorter of the two) is the
-    second, and so on.
+    is the first match. The second is the best window that overlaps the first by at most half of the shorter one, and so
+    on.
 
     Parameters
     ----------
     query : array-like of shape (n_frames, n_dofs) or Motion
-        What is looked for: joint angles, and rotation vectors of ball joints, rad.
+        The motion to find: joint angles, and rotation vectors of ball joints, rad.
     motions : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, MotionIndex, or array of \
 shape (n_motions, n_frames, n_dofs)
-        Where to look. For many queries pass a `MotionIndex`, which is made once.
+        The recordings. For many queries pass a `MotionIndex`.
     k : int, default=5
         Number of matches.
     skeleton : Skeleton, default=None
-        As for `motion_distances`; that of a `MotionIndex` is its own, and not given here.
+        As for `motion_distances`; a `MotionIndex` has its own.
     metric : str or Metric, default="auto"
         Likewise.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
+        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 uses all processors.
     verbose : int, default=0
-        Whether to show the progress.
+        Whether to show progress.
 
     Returns
     -------
     list of MotionMatch
-        The k best windows, by distance; fewer if the recordings have no more that overlap so little.
+        The k best windows, by distance; fewer if the recordings are too short for k.
 
     Raises
     ------
     TypeError
-        For several motions as the query, or one in the place of several.
+        If the query is a list of motions, or `motions` a single motion.
     ValueError
-        For poses that `pose_distances` refuses; for another frame rate of the query than of the recordings.
+        If query and recordings have different frame rates.
 
     Warns
     -----
@@ -181,21 +177,18 @@ shape (n_motions, n_frames, n_dofs)
 
     Notes
     -----
-    The answer is that of brute force, which measures each frame of the query against each of the recordings [1]_.
-    *Filter and refine*, with bounds in order of their cost [2]_, finds it at a fraction of the cost. The chord is never
-    longer than the curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", so that the least sum of chords along the paths
-    through a frame of the recording bounds the sum of every window that contains it. Such bounds are computed with
-    boxes around eight frames along the principal axes of the joint positions first, then with the frames themselves
-    where the boxes leave any, and the metric is measured only where a path within the k-th distance can go. "rotation"
-    and ``Angle(wrap=True)`` have no bound and are searched by brute force, as are recordings so short, or k so large,
-    that it takes less time.
+    The result equals brute force, which measures each frame of the query against each frame of the recordings
+    [1]_. *Filter and refine*, with bounds in order of their cost [2]_, is faster. The chord is never longer than the
+    curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", so the least sum of chords along the paths through a frame bounds the
+    sum of every window that contains it. Bounds are computed for boxes around eight frames first, then for the frames
+    that the boxes leave, and the metric is measured only where a path within the k-th distance can go. "rotation" and
+    ``Angle(wrap=True)`` have no bound and are searched by brute force.
 
-    Time warps freely: a frame of the recording may stand for many of the query. Where the recordings hold nothing like
-    the query, the best windows are much shorter than it; look at ``match.stop - match.start`` and at the distance.
+    Time warps freely: one frame of the recording may match many of the query. If the recordings contain nothing like
+    the query, the best windows are much shorter than it; check ``match.stop - match.start`` and the distance.
 
-    Time O(frames of the query · frames of the recordings): for the boxes an eighth of that, for the rest what they
-    leave. Memory O(frames of the recordings), and some 4 bytes for each pair of a frame of the query and one of the
-    longest recording.
+    Time O(frames of the query · frames of the recordings) in the worst case. Memory O(frames of the recordings), and
+    some 4 bytes for each pair of a frame of the query and a frame of the longest recording.
 
     References
     ----------
@@ -218,32 +211,25 @@ shape (n_motions, n_frames, n_dofs)
     50 80 0.0
     130 160 0.051
     """
-    given = {"skeleton": skeleton, "metric": metric}
     if not isinstance(motions, MotionIndex):
-        index = MotionIndex(motions, **given)  # type: ignore[arg-type]
-    else:
+        index = MotionIndex(motions, skeleton=skeleton, metric=metric)
+    elif skeleton is None and metric == "auto":
         index = motions
-        for name, value in given.items():
-            if value != DEFAULTS[name]:
-                raise ValueError(f"{name} is that of the MotionIndex, got {name}={value!r}: pass it to MotionIndex")
-    checked = check_motion(query, index.skeleton, "query")
+    else:
+        raise ValueError("a MotionIndex has its own skeleton and metric: pass them to MotionIndex")
+    (checked,) = check_single_motions({"query": query}, index.skeleton)
     if index.skeleton is not None:
         warn_of_degrees(None, index.skeleton, query=checked.sequences.poses)
     here, there = checked.frame_rate, index.frame_rate
     if here is not None and there is not None and rates_differ(here, there):
-        raise ValueError(
-            f"query has {here:g} Hz and motions have {there:g} Hz, and the distance counts frames: pass "
-            f"query.resample({there:g})"
-        )
+        raise ValueError(f"query has {here:g} Hz and motions have {there:g} Hz: pass query.resample({there:g})")
     n_dofs = checked.sequences.poses.shape[1]
     if n_dofs != index._n_dofs:
-        raise ValueError(
-            f"query has {n_dofs} columns and motions have {index._n_dofs}; poses of one skeleton have equally many"
-        )
+        raise ValueError(f"query has {n_dofs} columns and motions have {index._n_dofs}")
     search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
     rows, starts = checked.rows(index._index.metric, "query").poses, index._index.sequences.starts
     windows = search.best(rows, int(k))
-    warn_of_unconverged(search.unconverged, search.evaluations.cells)
+    warn_of_unconverged(search.unconverged, search.n_cells)
     return [
         MotionMatch(w.motion, w.start - int(starts[w.motion]), w.stop - int(starts[w.motion]), w.sum / len(rows))
         for w in windows

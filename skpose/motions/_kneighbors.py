@@ -1,4 +1,4 @@
-"""The graph of the k nearest motions."""
+"""The k nearest motions as a sparse graph."""
 
 from numbers import Integral
 from typing import ClassVar
@@ -13,8 +13,8 @@ from skpose.metrics._shared import OF_MOTIONS, warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
-from skpose.motions._queries import Request, find
-from skpose.neighbors._shared import check_k, check_mode, select_requested, sparse_graph
+from skpose.motions._search import Request, find
+from skpose.neighbors._shared import check_k, check_mode, sparse_graph
 
 
 class MotionKNeighborsTransformer(
@@ -23,31 +23,31 @@ class MotionKNeighborsTransformer(
     """Transform motions into the sparse graph of their exact k nearest training motions.
 
     The counterpart of scikit-learn's ``KNeighborsTransformer`` under dynamic time warping with a distance of poses.
-    Every estimator that takes a sparse precomputed graph can use it::
+    Any estimator that takes a sparse precomputed graph can use it::
 
         make_pipeline(MotionKNeighborsTransformer(skeleton), KNeighborsClassifier(metric="precomputed"))
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None is that of the `Motion` objects; arrays need it, but for "angle".
+        The skeleton of all motions. None takes it from the `Motion` objects; arrays need it except for "angle".
     mode : {"distance", "connectivity"}, default="distance"
         Whether the graph holds distances or ones.
     n_neighbors : int, default=5
-        Neighbours of each motion in the graph. As each training motion counts as its own neighbour, there is one more
-        with ``mode="distance"``, as in scikit-learn.
+        Neighbours of each motion in the graph; with ``mode="distance"`` one more, as in scikit-learn, because each
+        training motion is its own neighbour.
     algorithm : {"auto", "brute"}, default="auto"
-        "auto" aligns only what lower bounds do not rule out, "brute" every pair. The result is the same.
+        "auto" skips motions that lower bounds rule out, "brute" aligns every pair. The result is the same.
     metric : str or Metric, default="auto"
         The distance between frames, see `skpose.motion_distances`; "auto" is "spatial" with a skeleton, else "angle"
-        and a warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
+        with a warning. "rotation" and ``Angle(wrap=True)`` have no bound and are searched by brute force.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band, see `skpose.motion_distances`; None is no limit.
+        Sakoe–Chiba band, see `skpose.motion_distances`; None sets no limit.
     n_jobs : int, default=None
-        Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors. Where that context names
-        a backend of processes or a cluster, the search runs there. The result does not depend on it.
+        Threads, or workers of the backend of a ``joblib.parallel_config`` context; -1 uses all processors. The result
+        does not depend on it.
     verbose : int, default=0
-        Whether to show the progress of a search.
+        Whether to show progress.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class MotionKNeighborsTransformer(
     skeleton_ : Skeleton or None
         The skeleton in use.
     frame_rate_ : float or None
-        Frame rate of the training motions, Hz; None for arrays, which have none.
+        Frame rate of the training motions, Hz; None for arrays.
     n_samples_fit_ : int
         Number of training motions.
     n_features_in_ : int
@@ -69,41 +69,36 @@ class MotionKNeighborsTransformer(
     Warns
     -----
     ConvergenceWarning
-        From a search, if geodesics did not converge.
+        If geodesics did not converge.
 
     See Also
     --------
     MotionDistanceTransformer : All distances.
     motion_distances : All distances, as a function.
-    find_motion : The best windows of long motions.
-    PoseKNeighborsTransformer : The same of poses.
+    find_motion : The best matches in long recordings.
+    PoseKNeighborsTransformer : The nearest poses.
 
     Notes
     -----
-    The search is *filter and refine* of dynamic time warping [1]_. For every pair of frames the chord is never longer
-    than the curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", and so is the least sum along a path, cell by cell. The
-    bounds are taken in order of their cost: the pairs of first and of last frames; the query's frames against boxes
-    around eight frames along the principal axes of the joint positions; dynamic time warping of the components along
-    these axes [2]_. What is left is aligned under the metric in order of its bound, until no bound is within the k-th
-    distance. Of an alignment only those pairs of frames are measured that a path within that distance can go through
-    [3]_.
+    The search is *filter and refine* with dynamic time warping [1]_. For every pair of frames the chord is never longer
+    than the curve, ‖F(a) − F(b)‖ ≤ "geodesic" ≤ "spatial", so the same holds for the least sum along a path. Bounds are
+    taken in order of their cost: the first and the last frames; the query's frames against boxes around eight frames
+    along the principal axes of the joint positions; dynamic time warping of the components along these axes [2]_. The
+    remaining motions are aligned under the metric in order of their bounds, until no bound is within the k-th distance.
+    An alignment measures only those pairs of frames that a path within that distance can go through [3]_.
 
-    Every distance is computed in float64, also for float32 poses: indices and distances are equal, to the last bit, to
-    those from ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index. (Of one list with itself
-    that computes a triangle, whose mirror image differs in the last bits.)
+    Distances are computed in float64, also for float32 poses. Indices and distances are bit for bit as from
+    ``motion_distances(X, X_fit)`` in float64, sorted by distance and then by index.
 
-    A search takes some milliseconds a query in any case; where all alignments take less, or k is more than a fifth of
-    the training motions, all are computed.
-
-    Time O(n_samples · n_samples_fit) for the first bound, and for what it leaves O(frames · frames) some nanoseconds.
-    Memory O(frames of the training motions): the poses and 90 bytes for each, and O(frames · frames) of one alignment.
+    A search takes some milliseconds per query. If all alignments take less, or k is more than a fifth of the training
+    motions, all are computed. Memory O(frames of the training motions): the poses and 90 bytes per frame.
 
     References
     ----------
     .. [1] H. Sakoe, S. Chiba, "Dynamic programming algorithm optimization for spoken word recognition", IEEE
        Transactions on Acoustics, Speech, and Signal Processing 26(1), 1978, :doi:`10.1109/TASSP.1978.1163055`.
     .. [2] E. Keogh, C. A. Ratanamahatana, "Exact indexing of dynamic time warping", Knowledge and Information Systems
-       7, 2005, :doi:`10.1007/s10115-004-0154-9`, for bounds of a band by boxes.
+       7, 2005, :doi:`10.1007/s10115-004-0154-9`.
     .. [3] M. Herrmann, G. I. Webb, "Early abandoning and pruning for elastic distances including dynamic time warping",
        Data Mining and Knowledge Discovery 35, 2021, :doi:`10.1007/s10618-021-00782-4`.
 
@@ -174,8 +169,7 @@ class MotionKNeighborsTransformer(
             The fitted transformer.
         """
         X = self._check_X(X, reset=True)
-        brute = self.algorithm == "brute"
-        self._index = SequenceIndex(X, self.skeleton_, self.metric_, brute=brute)
+        self._index = SequenceIndex(X, self.skeleton_, self.metric_, brute=self.algorithm == "brute")
         self.n_samples_fit_ = X.n_motions
         return self
 
@@ -213,7 +207,7 @@ class MotionKNeighborsTransformer(
         self._check_how_to_answer()
         return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
 
-    def kneighbors(self, X=None, n_neighbors=None, return_distance=True, *, return_evaluations=False):
+    def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
         """Find the k nearest training motions.
 
         Parameters
@@ -224,8 +218,6 @@ class MotionKNeighborsTransformer(
             Number of neighbours; None takes the constructor's.
         return_distance : bool, default=True
             Whether to return the distances too.
-        return_evaluations : bool, default=False
-            Whether to return the numbers of alignments and distances that the search evaluated, too.
 
         Returns
         -------
@@ -233,9 +225,7 @@ class MotionKNeighborsTransformer(
             In m, or rad for "angle", divided by the frames as in `motion_distances`; float64, also for float32 poses.
             Only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
-            By distance, those equally far away by index.
-        evaluations : MotionEvaluations
-            Named tuple, see `skpose.motions.MotionEvaluations`; only if requested.
+            Sorted by distance, then by index.
 
         Raises
         ------
@@ -244,9 +234,7 @@ class MotionKNeighborsTransformer(
         """
         check_is_fitted(self, "n_samples_fit_")
         found = self._find(X, n_neighbors)
-        return select_requested(
-            (return_distance, found.distances), (True, found.indices), (return_evaluations, found.evaluations)
-        )
+        return (found.distances, found.indices) if return_distance else found.indices
 
     def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
         """Compute the graph of the k nearest training motions.
@@ -274,7 +262,6 @@ class MotionKNeighborsTransformer(
         return sparse_graph(data, found.indices.ravel(), indptr, (n_queries, self.n_samples_fit_))
 
     def _find(self, X, n_neighbors):
-        """Return the nearest training motions of X, as for `kneighbors`."""
         k = check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
         if X is None:
             self._check_how_to_answer()
@@ -282,9 +269,8 @@ class MotionKNeighborsTransformer(
         else:
             queries = self._check_X(X, reset=False)
             excluded = np.full(queries.n_motions, -1)
-        window = self.window_
-        found = find(Request(self._index, queries, excluded, k, window), self.n_jobs, self.verbose)
-        warn_of_unconverged(found.unconverged, found.evaluations.cells)
+        found = find(Request(self._index, queries, excluded, k, self.window_), self.n_jobs, self.verbose)
+        warn_of_unconverged(found.unconverged, found.n_cells)
         return found
 
     @property

@@ -1,6 +1,5 @@
-"""A matrix of distances between motions: the numbers of each tile, and their cost."""
+"""A matrix of distances between motions, computed tile by tile."""
 
-import copy
 import functools
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -26,13 +25,13 @@ from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
 ALIGNMENTS = ("dtw", "subsequence", "frames")
-WORK_PER_CELL = 6.0  # of the recursion, in addition to that of the distance
+WORK_PER_CELL = 6.0  # of the recursion, added to the work of the distance
 
 
 class MotionMatrix(TiledMatrix):
     """The distances between motions X and motions Y, where Y=None is X.
 
-    `alignment` and `window` are those of `motion_distances`; `normalize` divides by the number of frames.
+    See `motion_distances` for `alignment` and `window`; `normalize` divides by the number of frames.
     """
 
     smallest_edge = 1
@@ -66,7 +65,7 @@ class MotionMatrix(TiledMatrix):
 
     @property
     def n_cells(self) -> int:
-        """The number of pairs of frames; of symmetric distances, those of one triangle."""
+        """The number of pairs of frames, in one triangle if symmetric."""
         if self.alignment == "frames":
             return len(self.X.poses) // self.X.n_motions * self.n_pairs
         n_frames = len(self.X.poses)
@@ -85,30 +84,20 @@ class MotionMatrix(TiledMatrix):
 
     @property
     def largest_edge(self) -> int:
-        """The number of motions that have, in the mean, ENCODED_AT_ONCE frames; a power of two."""
+        """About as many motions as have ENCODED_AT_ONCE frames; a power of two."""
         longest = max(self.X.lengths.mean(), self.columns.lengths.mean())
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
 
     def fingerprint(self) -> dict[str, Any]:
-        return self.kind() | {"X": digest(*self.X), "Y": "X" if self.Y is None else digest(*self.Y)}
-
-    def kind(self) -> dict[str, Any]:
-        """Return what identifies the distance of two motions, as `fingerprint` does, without the motions."""
         return metric_fingerprint(self.metric) | {
             "dtype": self.dtype.str,
             "alignment, window or normalize": [self.alignment, self.paths.window, self.normalize],
             "skeleton": digest(*self.metric.tree_for(self.skeleton)),
+            "X": digest(*self.X),
+            "Y": "X" if self.Y is None else digest(*self.Y),
         }
 
-    def part(self, rows: np.ndarray, columns: np.ndarray | None) -> "MotionMatrix":
-        """Return the matrix of some rows and some columns; None is the motions of the rows among each other."""
-        part = copy.copy(self)
-        part.X, part.Y = self.X.take(rows), None if columns is None else self.columns.take(columns)
-        part.shape = part.X.n_motions, part.columns.n_motions
-        return part
-
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
-        """Return the distances of a tile, in `out` if that is given, and how many geodesics did not converge."""
         rows, columns = self.X.slice(tile.top, tile.bottom), self.columns.slice(tile.left, tile.right)
         diagonal = self.symmetric and tile.top == tile.left
         if self.alignment == "frames":
@@ -120,20 +109,17 @@ class MotionMatrix(TiledMatrix):
         if diagonal:
             mirror(sums, n_jobs)
         if self.normalize:
-            sums /= self._frames_counted(rows.lengths[:, np.newaxis], columns.lengths)
+            n = rows.lengths[:, np.newaxis]
+            sums /= n + columns.lengths if self.alignment == "dtw" else n
         if out is None:
             return sums.astype(self.dtype, copy=False), unconverged
         out[...] = sums
         return out, unconverged
 
-    def _frames_counted(self, n: np.ndarray, m: np.ndarray) -> np.ndarray:
-        """Return by what the sums are divided."""
-        return n + m if self.alignment == "dtw" else n
-
     def _sums_of_frames(
         self, rows: Sequences, columns: Sequences | None, n_jobs: int
     ) -> tuple[np.ndarray, Unconverged]:
-        """Return the sums of the distances of equal frames; all motions have equally many."""
+        """Sums of the distances between frames i of both motions, all of equal length."""
         n_rows, n_columns = rows.n_motions, (rows if columns is None else columns).n_motions
         sums, parts = np.zeros((n_rows, n_columns)), []
         X = rows.poses.reshape(n_rows, -1, rows.poses.shape[1])
@@ -149,7 +135,6 @@ class MotionMatrix(TiledMatrix):
     def _tasks(
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
-        """Yield the tasks of a tile as functions to call."""
         metric, loop, tree = self.metric, warp_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
         X = self._encode(rows.poses)
         Y = loops.in_lanes(X if diagonal else self._encode(columns.poses))
@@ -166,18 +151,18 @@ class MotionMatrix(TiledMatrix):
 
 
 def work_per_cell(metric: Metric, skeleton: Skeleton | None, motions: Sequences) -> float:
-    """Return the work of a pair of frames, in the unit of `skpose._parallel.tasks`."""
+    """The work of a pair of frames, in the unit of `skpose._parallel.tasks`."""
     return WORK_PER_CELL + metric.n_codes(metric.tree_for(skeleton), motions.poses.shape[1]) * metric.measure_work
 
 
 def share_of_band(window: float | None) -> float:
-    """Return the share of all pairs of frames that are in the band, of long motions."""
+    """The share of all pairs of frames inside the band, for long motions."""
     w = 1.0 if window is None else min(1.0, window)
     return max(0.01, w * (2.0 - w))
 
 
 def motion_pairs(n: np.ndarray, m: np.ndarray, triangle: bool, most_cells: float) -> Iterator[MotionPairs]:
-    """Yield ranges of rows of n frames and columns of m frames: no more than so many cells each, or one pair."""
+    """Yield ranges of rows and columns of at most `most_cells` cells, or of one pair; n and m are numbers of frames."""
     ends_n, ends_m = np.cumsum(n), np.cumsum(m)
 
     def end_of(ends: np.ndarray, start: int, most: float) -> int:

@@ -1,12 +1,13 @@
-"""Mean motions: a typical motion whose bones keep their lengths, and how much the motions differ from it."""
+"""Mean motions: a typical motion whose bones keep their lengths, and the variation about it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
 from typing import Any, Literal
 
 import numpy as np
 from joblib import effective_n_jobs
+from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import Interval, validate_params
@@ -19,14 +20,20 @@ from skpose.metrics._shared import METRIC_CONSTRAINTS, require, resolve, warn_of
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
-from skpose.motions._mean_root import check_roots, mean_root
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import interpolate_poses
+from skpose.skeleton._shared import (
+    continuous_root_angles,
+    find_root_joint,
+    heading,
+    interpolate_poses,
+    join_seen,
+    root_orientations,
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeanMotion:
-    """A mean of motions, as `mean_motion` finds it.
+    """A mean of motions, from `mean_motion`.
 
     Attributes
     ----------
@@ -35,30 +42,29 @@ class MeanMotion:
     poses : ndarray of shape (n_frames, n_dofs)
         The mean: joint angles, rad.
     frame_rate : float or None
-        Frames per second, Hz; None where the motions were arrays.
+        Frames per second, Hz; None for arrays.
     std : ndarray of shape (n_frames,)
-        How much each phase varies: root of the mean squared distance between a frame and the poses aligned to it, m.
+        Root mean squared distance between each frame and the poses aligned to it, m.
     joint_std : ndarray of shape (n_frames, n_joints)
-        The same for the position of each joint, m, for every metric, and without the weights of the joints.
+        The same for the position of each joint, m, without the weights of the joints.
     n_poses : ndarray of shape (n_frames,) of int
-        Number of poses aligned to each frame: at least one of each motion.
+        Number of poses aligned to each frame, at least one of each motion.
     objectives : ndarray of shape (n_iter + 1,)
-        Sum of the squared distances along the paths of all motions, m²: from the motion that the mean starts at, and
-        after each iteration.
+        Sum of the squared distances along the paths of all motions, m², at the start and after each iteration.
     converged : bool
         Whether the objective stopped decreasing before `max_iter`.
     root_positions : ndarray of shape (n_frames, 3) or None
-        Mean positions of the root, m, see `mean_motion`; None where the motions were arrays, which have no root.
+        Mean positions of the root, m; None for arrays.
     root_angles : ndarray of shape (n_frames, k) or None
-        Mean rotations of the root, rad, about `root_axes`, as of a `Motion`.
+        Mean rotations of the root, rad, about `root_axes`, as in a `Motion`; None for arrays.
     root_axes : str
         Those of the motions.
     up : {"x", "y", "z"} or None
-        The axis of the world that points up, in all motions.
+        The axis of the world that points up; None for arrays.
     root_name : str
         The name of the root.
     seen : ndarray of shape (n_frames, n_joints) of bool or None
-        Joints that had positions in all frames that are aligned, where motions were fitted to them, see `Motion`.
+        Joints with positions in all aligned frames, if motions were fitted to positions, see `Motion`.
 
     Examples
     --------
@@ -89,12 +95,11 @@ class MeanMotion:
         return len(self.poses)
 
     def __repr__(self) -> str:
-        frames = f"{len(self)} frame{'s' if len(self) != 1 else ''}"
         state = "converged" if self.converged else "not converged"
         deviation = float(np.sqrt(np.average(self.std**2, weights=self.n_poses)))
-        iterations = f"{self.n_iter} iteration{'s' if self.n_iter != 1 else ''}"
         root = "root unknown" if self.up is None else f"{self.up} up"
-        return f"MeanMotion({frames}, {root}, standard deviation {deviation:.3f} m, {state} in {iterations})"
+        iterations = f"{state} in {self.n_iter} iterations"
+        return f"MeanMotion({len(self)} frames, {root}, standard deviation {deviation:.3f} m, {iterations})"
 
     @property
     def objective(self) -> float:
@@ -103,31 +108,31 @@ class MeanMotion:
 
     @property
     def n_iter(self) -> int:
-        """Iterations."""
+        """Number of iterations."""
         return len(self.objectives) - 1
 
     def to_motion(self, frame_rate: float | None = None) -> Motion:
-        """Return the mean as a motion, with the mean movement of the root.
+        """Convert the mean to a motion with the mean movement of the root.
 
-        Of arrays nothing is known of the root: it rests at the origin, with y up.
+        For arrays the root stays at the origin, with y up.
 
         Parameters
         ----------
         frame_rate : float, default=None
-            Frames per second, Hz. None is that of the motions; arrays have none, and need it.
+            Frames per second, Hz; arrays need it. None takes it from the motions.
 
         Returns
         -------
         Motion
-            With the poses of the mean.
+            The mean.
 
         See Also
         --------
-        Motion.to_cycle : Close a typical stride, or another movement that repeats, so that it can be looped.
+        Motion.to_cycle : Close a stride so that it can be looped.
         """
         frame_rate = self.frame_rate if frame_rate is None else frame_rate
         if frame_rate is None:
-            raise ValueError("to_motion needs frame_rate=, as the mean is one of arrays, which have none")
+            raise ValueError("to_motion needs frame_rate for a mean of arrays")
         check_frame_rate(frame_rate)
         motion = Motion(self.skeleton, self.poses, frame_rate)
         if self.up is None:
@@ -158,57 +163,54 @@ def mean_motion(
     tol: float = 1e-4,
     n_jobs: int | None = None,
 ) -> MeanMotion:
-    r"""Return the motion with the least squared distances to given motions, by dynamic time warping.
+    r"""Find the motion with the least squared distances to given motions, by dynamic time warping.
 
     DTW barycentre averaging [1]_, on the manifold of poses: with :math:`P_k` the monotone path that aligns motion k to
     the mean, whose frames are :math:`\mu_i`,
 
     .. math:: \min_{\mu, P} \sum_k \sum_{(i, j) \in P_k} d(\mu_i, a_{kj})^2.
 
-    Two steps alternate. All motions are aligned to the mean, and each frame of the mean moves to the `frechet_mean` of
-    the poses that are aligned to it: a pose, so that bones keep their lengths. Both lower the same sum; so it never
-    rises. For that the path is the best one for *squared* distances, unlike that of `motion_distances`.
+    Two steps alternate: all motions are aligned to the mean, and each frame of the mean moves to the `frechet_mean` of
+    the poses aligned to it, so bones keep their lengths. Neither step increases the sum. Unlike in `motion_distances`,
+    paths minimise *squared* distances.
 
     Parameters
     ----------
     motions : list of array-like or of Motion, MotionDataset, or array of shape (n_motions, n_frames, n_dofs)
-        Motions of shape (n_frames, n_dofs) each: joint angles, and rotation vectors of ball joints, rad. Lengths may
-        differ. Where they are Motions, the mean has a root that moves.
+        Motions of shape (n_frames, n_dofs): joint angles, and rotation vectors of ball joints, rad. Lengths may differ.
     skeleton : Skeleton, default=None
-        The skeleton of all motions, and of the mean. None is that of the `Motion` objects, where they differ their
-        mean, as ``MotionDataset.skeleton``; arrays need it.
+        The skeleton of all motions, and of the mean. None takes it from the `Motion` objects, or their mean as
+        ``MotionDataset.skeleton``; arrays need it.
     metric : str or Metric, default="position"
         The distance d between poses, as in `frechet_mean`: "position" or "geodesic". "auto" is "position".
     n_frames : int, default=None
-        Number of frames of the mean; None is that of the motion that it starts at.
+        Number of frames of the mean; None takes it from the motion it starts from.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of the paths, see `motion_distances`. None is no limit.
+        Sakoe–Chiba band of the paths, see `motion_distances`. None sets no limit.
     max_iter : int, default=100
-        Iterations at most.
+        Largest number of iterations.
     tol : float, default=1e-4
-        Decrease of the sum in an iteration, relative to the sum, at which the mean has converged.
+        Relative decrease of the sum in an iteration at which the mean has converged.
     n_jobs : int, default=None
         Threads, as in scikit-learn.
 
     Returns
     -------
     MeanMotion
-        The poses of the mean, and how much each phase and each joint varies.
+        The mean, and how much each phase and each joint varies.
 
     Raises
     ------
     TypeError
-        For one motion in the place of several, and for Motions and arrays together.
+        If `motions` is a single motion, or Motions and arrays are mixed.
     ValueError
-        For arrays without a skeleton, poses of the wrong width or not finite, motions of different frame rates,
-        skeletons that are not comparable; for Motions in which different axes of the world point up, or of which only
-        some have the whole orientation of the root in their poses, as after ``with_root("whole")`` and
-        ``with_root("tilt")``.
+        For arrays without a skeleton, and if the motions have different frame rates, up axes or skeletons that are not
+        comparable, or different parts of the root's orientation in their poses.
 
     Warns
     -----
     ConvergenceWarning
-        If `max_iter` was too small, or if geodesics did not converge. It is then still a motion.
+        If `max_iter` was too small, or geodesics did not converge.
     UserWarning
         If the poses look like degrees, see `pose_distances`.
 
@@ -220,20 +222,16 @@ def mean_motion(
 
     Notes
     -----
-    The mean starts at the medoid: the motion with the least sum of distances to the others, by `motion_distances` under
-    "position". It is a local minimum. Frames of the mean are phases of the movement, not equal times: the mean has the
-    frame rate of the motions, or with `n_frames` the duration of the medoid.
+    The mean starts from the medoid, the motion with the least sum of distances to the others under "position", and is a
+    local minimum. It has the frame rate of the motions, or with `n_frames` the duration of the medoid.
 
-    The *root* has no part in the alignment: it is averaged along the paths of the poses. Each motion is moved along the
-    floor, and rotated about the vertical, so that all begin at one place and with one heading; heights and tilts stay
-    as they are. Each frame then has the mean position and the mean rotation of the root in the frames that are aligned
-    to it, each motion counting the same. The mean begins above the origin, with heading zero. Positions are those of
-    the motions, in m, on each skeleton that they are put on.
+    The *root* is not part of the alignment, but averaged along the paths. Each motion is moved along the floor and
+    rotated about the vertical, so that all begin at one place with one heading; heights and tilts stay. Each frame has
+    the mean position and rotation of the root in the frames aligned to it, with equal weight for each motion. The mean
+    begins above the origin with heading zero.
 
-    An iteration takes O(n_frames · frames of all motions) distances between poses, and a fraction of a millisecond for
-    each frame whose poses have changed. "geodesic" computes only those distances that "position", a lower bound, does
-    not exclude from the path, and some ten geodesics for each aligned pose: milliseconds each, so minutes for some
-    motions of 100 frames. Lower frame rates cost less: 12 to 30 Hz are enough for most actions.
+    An iteration takes O(n_frames · frames of all motions) distances between poses. "geodesic" also takes some ten
+    geodesics per aligned pose, so minutes for some motions of 100 frames. 12 to 30 Hz are enough for most actions.
 
     References
     ----------
@@ -242,13 +240,13 @@ def mean_motion(
 
     Examples
     --------
-    The typical stride of a generated walk, and the joint whose place varies most:
+    The typical stride of a generated walk, and the joint that varies most:
 
     >>> from skpose.motions import mean_motion, segment_repetitions
     >>> from skpose.datasets import make_gait
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=0)[0]
     >>> mean = mean_motion(segment_repetitions(walk).motions)
-    >>> mean.to_motion()  # of a person who walks on the spot, as these are generated
+    >>> mean.to_motion()
     Motion(22 frames at 20 Hz, 1.1 s, y up, Skeleton(n_joints=22, n_dofs=42))
     >>> mean.skeleton.joint_names[mean.joint_std.mean(axis=0).argmax()]
     'right_toes'
@@ -257,14 +255,11 @@ def mean_motion(
     checked = check_motions({"motions": motions}, skeleton)[0]
     skeleton, frame_rate = checked.skeleton, checked.frame_rate
     if skeleton is None:
-        raise ValueError(
-            "mean_motion needs a skeleton to place the joints, got arrays and skeleton=None: pass the Skeleton that "
-            "the poses belong to, or Motions"
-        )
+        raise ValueError("mean_motion needs skeleton for arrays")
     chosen = resolve(metric, skeleton, auto="position")
     require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _why_not_of_motions)
     given = list(motions) if frame_rate is not None else []  # arrays have no root
-    check_roots(given)
+    _check_roots(given)
     sequences = checked.sequences.in_float64()
     warn_of_degrees(None, skeleton, motions=sequences.poses)
     mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
@@ -282,44 +277,100 @@ def mean_motion(
         converged = bool(objectives[-1] >= (1.0 - tol) * objectives[-2])
     if not converged:
         warn(
-            f"the mean motion did not converge: its objective still fell by more than tol={tol:g} of itself after "
-            f"max_iter={max_iter} iterations; raise max_iter, or tol. It is a motion nevertheless",
+            f"the mean motion did not converge to tol={tol:g} in max_iter={max_iter} iterations",
             ConvergenceWarning,
         )
     if barycenter.unconverged:
         warn(
-            f"in {len(barycenter.unconverged)} of {len(mean)} frames the mean of the poses that are aligned to it did "
-            "not converge; it is no farther from them than before. A narrower window or fewer frames may help",
+            f"the mean pose of {len(barycenter.unconverged)} of {len(mean)} frames did not converge",
             ConvergenceWarning,
         )
     warn_of_unconverged([aligned.unconverged], aligned.n_geodesics)
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
     joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
-    root = mean_root(given, aligned) if given else ()
-    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, *root)
+    root = _mean_root(given, aligned) if given else {}
+    return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
 
 
 def _why_not_of_motions(metric: Metric) -> str:
-    """Return why no mean of motions can be found under a metric; empty where one can."""
+    """Why a metric has no mean motions; empty if it has."""
     if reason := metric.why_no_means():
         return reason
     if metric.lower_bound() != Position():
-        return "the chord is no lower bound of it"
+        return "the chord is not a lower bound of it"
     return "" if metric.has_gradients else "its sums of squares have kinks"
 
 
 def _medoid(sequences: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int | None) -> int:
-    """Return the motion with the least sum of distances to the others; of equal ones the first."""
+    """The first motion with the least sum of distances to the others."""
     matrix = MotionMatrix(sequences, None, Position(), skeleton, window=window)
     distances, _ = matrix.write(None, n_jobs)
     return int(distances.sum(axis=0).argmin())
 
 
 def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: Skeleton) -> np.ndarray:
-    """Return the standard deviation of each joint (n_frames, n_joints) about the mean's, m."""
+    """Standard deviation of each joint's position (n_frames, n_joints) about the mean, m."""
     squares = np.zeros((len(mean), skeleton.n_joints))
     at, positions = forward_kinematics(mean, skeleton), forward_kinematics(poses, skeleton)
     for frame, group in enumerate(aligned.groups()):
         squares[frame] = ((positions[group] - at[frame]) ** 2).sum(axis=2).mean(axis=0)
     return np.sqrt(squares)
+
+
+def _check_roots(motions: Sequence[Motion]) -> None:
+    """Refuse motions with different up axes, or with different parts of the root's orientation in their poses."""
+    for i, motion in enumerate(motions):
+        first = motions[0]
+        if motion.up != first.up:
+            raise ValueError(f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": rotate one of them')
+        axes, others = (set(one.root_axes.lower()) for one in (first, motion))
+        if axes != others and find_root_joint(motion.skeleton):
+            raise ValueError(f"motions[0] and motions[{i}] differ in root axes: call without_root() of all")
+
+
+def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
+    """Average the roots, each relative to the place and heading at which its motion begins.
+
+    Each motion has the same weight in each frame, however many of its frames are aligned there; otherwise the mean
+    would jump where these numbers change.
+    """
+    first = motions[0]
+    orientations: list[Rotation] = []
+    positions = []
+    for motion in motions:
+        own = root_orientations(motion.root_angles, motion.root_axes)
+        # Relative to the first motion: bones that point down at angle zero have no heading of their own.
+        begin = own[:1] if not orientations else orientations[0][:1]
+        back = Rotation.from_euler(first.up, -heading(own[:1] * begin.inv(), first.up))
+        orientations.append(back * own)
+        positions.append(back.apply(motion.root_positions - motion.root_positions[0] * _on_floor(first.up)))
+    everywhere, places = Rotation.concatenate(orientations), np.concatenate(positions)
+    motion_of = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
+    means, mean_places = [], []
+    for rows in aligned.groups():
+        counts = np.bincount(motion_of[rows], minlength=len(motions))
+        weights = 1.0 / (len(motions) * counts[motion_of[rows]])
+        means.append(everywhere[rows].mean(weights))
+        mean_places.append(weights @ places[rows])
+    mean = Rotation.concatenate(means)
+    back = Rotation.from_euler(first.up, -heading(mean[:1], first.up))
+    angles, axes = continuous_root_angles(back * mean, first.root_axes)
+    there = np.array(mean_places)
+    there = back.apply(there - there[0] * _on_floor(first.up))
+    seen = join_seen([motion.seen for motion in motions], list(map(len, motions)))
+    if seen is not None:
+        seen = np.stack([seen[rows].all(axis=0) for rows in aligned.groups()])
+    return {
+        "root_positions": there,
+        "root_angles": angles,
+        "root_axes": axes,
+        "up": first.up,
+        "root_name": first.root_name,
+        "seen": seen,
+    }
+
+
+def _on_floor(up: str) -> np.ndarray:
+    """1 for axes along the floor and 0 for the one that points up."""
+    return np.array([float(axis != up) for axis in "xyz"])

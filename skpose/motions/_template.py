@@ -1,4 +1,8 @@
-"""The search for the segment of a motion that its repetitions resemble most, from the distances between its frames."""
+"""The search for the segment of a motion that its repetitions resemble most, from the distances between its frames.
+
+Up to 2,000 frames all distances are computed once. For longer motions they are computed on demand, which bounds memory,
+and every k-th frame gives the typical distance.
+"""
 
 from collections.abc import Iterable
 from functools import partial
@@ -6,49 +10,132 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from joblib import effective_n_jobs
 
 from skpose._compiled.path.family import comes_back, first_far, fitness_of, segments_of
 from skpose._parallel.threads import in_threads
-from skpose.motions._frames import Frames
+from skpose.metrics import Metric
+from skpose.metrics._shared import DistanceMatrix, Unconverged, paired_distances
+from skpose.skeleton import Skeleton
 
-# Chosen on two people of HDM05 (`benchmarks/repetitions.py`): of 64 joined recordings 56 are right. With BACK of 0.5 to
-# 0.9, PART of 0.75 or none, EXTENT of 0.7 to 1.1, MULTIPLE from 0.8, SHORTER of 0.5 to 0.7, LONGEST_PAUSE of 0.35 to
-# 0.75, HELD from 1.1, and REFINED of 1 to 10, one by one, it is 55 to 57; with ZERO of 0.7 it is 42, with 1.1 it is 58,
-# for which the controls, of motions that do not repeat, have not been measured. Circles whose period is no whole number
-# of frames need MULTIPLE of 0.9 or less, and SHORTER of 0.6 or more.
+FAST, FAR = 0.95, 0.95  # quantiles of speeds, and of distances between frames, that count as large
+NEAR = 0.25  # quantile of distances that counts as small
+TRAVEL = 0.3  # speed is measured over enough frames for fast ones to travel this share of a far distance
+STILL = 0.2  # speed below which a frame is still, relative to a fast one
+# Tuned on 64 joined recordings of two people of HDM05; 56 are right, and 55 to 58 with other values.
 # Relative to the median distance between moving frames:
-ZERO = 0.9  # distance of similarity zero
-EXTENT = 0.9  # distance that a template must have between two of its frames: a pose that lasts is no movement
-# Relative to the distance of the template's first frame from the one that is farthest from it:
-BACK = 0.7  # distance of the first frame from the last, or from the one behind it: a half of a movement has 1
-PART = 0.85  # likewise of a segment of its family, which may be cut a little worse: with more it is a part
-# Candidates for templates: lengths in a geometric series, and those that are asked for, starts a part of the length
-# apart, and behind and ahead of pauses.
+ZERO = 0.9  # distance at which similarity is zero
+EXTENT = 0.9  # least distance between two frames of a template: a lasting pose is not a movement
+# Relative to the largest distance from the template's first frame:
+BACK = 0.7  # largest distance of the last frame, or the next, from the first one
+PART = 0.85  # the same for other segments, which may be cut a little worse
+# Candidates for templates have lengths in a geometric series and start a part of their length apart.
 LEAST_LENGTH, GROWTH, STARTS_PER_LENGTH = 5, 1.15, 4
-REFINED = 3  # the best of them, whose start and length are then varied in steps from an eighth of the length to 1
-# Long motions, of which every frame, every second, every fourth is looked at, section by section:
-LONGEST = 256  # template in a section: with eight of them, it has enough to choose from
-SHORTEST = 16  # template, where frames are left out, in frames that are not: start and stop are exact to a sixteenth
-RATED = 10  # templates of each section, and of each size of all sections, which are compared with the whole motion,
-COARSELY = 4  # in so many times as large steps as memory would allow: this only ranks them
-# A template is the movement several times if one explains nearly as much that is shorter and more frequent:
-MULTIPLE, SHORTER = 0.9, 0.6  # times as much, and times as long: half as long, and a little for rounding
-SLIVER = 0.25  # of a segment: the most that is cut off behind a pause
-# Relative to the frames of the template that move:
-LONGEST_PAUSE = 0.5  # within a repetition, unless the fitness with longer ones is so many times as large:
-HELD = 1.25
-SHORTEST_PAUSE = 0.25  # between repetitions: what is shorter is a turn, not a pause
+REFINED = 3  # best candidates whose start and length are refined, in steps from an eighth of the length to 1
+# Of long motions every frame, every second, every fourth is searched, section by section:
+LONGEST = 256  # template in a section
+SHORTEST = 16  # template if frames are left out: start and stop are exact to a sixteenth
+RATED = 10  # templates of each section, and of each size, that are rated on the whole motion,
+COARSELY = 4  # in this many times as large steps as memory would allow
+# A template is the movement several times if another explains nearly as much that is shorter and more frequent:
+MULTIPLE, SHORTER = 0.9, 0.6  # times as much, and times as long
+SLIVER = 0.25  # largest share of a segment that is cut off at a pause
+LONGEST_PAUSE = 0.5  # within a repetition, in moving frames of the template
+
+
+class Frames:
+    """The frames of a motion.
+
+    Attributes
+    ----------
+    is_moving : ndarray of shape (n,) of bool
+        Whether each frame moves.
+    median, near : float
+        Median distance between moving frames, zeros included, and a small distance above zero.
+    unconverged : list of Unconverged, n_pairs : int
+        Distances that did not converge, and the number of all.
+    """
+
+    most = 2000  # frames with all distances in memory
+
+    def __init__(self, poses: np.ndarray, metric: Metric, skeleton: Skeleton | None, n_jobs: int | None):
+        self.n = len(poses)
+        self.unconverged: list[Unconverged] = []
+        self.n_pairs = 0
+        self._given = poses, metric, skeleton, n_jobs
+        self._all: np.ndarray | None = None
+        some = np.arange(0, self.n, -(-self.n // self.most))
+        distances = self._measure(some, None)
+        if len(some) == self.n:
+            self._all = distances
+        self.is_moving = self._find_moving(some, np.quantile(distances, FAR))
+        moving = self.is_moving[some]
+        distances = distances[np.ix_(moving, moving)].astype(np.float64)
+        positive = distances[distances > 0.0]
+        self.median = float(np.median(distances)) if len(distances) else 0.0
+        self.near = float(np.quantile(positive, NEAR)) if len(positive) else 0.0
+
+    def moving(self, every: int) -> np.ndarray:
+        """The moving ones of every k-th frame."""
+        return np.flatnonzero(self.is_moving[::every]) * every
+
+    def sections(self, every: int, n: int | None = None) -> list[np.ndarray]:
+        """These in sections with distances that fit into memory, or n of the sections, spread evenly."""
+        moving = self.moving(every)
+        n_sections = -(-len(moving) // self.most)
+        sections = np.array_split(moving, max(1, n_sections))
+        chosen = np.linspace(0, len(sections) - 1, min(len(sections), n or len(sections)))
+        return [sections[i] for i in chosen.astype(int)]
+
+    def distances(self, rows: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
+        """Distances of some frames from others, or from each other."""
+        if self._all is not None:
+            return self._all[np.ix_(rows, rows if columns is None else columns)].astype(np.float64)
+        return self._measure(rows, columns).astype(np.float64, copy=False)
+
+    def _measure(self, rows: np.ndarray, columns: np.ndarray | None) -> np.ndarray:
+        poses, metric, skeleton, n_jobs = self._given
+        others = None if columns is None else poses[columns]
+        distances, unconverged = DistanceMatrix(poses[rows], others, metric, skeleton).write(None, n_jobs)
+        self.unconverged += unconverged
+        self.n_pairs += distances.size
+        return distances
+
+    def _find_moving(self, some: np.ndarray, far: float) -> np.ndarray:
+        """Find the moving frames by their speeds, the distances between the frames `reach` before and after each."""
+        reach = 1
+        while True:
+            speeds = self._speeds(some, reach)
+            fast = np.quantile(speeds, FAST)
+            if fast >= TRAVEL * far or reach > self.n // 8:
+                break
+            reach += 1 + reach // 4
+        if len(some) < self.n:
+            speeds = self._speeds(np.arange(self.n), reach)
+        return speeds > STILL * fast
+
+    def _speeds(self, frames: np.ndarray, reach: int) -> np.ndarray:
+        """Distances over twice `reach` frames, fewer at both ends."""
+        before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, self.n - 1)
+        return self._apart(before, after) * (2 * reach / np.maximum(after - before, 1))
+
+    def _apart(self, some: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Distances between paired frames."""
+        if self._all is not None:
+            return self._all[some, others]
+        poses, metric, skeleton, n_jobs = self._given
+        return paired_distances(poses[some], poses[others], skeleton, metric, effective_n_jobs(n_jobs))
 
 
 class Limits(NamedTuple):
-    """The numbers of frames that a template may have, those that are still among them."""
+    """The least and the largest number of frames of a template, still frames included."""
 
     least: float
     most: float
 
 
 class Template(NamedTuple):
-    """A segment of some frames that move, and how well it explains them."""
+    """A segment of some moving frames, and its fitness."""
 
     fitness: float
     start: int
@@ -56,12 +143,11 @@ class Template(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A template in frames of the motion, its first and its last, and how well it explains the frames around it."""
+    """A template by its first and last frame in the motion, and its fitness among the frames around it."""
 
     fitness: float
     first: int
     last: int
-    is_held: bool  # whether its repetitions may have pauses of any length, and it one that is shorter than one outside
     n_repetitions: int = 0
 
     @property
@@ -70,25 +156,27 @@ class Segment(NamedTuple):
 
     @property
     def relative_fitness(self) -> float:
-        """The fitness relative to that of as many equal repetitions which are all there is."""
+        """The fitness relative to a motion of as many equal repetitions and nothing else."""
         return self.fitness / (1 - 1 / max(self.n_repetitions, 2))
 
     def is_part_of(self, other: "Segment") -> bool:
-        """Return whether another one is this one several times: it is shorter, and repeats more often."""
+        """Whether the other template is this one several times: this one is shorter and repeats more often."""
         return self.length <= SHORTER * other.length and self.n_repetitions * SHORTER >= other.n_repetitions
 
 
 class Found(NamedTuple):
-    """The repetitions of a template, in frames of the whole motion."""
+    """The repetitions of a template in frames of the whole motion."""
 
-    segments: np.ndarray  # (n_repetitions, 2) first frame, and the one behind the last
+    segments: np.ndarray  # (n_repetitions, 2) start and stop
     distances: np.ndarray  # (n_repetitions,) mean distance from the template
     template: int | None
-    pauses: np.ndarray  # (n_pauses, 2) first still frame, and the one behind the last
+
+
+NOTHING = Found(np.zeros((0, 2), dtype=np.int64), np.zeros(0), None)
 
 
 class Templates:
-    """All segments of a section as templates: of every k-th frame of a motion, some of those that move."""
+    """All segments of a section as templates; a section has every k-th frame of a motion that moves."""
 
     def __init__(self, frames: Frames, section: np.ndarray, every: int, limits: Limits):
         distances = frames.distances(section)
@@ -98,55 +186,53 @@ class Templates:
         self.reach = first_far((distances >= EXTENT * frames.median) & (distances > 0.0))
         self.pauses = _still_before(section, every)
 
-    def best(self, lengths: Iterable[int], is_held: bool, n_refined: int, n_jobs: int) -> list[Segment]:
-        """Return the fittest template of each length, of which the best are refined and the others left out."""
+    def best(self, lengths: Iterable[int], n_refined: int, n_jobs: int) -> list[Segment]:
+        """The fittest templates of different lengths, refined."""
         found: list[Template] = []
 
         def rate(length: int) -> None:
-            starts = self._starts(length, is_held)
-            found.append(
-                max((self._rate(start, length, is_held) for start in starts), default=Template(0.0, 0, length))
-            )
+            starts = self._starts(length)
+            found.append(max((self._rate(start, length) for start in starts), default=Template(0.0, 0, length)))
 
         in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
         found = [one for one in sorted(found, reverse=True) if one.fitness > 0.0]
         most = SHORTER * found[0].length if found else 0
         chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
-        refined = {self._refine(one, is_held) for one in chosen}
+        refined = {self._refine(one) for one in chosen}
         ends = [(one, self.frames[[one.start, one.start + one.length - 1]].tolist()) for one in refined]
-        return [Segment(one.fitness, first, last, is_held) for one, (first, last) in ends]
+        return [Segment(one.fitness, first, last) for one, (first, last) in ends]
 
-    def _starts(self, length: int, is_held: bool) -> Iterable[int]:
-        """Return where templates of a length begin that are rated: behind or ahead of a pause, others if not held."""
+    def _starts(self, length: int) -> list[int]:
+        """Starts of the templates of a length that are rated: evenly spread, and next to pauses."""
         behind = np.flatnonzero(self.pauses > LONGEST_PAUSE * length)
-        steps = range(0, 0 if is_held else self.n - length + 1, max(1, length // STARTS_PER_LENGTH))
+        steps = range(0, self.n - length + 1, max(1, length // STARTS_PER_LENGTH))
         return np.unique([*behind, *(behind - length), *steps]).astype(int).tolist()
 
-    def _rate(self, start: int, length: int, is_held: bool) -> Template:
-        """Return a template with its fitness, zero for one that is not allowed."""
-        fitness, longest = 0.0, np.inf if is_held else LONGEST_PAUSE * length
-        if self._is_allowed(start, length, is_held):
+    def _rate(self, start: int, length: int) -> Template:
+        """A template with its fitness, zero if it is not allowed."""
+        fitness = 0.0
+        if self._is_allowed(start, length):
+            longest = LONGEST_PAUSE * length
             fitness = fitness_of(self.similarities, self.pauses, longest, start, start + length, start)
         return Template(fitness, start, length)
 
-    def _is_allowed(self, start: int, length: int, is_held: bool) -> bool:
+    def _is_allowed(self, start: int, length: int) -> bool:
         stop = start + length
         if not (0 <= start <= self.n - length and LEAST_LENGTH <= length <= self.n // 2):
             return False
         if self.reach[start] >= stop or not comes_back(self.similarities, start, stop, BACK):
             return False
-        outside = max(self.pauses[start], self.pauses[stop] if stop < self.n else 0)
-        if self.pauses[start + 1 : stop].max() > (outside if is_held else LONGEST_PAUSE * length):
+        if self.pauses[start + 1 : stop].max() > LONGEST_PAUSE * length:
             return False
         first, last = _trim_slivers(self.frames[start:stop])
         return self.limits.least <= last - first + self.every - 1 <= self.limits.most
 
-    def _refine(self, template: Template, is_held: bool) -> Template:
-        """Return the best template near one."""
+    def _refine(self, template: Template) -> Template:
+        """The best template near one."""
         step = max(1, template.length // 8)
         while step and template.fitness > 0.0:
             near = [
-                self._rate(template.start + shift, template.length + growth, is_held)
+                self._rate(template.start + shift, template.length + growth)
                 for shift in (-step, 0, step)
                 for growth in (-step, 0, step)
             ]
@@ -159,7 +245,7 @@ class Templates:
 
 
 class Explanation:
-    """A template, and how it explains the whole motion; of long ones every k-th frame, so that memory is bounded."""
+    """A template and how it explains the whole motion, of long ones every k-th frame, so that memory is bounded."""
 
     def __init__(self, frames: Frames, segment: Segment, coarsely: float = 1.0):
         first, last = segment.first, segment.last
@@ -171,21 +257,18 @@ class Explanation:
         self.n = len(self.frames)
         self.pauses = _still_before(self.frames, self.every)
         self.start, self.stop = (int(i) for i in np.searchsorted(self.frames, [first, last + 1]))
+        self.length = self.stop - self.start
         self.similarities = _similarities(frames, frames.distances(self.frames, self.frames[self.start : self.stop]))
-        self.longest = np.inf if segment.is_held else LONGEST_PAUSE * self.length
+        self.longest = LONGEST_PAUSE * self.length
         self.fitness = fitness_of(self.similarities, self.pauses, self.longest, 0, self.length, self.start)
 
-    @property
-    def length(self) -> int:
-        return self.stop - self.start
-
     def rate(self) -> Segment:
-        """Return the template with how well it explains the whole, and how often it is there."""
+        """The template with its fitness in the whole motion, and its number of repetitions."""
         n = 1 + len(self._segments(0, self.start)[0]) + len(self._segments(self.stop, self.n)[0])
         return self.segment._replace(fitness=self.fitness, n_repetitions=n)
 
     def repetitions(self) -> Found:
-        """Return the template and the segments of its path families, in their order."""
+        """The template and the segments of its path families, in order."""
         before, near_before = self._segments(0, self.start)
         after, near_after = self._segments(self.stop, self.n)
         rows = np.concatenate([before, [(self.start, self.stop)], after])
@@ -193,21 +276,20 @@ class Explanation:
         is_template = np.arange(len(rows)) == len(before)
         whole = is_template | [self._comes_back(first, stop) for first, stop in rows]
         if whole.sum() < 2:
-            return nothing(self.of)
+            return NOTHING
         segments = np.array([_trim_slivers(self.frames[first:stop]) for first, stop in rows[whole]])
         segments[:, 1] = np.minimum(segments[:, 1] + self.every - 1, self.of.n)
         distances = ZERO * self.of.median * np.maximum(0.0, 1.0 - similarities[whole])
-        least = max(1.0, SHORTEST_PAUSE * self.length * self.every)
-        return Found(segments, distances, int(is_template[whole].argmax()), pauses(self.of, segments, least))
+        return Found(segments, distances, int(is_template[whole].argmax()))
 
     def _comes_back(self, first: int, stop: int) -> bool:
-        """Return whether a segment comes back, as a template must: a path may go through a part of it twice as fast."""
+        """Whether a segment comes back, as a template must: a path may go through a part of it twice as fast."""
         distances = self.of.distances(self.frames[first : first + 1], self.frames[first : stop + 1])[0]
         length = stop - first
         return bool(distances[length - 1 :].min() <= PART * distances[:length].max())
 
     def _segments(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the segments of the template in some frames, and their mean similarities: between long pauses each."""
+        """The segments of the template in some frames, between long pauses, and their mean similarities."""
         cuts = first + np.flatnonzero(self.pauses[first:last] > self.longest)
         edges = [first, *cuts[cuts > first], last]
         found = [segments_of(self.similarities, i, j, 0, self.length) for i, j in pairwise(edges)]
@@ -216,10 +298,10 @@ class Explanation:
 
 
 def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
-    """Return the template that explains most of a motion; None where nothing repeats.
+    """The template that explains most of a motion; None if nothing repeats.
 
-    Templates are looked for among all frames in sections, among every second frame in half as many, and so on, until
-    one section has all: where movements are short, and where they are long or rare.
+    Templates are searched among all frames in sections, then among every second frame in half as many, and so on, until
+    one section has all.
     """
     found: list[Segment] = []
     every, is_last = 1, False
@@ -231,18 +313,10 @@ def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
         lengths = sorted({*_lengths(shortest, longest), *asked_for})
         for section in sections:
             templates = Templates(frames, section, every, limits)
-            for is_held in (False, True):
-                if not is_held or templates.pauses.max(initial=0) > LONGEST_PAUSE * LEAST_LENGTH:
-                    found += templates.best(lengths, is_held, REFINED if every == 1 and is_last else RATED, n_jobs)
+            found += templates.best(lengths, REFINED if every == 1 and is_last else RATED, n_jobs)
         every *= 2
-    best, held = (_best_of(frames, [one for one in found if one.is_held == is_held]) for is_held in (False, True))
-    return held if held is not None and (best is None or held.fitness > HELD * best.fitness) else best
-
-
-def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
-    """Return the segment that explains most of the motion, one of those that explain most of their section."""
     of_size: dict[int, list[Segment]] = {}
-    for one in sorted(segments, reverse=True):
+    for one in sorted(found, reverse=True):
         of_size.setdefault(one.length.bit_length(), []).append(one)
     rated = [Explanation(frames, one, COARSELY).rate() for similar in of_size.values() for one in similar[:RATED]]
     if not rated:
@@ -254,27 +328,12 @@ def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
     return Explanation(frames, best)
 
 
-def nothing(frames: Frames) -> Found:
-    """Return no repetition, and all pauses."""
-    none = np.zeros((0, 2), dtype=np.int64)
-    return Found(none, np.zeros(0), None, pauses(frames, none, LEAST_LENGTH))
-
-
-def pauses(frames: Frames, segments: np.ndarray, least: float) -> np.ndarray:
-    """Return the runs of still frames outside of the segments that have at least so many frames."""
-    is_still = ~frames.is_moving
-    for first, last in segments:
-        is_still[first:last] = False
-    edges = np.flatnonzero(np.diff(is_still, prepend=False, append=False)).reshape(-1, 2)
-    return edges[np.ptp(edges, axis=1) >= least]
-
-
 def _similarities(frames: Frames, distances: np.ndarray) -> np.ndarray:
     return 1.0 - distances / (ZERO * frames.median) if frames.median > 0.0 else np.ones(distances.shape)
 
 
 def _still_before(frames: np.ndarray, every: int) -> np.ndarray:
-    """Return how many still frames, of every k-th, are before each one that moves."""
+    """The number of still frames, of every k-th, before each moving one."""
     return np.diff(frames, prepend=frames[:1] - every) // every - 1
 
 
@@ -286,10 +345,9 @@ def _lengths(shortest: int, longest: int) -> list[int]:
 
 
 def _trim_slivers(frames: np.ndarray) -> tuple[int, int]:
-    """Return the first frame of a segment, given those of it that move, and the one behind its last.
+    """Start and stop of a segment, given its moving frames.
 
-    What lies at an edge, apart from the rest by a pause that is longer than itself, belongs to the repetition before or
-    behind: a template explains no less with a few frames of it.
+    A few frames at an edge, separated from the rest by a pause longer than themselves, belong to another repetition.
     """
     most = int(SLIVER * len(frames))
     before, behind = np.arange(1, most + 1), np.arange(len(frames) - most, len(frames))

@@ -1,26 +1,24 @@
 """Distances to the training motions as a step of a scikit-learn pipeline."""
 
-import os
 from typing import ClassVar
 
-from joblib import Memory
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import fit_context
+from skpose.metrics._shared import warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
-from skpose.motions._memory import folder_of
+from skpose.motions._matrix import MotionMatrix
 from skpose.preprocessing._shared import KERNEL_CONSTRAINTS, KernelMixin
 
 
 class MotionDistanceTransformer(
     KernelMixin, MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
 ):
-    r"""Transform whole motions to their distances from the training motions, or to a kernel of these distances.
+    r"""Transform motions to their distances from the training motions, or to a kernel of these distances.
 
-    The result is what scikit-learn calls precomputed, so that every estimator that takes a matrix of distances or a
-    kernel works on motions of different lengths::
+    Any estimator that takes precomputed distances or a precomputed kernel then works on motions of different lengths::
 
         make_pipeline(MotionDistanceTransformer(skeleton, kernel="rbf"), SVC(kernel="precomputed"))
         make_pipeline(MotionDistanceTransformer(skeleton), SpatialMDS(metric="precomputed"))
@@ -28,27 +26,24 @@ class MotionDistanceTransformer(
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all motions. None is that of the `Motion` objects of `fit`, where they differ their mean; arrays
-        need it, but for "angle".
+        The skeleton of all motions. None takes it from the `Motion` objects of `fit`, or their mean; arrays need it
+        except for "angle".
     metric : str or Metric, default="auto"
-        The distance between frames, see `motion_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
+        The distance between frames, see `motion_distances`; "auto" is "spatial" with a skeleton, else "angle" with a
         warning.
     alignment : {"dtw", "subsequence", "frames"}, default="dtw"
-        "dtw" warps the whole of both motions, "subsequence" looks for the motion of X inside the training motion, and
-        "frames" takes the pairs (i, i) of motions of equal length, see `motion_distances`.
+        "dtw" warps both motions as a whole, "subsequence" finds the motion of X inside the training motion, "frames"
+        compares the frames i of motions of equal length, see `motion_distances`.
     window : float between 0 and 1, default=None
-        Sakoe–Chiba band of "dtw", as a share of the durations; None is no limit.
+        Sakoe–Chiba band of "dtw", as a share of the durations; None sets no limit.
     kernel : {"rbf", "laplacian"} or None, default=None
-        None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Under
-        dynamic time warping neither need be positive semidefinite, see `psd`.
+        None gives distances d, "rbf" gives :math:`\exp(-\gamma d^2)` and "laplacian" :math:`\exp(-\gamma d)`. Kernels
+        of dynamic time warping need not be positive semidefinite, see `psd`.
     gamma : "scale" or float, default="scale"
-        The γ of the kernel. "scale", which is chosen in `fit`, is 2 / m and √(2 / m) with m the mean squared distance
-        between training motions (of at most 500, evenly spread over them).
+        The γ of the kernel. "scale" is 2 / m and √(2 / m), with m the mean squared distance between at most 500
+        training motions, evenly spread.
     psd : {"ignore", "clip", "shift"}, default="ignore"
         Treatment of negative eigenvalues of the kernel, see `PoseDistanceTransformer`. Only with a kernel.
-    memory : str, path-like or joblib.Memory, default=None
-        A folder for the distances, as of a scikit-learn ``Pipeline``: those that are there are taken, others are
-        computed and added. None keeps none. The result does not depend on it.
     n_jobs : int, default=None
         Threads, or workers of a ``joblib.parallel_config`` context, see `motion_distances`.
     verbose : int, default=0
@@ -65,12 +60,12 @@ class MotionDistanceTransformer(
     skeleton_ : Skeleton or None
         The skeleton in use.
     frame_rate_ : float or None
-        Frame rate of the training motions, Hz; None for arrays, which have none.
+        Frame rate of the training motions, Hz; None for arrays.
     gamma_ : float
         The γ in use. Only with a kernel.
     negative_share_ : float
-        Sum of the magnitudes of the negative eigenvalues of the training motions' kernel, before its repair, over that
-        of all. Only with `psd` "clip" and "shift".
+        Magnitudes of the negative eigenvalues of the training motions' kernel, as a share of all, before they are
+        removed. Only with `psd` "clip" and "shift".
     n_samples_fit_ : int
         Number of training motions.
     n_features_in_ : int
@@ -89,37 +84,25 @@ class MotionDistanceTransformer(
     See Also
     --------
     motion_distances : The distances as a function.
-    MotionKNeighborsTransformer : The nearest motions without most of the distances: for nearest-neighbour classifiers.
-    PoseDistanceTransformer : The same for single poses.
+    MotionKNeighborsTransformer : The nearest motions, without computing most distances.
+    PoseDistanceTransformer : The same for poses.
 
     Notes
     -----
     X is a list of motions, arrays (n_frames, n_dofs) or `Motion`, whose lengths may differ; a `MotionDataset`; or an
-    array (n_motions, n_frames, n_dofs). Each row of an array of two dimensions is a motion of one frame. What follows
-    `fit` must be of the same kind: Motions have a frame rate and a skeleton, by whose names their columns are
-    recognised, and arrays do not. Cross-validation can split lists, collections and arrays.
+    array (n_motions, n_frames, n_dofs). Each row of a two-dimensional array is a motion of one frame. `transform` takes
+    Motions if `fit` got Motions, and arrays if `fit` got arrays. Cross-validation can split lists, collections and
+    arrays.
 
-    Where only the nearest motions are asked for, `MotionKNeighborsTransformer` finds the same ones: of 188 motions of
-    HDM05 at 12 Hz under "spatial" in 1.9 s of the processor, where all distances take 11.6 s. Under "position" all
-    distances take 0.2 s.
+    Time O(frames of X · frames of the training motions) distances between poses, memory O(n_samples · n_samples_fit);
+    all training motions are stored. If only the nearest motions are needed, `MotionKNeighborsTransformer` is faster.
 
-    All frames of the training motions are stored. Time O(frames of X · frames of the training motions) distances
-    between poses, memory O(n_samples · n_samples_fit).
+    Each fold of a cross-validation computes its distances anew. To compute them once, pass the matrix of
+    `motion_distances` with a given `skeleton` to an estimator with ``metric="precomputed"``: scikit-learn splits its
+    rows and columns. ``Pipeline(memory=)`` helps a grid search over later steps.
 
-    With `memory` the folds of a cross-validation compute each distance once, and so do the candidates of a grid search
-    that differ in later steps alone, other processes and later runs. Pass `skeleton` then: the mean skeleton of the
-    training motions is another one in each fold, and with it all distances. A distance is found by the content of both
-    motions, the metric with its parameters, the skeleton, `alignment`, `window` and the version of skpose, never by
-    index; of a metric of one's own also by the code of its functions and of those that they call by name. The distance
-    from a to b and the one from b to a, which may differ in the last bit, are two. Files are written whole, after some
-    ten seconds of work each: a run that was interrupted continues there. Processes that miss distances of one kind
-    compute them one after the other; so give threads to the transformer rather than processes to the search. On disk a
-    file holds a matrix of 8 bytes a number, 4 for float32 motions, blank where nothing was missing: 13 to 40 bytes a
-    distance in all. Nothing is removed until the folder is deleted. In memory there is one file at a time, none larger
-    than the result of the call that wrote it. On other kinds of processors the last bits may differ.
-
-    Dynamic time warping obeys no triangle inequality: keep ``algorithm="brute"`` or ``metric="precomputed"`` in the
-    steps that follow.
+    Dynamic time warping does not obey the triangle inequality: use ``algorithm="brute"`` or ``metric="precomputed"`` in
+    the steps that follow.
 
     Examples
     --------
@@ -138,11 +121,7 @@ class MotionDistanceTransformer(
     array(['once', 'twice'], dtype='<U5')
     """
 
-    _parameter_constraints: ClassVar[dict] = {
-        **MOTION_CONSTRAINTS,
-        **KERNEL_CONSTRAINTS,
-        "memory": [str, os.PathLike, Memory, None],
-    }
+    _parameter_constraints: ClassVar[dict] = {**MOTION_CONSTRAINTS, **KERNEL_CONSTRAINTS}
 
     def __init__(
         self,
@@ -154,7 +133,6 @@ class MotionDistanceTransformer(
         kernel=None,
         gamma="scale",
         psd="ignore",
-        memory=None,
         n_jobs=None,
         verbose=0,
     ):
@@ -165,7 +143,6 @@ class MotionDistanceTransformer(
         self.kernel = kernel
         self.gamma = gamma
         self.psd = psd
-        self.memory = memory
         self.n_jobs = n_jobs
         self.verbose = verbose
 
@@ -190,7 +167,7 @@ class MotionDistanceTransformer(
 
     @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
-        """Return distances among the training motions, or their kernel; each pair is computed once.
+        """Compute distances among the training motions, or their kernel; each pair is computed once.
 
         Parameters
         ----------
@@ -202,14 +179,14 @@ class MotionDistanceTransformer(
         Returns
         -------
         ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric with a zero diagonal, but for "subsequence"; float32 for float32 motions where
-            poses are compared, else float64.
+            Exactly symmetric with a zero diagonal, except for "subsequence"; float32 for float32 motions if the metric
+            compares poses, else float64.
         """
         kernel = self._learn(X)
         return self._similarity(self._distances(self._motions, None)) if kernel is None else kernel
 
     def transform(self, X):
-        """Return distances from motions to the training motions, or their kernel.
+        """Compute distances from motions to the training motions, or their kernel.
 
         Parameters
         ----------
@@ -219,8 +196,7 @@ class MotionDistanceTransformer(
         Returns
         -------
         ndarray of shape (n_samples, n_samples_fit)
-            In m, rad for "angle", or m/s for "velocity"; as `fit_transform` float32 where both X and the training
-            motions are.
+            In m, rad for "angle", or m/s for "velocity"; float32 if both X and the training motions are.
         """
         check_is_fitted(self, "n_samples_fit_")
         motions = self._check_X(X, reset=False)
@@ -228,16 +204,12 @@ class MotionDistanceTransformer(
         return self._similarity(self._distances(motions, self._motions))
 
     def _learn(self, X):
-        """Learn from the training motions; return their kernel where it is needed for that, else None."""
+        """Learn from the training motions; return their kernel if that computes it, else None."""
         self._check_kernel()
-        folder_of(self.memory)  # refuses a file before anything is computed
         self._motions = self._check_X(X, reset=True)
         check_alignment(self.alignment, self.window, self.metric_, X=self._motions)
         if self.kernel is not None and self.alignment == "subsequence":
-            raise ValueError(
-                'a kernel is symmetric, and alignment="subsequence" is not: take alignment="dtw" or "frames", or '
-                "kernel=None"
-            )
+            raise ValueError('alignment="subsequence" is not symmetric and has no kernel: use kernel=None')
 
         def among(rows):
             return self._distances(self._motions if rows is None else self._motions.take(rows), None)
@@ -245,6 +217,12 @@ class MotionDistanceTransformer(
         kernel = self._learn_kernel(self._motions.n_motions, among)
         self.n_samples_fit_ = self._motions.n_motions
         return kernel
+
+    def _distances(self, X, Y, verbose=None):
+        matrix = MotionMatrix(X, Y, self.metric_, self.skeleton_, alignment=self.alignment_, window=self.window_)
+        distances, unconverged = matrix.write(None, self.n_jobs, self.verbose if verbose is None else verbose)
+        warn_of_unconverged(unconverged, matrix.n_cells)
+        return distances
 
     @property
     def _n_features_out(self):

@@ -1,18 +1,18 @@
-"""Exact search of the windows of long motions in which a query lies best, by filter and refine.
+"""Exact search of the windows of long motions that match a query best, by filter and refine.
 
 A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open path
-of `_compiled.warping.paths`. The best window is the one with the least sum; then the best of those that overlap no
-more than half with it, and so on: the k best.
+of `_compiled.warping.paths`. The best window has the least sum; the next is the best window that overlaps it by at
+most half, and so on.
 
-1. Every *box* of frames gets a lower bound of all paths through it: what the least path costs that comes to it, and
-   what the least one costs from there on. The boxes with the least bounds are scanned first.
-2. To *scan* frames is to do the same with the bounds of the frames themselves. In the order of the bounds of their
-   ends, windows are measured along the path that is best by the bounds, until the k best of them do not change for
-   a while. The k-th is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
+1. Every *box* of frames gets a lower bound of all paths through it: the least cost up to the box plus the least cost
+   from there on. The boxes with the least bounds are scanned first.
+2. To *scan* frames is to compute the same bounds of the frames themselves. In the order of the bounds of their ends,
+   windows are measured along the path that is best by the bounds, until the k best do not change for a while. The
+   k-th sum is a limit: no path with a larger sum is one of the k best. Boxes within it are scanned too.
 3. Runs of frames whose bounds are within the limit are *regions*, and no path within the limit leaves one. They are
-   searched cell by cell: all windows within the limit are known then, and so the k best.
+   searched cell by cell, which finds all windows within the limit, and so the k best.
 
-Windows that overlap may leave fewer than k within the limit; it is then raised.
+If overlapping windows leave fewer than k within the limit, it is raised.
 """
 
 import bisect
@@ -27,20 +27,18 @@ from skpose._compiled.pose.loops import in_lanes
 from skpose._compiled.warping.paths import accumulate, accumulate_from, path_to
 from skpose._parallel.progress import progress
 from skpose._parallel.threads import in_threads
-from skpose.motions._bounds import OPEN, Bounds, sums_to_end
-from skpose.motions._index import FRAMES_PER_BOX, SequenceIndex
+from skpose.motions._index import FRAMES_PER_BOX, OPEN, Bounds, SequenceIndex, sums_to_end
 from skpose.motions._matrix import work_per_cell
-from skpose.motions._results import MotionEvaluations
 from skpose.motions._search import ROUNDING, Aligner
 
-FIRST_SHARE = 0.05  # of the boxes, which are scanned first
+FIRST_SHARE = 0.05  # of the boxes, scanned first
 SCANNED_AT_ONCE = 2**17  # cells
-LONGEST = 3  # times the query: of the windows that are measured for the limit
-NEAR = 4  # two regions that are less than this part of a query apart are searched as one, which takes less time
-PATIENCE = 20  # windows in a row, at least, that are measured for the limit and leave the best as they were
-# The cost of the limit, in the unit of `skpose._parallel.tasks`: a millisecond for each window that is measured.
+LONGEST = 3  # window measured for the limit, in lengths of the query
+NEAR = 4  # regions less than this fraction of a query apart are searched as one, which is faster
+PATIENCE = 20  # windows in a row, at least, measured without a change of the k best
+# Cost of the limit, in the unit of `skpose._parallel.tasks`: a millisecond for each window.
 WORK_PER_WINDOW, FEWEST_WINDOWS, WINDOWS_PER_K = 5e6, 10, 3
-RAISED = 1.1  # factor of a limit that left too few windows
+RAISED = 1.1  # factor for a limit with too few windows
 
 
 class Window(NamedTuple):
@@ -52,28 +50,28 @@ class Window(NamedTuple):
     stop: int
 
     def overlaps(self, other: "Window") -> bool:
-        """Return whether more than half of the shorter window lies in the other one."""
+        """Whether more than half of the shorter window lies in the other window."""
         common = min(self.stop, other.stop) - max(self.start, other.start)
         return 2 * common > min(self.stop - self.start, other.stop - other.start)
 
 
 class WindowSearch:
-    """A search of an index for the windows in which one motion lies best."""
+    """A search of an index for the windows that match one motion best."""
 
     def __init__(self, index: SequenceIndex, n_jobs: int, verbose: int = 0):
         self.index, self.n_jobs, self.verbose = index, n_jobs, verbose
-        self.evaluations = MotionEvaluations(0, 0)
+        self.n_cells = 0
         self.unconverged: list[tuple[int, float]] = []
 
     def best(self, query: np.ndarray, k: int) -> list[Window]:
-        """Return the k best windows, or all if there are fewer, by their sums."""
-        codes = self._aligner().encode(query)
+        """The k best windows by their sums, or all if there are fewer."""
+        codes = Aligner(self.index, OPEN).encode(query)
         if self.index.filter is None or not self._is_worth_it(query, k):
             starts = self.index.sequences.starts.tolist()
             return choose_windows(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
         bounds = Bounds(self.index, query)
         by_boxes = self._bounds_of_boxes(bounds)
-        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in what is scanned
+        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in the scanned boxes
         measured: dict[int, Window] = {}
         while True:
             by_frames, ends = self._scan_boxes(bounds, by_boxes, covered)
@@ -84,18 +82,14 @@ class WindowSearch:
                 found = choose_windows(self._within(codes, bounds, regions, limit), k)
                 if len(found) == k or np.isinf(limit):
                     return found
-                # A limit of zero is not raised by a factor.
-                limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf
+                limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf  # a factor does not raise zero
             covered = limit
 
     def _is_worth_it(self, query: np.ndarray, k: int) -> bool:
-        """Return whether brute force takes longer than to measure the windows for the limit."""
+        """Whether brute force takes longer than measuring the windows for the limit."""
         index = self.index
         work = work_per_cell(index.metric, index.skeleton, index.sequences)
         return len(query) * len(index.sequences.poses) * work > WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k)
-
-    def _aligner(self) -> Aligner:
-        return Aligner(self.index, OPEN)
 
     def _run(self, what: str, tasks: list[Callable[[], Any]]) -> list[Any]:
         with progress(what, len(tasks), self.verbose) as advance:
@@ -108,7 +102,7 @@ class WindowSearch:
             return in_threads([functools.partial(run_and_count, task) for task in tasks], self.n_jobs)
 
     def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
-        """Return, for each box, a lower bound of the sums of all paths through it."""
+        """A lower bound of the sums of all paths through each box."""
         least = np.empty(len(self.index.boxes))
 
         def fill(first: int, last: int) -> None:
@@ -120,7 +114,7 @@ class WindowSearch:
         return least
 
     def _scan_boxes(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return lower bounds of the sums of all paths through each frame, and of those that end there.
+        """Lower bounds of the sums of all paths through each frame, and of all paths that end there.
 
         Only boxes within the limit are scanned; elsewhere the bounds are infinite.
         """
@@ -134,7 +128,7 @@ class WindowSearch:
             step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
             chunks = [(at, min(at + step, stop)) for at in range(start, stop, step)]
             none = np.full(bounds.n, np.inf)
-            behind = [none]  # what is left over in the first column of each chunk, from the last chunk on
+            behind = [none]  # sums to the end from the first column of each chunk, from the last chunk on
             for chunk in chunks[:0:-1]:
                 behind.append(sums_to_end(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
             edge = none
@@ -148,10 +142,7 @@ class WindowSearch:
         return by_frames, ends
 
     def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int, measured: dict[int, Window]) -> float:
-        """Return the largest sum of k windows that exist; infinity where k are not found.
-
-        Windows that are `measured` already, by their last frame, are not measured again.
-        """
+        """The largest sum of k windows that exist; infinity if there are fewer. `measured` has windows by their end."""
         found: list[Window] = []
         best: list[Window] = []
         batch = max(PATIENCE, k // 4)
@@ -167,7 +158,7 @@ class WindowSearch:
                 measured[end] = self._measure_window(bounds, codes, end)
             window = measured[end]
             found.append(window)
-            half = max(1, (window.stop - window.start) // 2)  # where windows end that overlap this one
+            half = max(1, (window.stop - window.start) // 2)  # windows that end here overlap this one
             free[max(0, end - half) : end + half] = False
             if len(found) % batch == 0:
                 before, best = best, choose_windows(found, k)
@@ -177,7 +168,7 @@ class WindowSearch:
         return best[-1].sum if len(best) == k else np.inf
 
     def _measure_window(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
-        """Return the window that ends at a frame, with the sum along the path that is best by the bounds."""
+        """The window that ends at a frame, with the sum along the path that is best by the bounds."""
         starts = self.index.sequences.starts
         motion = int(np.searchsorted(starts, end, side="right")) - 1
         start = max(int(starts[motion]), end + 1 - LONGEST * bounds.n)
@@ -185,13 +176,13 @@ class WindowSearch:
         accumulate(sums, OPEN)
         path = path_to(sums, True, end - start)
         first = start + int(path[0, 1])
-        aligner = self._aligner()
+        aligner = Aligner(self.index, OPEN)
         lanes = in_lanes(aligner.encode(self.index.sequences.poses[first : end + 1]))
         total = aligner.path_sum(codes, lanes, path - [0, first - start])
         return Window(total, motion, first, end + 1)
 
     def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
-        """Return ranges of chosen frames, first and end; those of a motion that are near are joined."""
+        """Ranges of chosen frames, start and stop; ranges of one motion that are near each other are joined."""
         frames = np.flatnonzero(chosen_frames)
         if not len(frames):
             return []
@@ -203,10 +194,10 @@ class WindowSearch:
     def _within(
         self, codes: np.ndarray, bounds: Bounds | None, regions: Iterable[tuple[int, int]], limit: float
     ) -> list[Window]:
-        """Return, for each frame of the regions, the best window that ends there, if it is within the limit."""
+        """For each frame of the regions, the best window that ends there, if it is within the limit."""
 
         def windows(start: int, stop: int) -> tuple[list[Window], Aligner]:
-            aligner = self._aligner()
+            aligner = Aligner(self.index, OPEN)
             sums, starts = aligner.ends(codes, start, stop, bounds, limit)
             motion = int(np.searchsorted(self.index.sequences.starts, start, side="right")) - 1
             ends = np.flatnonzero(np.isfinite(sums))
@@ -214,15 +205,15 @@ class WindowSearch:
 
         results = self._run("windows", [functools.partial(windows, *region) for region in regions])
         for _, aligner in results:
-            self.evaluations += aligner.evaluations
+            self.n_cells += aligner.n_cells
             self.unconverged += aligner.unconverged
         return [window for found, _ in results for window in found]
 
 
 def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least sum of the open paths through each column, and the sums of those to each cell.
+    """The least sum of the open paths through each column, and the sums of those to each cell.
 
-    `onwards` are the sums from each cell on, which are overwritten, `edge` those to the column before the first one.
+    `onwards` has the sums from each cell on and is overwritten, `edge` the sums to the column before the first one.
     """
     to = distances.copy()
     accumulate_from(to, OPEN, edge)
@@ -232,12 +223,9 @@ def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -
 
 
 def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:
-    """Return the k best windows of which no two overlap by more than half; of equal sums the first comes first.
-
-    A negative k is all of them.
-    """
+    """The k best windows of which no two overlap by more than half; of equal sums the first comes first."""
     best: list[Window] = []
-    # Of each motion those that are chosen, by start. As none lies in another one, they are in order of stop too.
+    # The chosen windows of each motion by start. As none contains another, they are in order of stop too.
     of_motion: dict[int, list[Window]] = {}
     for window in sorted(windows, key=lambda window: (window.sum, window.stop)):
         others = of_motion.setdefault(window.motion, [])

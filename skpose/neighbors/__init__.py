@@ -1,8 +1,7 @@
 """Nearest neighbours of poses, exact ones as sparse graphs for scikit-learn."""
 
-from skpose.neighbors._candidates import ApproximateNeighbors
 from skpose.neighbors._kneighbors import PoseKNeighborsTransformer
 from skpose.neighbors._radius_neighbors import PoseRadiusNeighborsTransformer
-from skpose.neighbors._results import Evaluations
+from skpose.neighbors._results import Evaluations as Evaluations
 
-__all__ = ["ApproximateNeighbors", "Evaluations", "PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]
+__all__ = ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]

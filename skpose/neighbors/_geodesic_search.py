@@ -52,16 +52,6 @@ class GeodesicSearch:
         self._solve(poses, self.chords.within(poses, excluded, limits), best)
         return Neighbors(*best.sorted_entries())
 
-    def among(self, poses: np.ndarray, candidates: np.ndarray, k: int) -> Neighbors:
-        """Find the k nearest of the candidates of each query, indices that may be filled up with -1."""
-        limits = np.full(len(poses), np.inf)
-        if self.index.filter is not None:
-            limits = self.lines.best_among(poses, candidates, limits, k).current_limits + self.rounding
-        near = self.chords.best_among(poses, candidates, limits, max(1, candidates.shape[1]))
-        best = NearestSoFar(limits, k)
-        self._solve(poses, Neighbors.sort([near.entries()]), best)
-        return Neighbors.sort([best.entries()])
-
     def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
         """Find all poses that are no further away from a query than its limit.
 

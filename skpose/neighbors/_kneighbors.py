@@ -3,14 +3,11 @@
 from numbers import Integral
 from typing import ClassVar
 
-import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._compat.sklearn import Interval
-from skpose._validation.options import check_integer
-from skpose.neighbors._candidates import ApproximateNeighbors, as_matrices, check_candidates
 from skpose.neighbors._graph import GraphTransformer, check_k
-from skpose.neighbors._queries import Among, KNearest
+from skpose.neighbors._queries import KNearest
 from skpose.neighbors._results import select_requested
 
 
@@ -212,69 +209,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
         """
         check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, self._k_nearest(X, n_neighbors), mode)
-
-    def approximate_kneighbors(self, candidates, X=None, n_neighbors=None, *, n_checked=100):
-        """Measure the candidates of another index, and find the k nearest of them.
-
-        Distances are exact and sorted; what the other index has missed is missing. How much that is, is estimated: for
-        some of the queries the exact search runs too.
-
-        Parameters
-        ----------
-        candidates : array-like of shape (n_queries, n_candidates) or sparse matrix of shape (n_queries, n_samples_fit)
-            Indices of training poses, in any order, -1 for none; or a graph, of which every stored entry is a
-            candidate. From any index of any numbers that describe the training poses in their order, such as joint
-            positions.
-        X : array-like of shape (n_queries, n_dofs), default=None
-            Poses: joint angles, rad. None is the training poses; a pose is then not its own neighbour.
-        n_neighbors : int, default=None
-            Number of neighbours; None takes the constructor's.
-        n_checked : int, default=100
-            From how many queries, one at random of each of as many parts, the recall is estimated; the same ones each
-            time. With ``verbose`` it is printed.
-
-        Returns
-        -------
-        ApproximateNeighbors
-            Named tuple of `distances`, `indices` and `recall`, see `skpose.neighbors.ApproximateNeighbors`.
-
-        Raises
-        ------
-        ValueError
-            For candidates that are no indices of training poses, or have another number of rows than there are queries.
-
-        Examples
-        --------
-        >>> from sklearn.neighbors import NearestNeighbors
-        >>> from skpose import PoseKNeighborsTransformer, forward_kinematics
-        >>> from skpose.datasets import make_gait
-        >>> motions = make_gait(2, 2, random_state=0)
-        >>> X, _ = motions.poses(frame_rate=30)
-        >>> F = forward_kinematics(X, motions.skeleton).reshape(len(X), -1)
-        >>> candidates = NearestNeighbors(n_neighbors=30).fit(F).kneighbors(F[::9], return_distance=False)
-        >>> neighbors = PoseKNeighborsTransformer(motions.skeleton).fit(X)
-        >>> neighbors.approximate_kneighbors(candidates, X[::9]).recall
-        1.0
-        """
-        check_is_fitted(self, "n_samples_fit_")
-        criterion = self._k_nearest(X, n_neighbors)
-        check_integer(n_checked, 0, "n_checked")
-        X, excluded = self._queries(X)
-        candidates = check_candidates(candidates, excluded, self.n_samples_fit_)
-        found = self._search(X, excluded, Among(criterion.k, candidates))
-        distances, indices = as_matrices(found.neighbors, (len(X), criterion.k))
-        edges = np.linspace(0, len(X), min(n_checked, len(X)) + 1).astype(int)
-        # At random, as queries may alternate between two people or cameras.
-        checked, recall = np.random.default_rng(0).integers(edges[:-1], edges[1:]), np.nan
-        if len(checked):
-            exact = self._search(X[checked], excluded[checked], criterion).neighbors.distances
-            is_found = distances[checked] <= exact.reshape(len(checked), -1)[:, -1:]
-            recall = float((is_found & (indices[checked] >= 0)).mean())
-        if self.verbose:
-            print(
-                f"recall {recall:.3f} of the {criterion.k} nearest, estimated from {len(checked)} of {len(X)} queries"
-            )
-        return ApproximateNeighbors(distances, indices, recall)
 
     def _k_nearest(self, X, n_neighbors):
         k = self.n_neighbors if n_neighbors is None else n_neighbors

@@ -39,17 +39,10 @@ class WithinRadius(NamedTuple):
     measured: bool
 
 
-class Among(NamedTuple):
-    """The k nearest of some candidates of each query."""
-
-    k: int
-    candidates: np.ndarray  # (n_queries, n_candidates) indices of poses, -1 where there are no more
-
-
 class Request(NamedTuple):
     """Poses, and which of their neighbours in an index to find."""
 
-    criterion: KNearest | WithinRadius | Among
+    criterion: KNearest | WithinRadius
     index: PoseIndex  # type: ignore[assignment]  # which is a method of tuples too
     poses: np.ndarray
     excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
@@ -102,8 +95,6 @@ def find_some(request: Request, rows: tuple[int, int], n_jobs: int = 1) -> Found
     match request.criterion:
         case KNearest(k):
             near = search.nearest(poses, excluded, k)
-        case Among(k, candidates):
-            near = search.among(poses, candidates[first:last], k)
         case WithinRadius(radius, measured):
             near = search.within(poses, excluded, radius, measured=measured)
     return Found(near._replace(queries=near.queries + first), search.evaluations, search.unconverged)

@@ -91,18 +91,6 @@ class Search:
             best.put(some, best_of_rest)
         return Neighbors(*best.take(order.argsort()).sorted_entries())
 
-    def among(self, poses: np.ndarray, candidates: np.ndarray, k: int) -> Neighbors:
-        """Find the k nearest of the candidates of each query, indices that may be filled up with -1."""
-        return Neighbors.sort([self.best_among(poses, candidates, np.full(len(poses), np.inf), k).entries()])
-
-    def best_among(self, poses: np.ndarray, candidates: np.ndarray, limits: np.ndarray, k: int) -> NearestSoFar:
-        """Measure candidates of each query, and keep k of them within its limit."""
-        queries = self._groups.queries(poses, np.full(len(poses), -1), None)
-        best, counts = NearestSoFar(limits, k), (candidates >= 0).sum(axis=1)
-        indices = np.maximum(candidates, 0)
-        self._groups.measure_candidates(queries, Candidates(indices, indices, np.zeros(candidates.shape), counts), best)
-        return best
-
     def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
         """Find all poses that are no further away from a query than its limit; distances are always measured."""
         limits, parts = np.array(np.broadcast_to(limits, len(poses))), []

@@ -11,8 +11,7 @@ from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Paths, accumulate, accumulate_from, path_to
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
-from skpose.motions._bounds import Bounds
-from skpose.motions._index import SequenceIndex
+from skpose.motions._index import Bounds, SequenceIndex
 from skpose.motions._inputs import Sequences
 from skpose.motions._search import Aligner
 
@@ -54,7 +53,7 @@ def test_a_tight_limit_leaves_groups_out():
     aligner = Aligner(index, Paths(1.0, True))
     found = aligner.ends(aligner.encode(query), 0, len(other), Bounds(index, query), 1e-3)
     assert (found.sums.argmin(), found.starts[found.sums.argmin()]) == (31, 24)
-    assert aligner.evaluations.cells <= 2 * loops.FLOAT64_LANES * len(query)
+    assert aligner.n_cells <= 2 * loops.FLOAT64_LANES * len(query)
 
 
 def test_the_sum_along_a_path():

@@ -1,4 +1,4 @@
-"""Collections of motions: CMU folders, and a small copy of CMU's server."""
+"""CMU folders, and a small copy of CMU's server."""
 
 import functools
 import http.server
@@ -58,36 +58,18 @@ def test_a_rate_that_is_not_known_is_blank_in_the_index_and_assumed_with_a_warni
         assert {motion.frame_rate for motion in load_cmu(folder)} == {120}
 
 
-def test_load_cmu_names_what_is_missing(folder):
-    write_index(folder, "01,09,walk,120,subjects/01/01_09.amc")
-    with pytest.raises(FileNotFoundError, match=r"01_09\.amc is missing, but .*index\.csv refers to it"):
+@pytest.mark.parametrize(
+    ("lines", "match"),
+    [
+        (["01,01,walk,often,subjects/01/01_01.amc"], "line 2: frames_per_second"),
+        (["01,01,walk,120,subjects/01/01_01.amc", "01,02,walk"], "line 3"),
+        ([], "no motions"),
+    ],
+)
+def test_errors_of_the_index_name_the_line(folder, lines, match):
+    write_index(folder, *lines)
+    with pytest.raises(MocapFormatError, match=match):
         load_cmu(folder)
-    write_index(folder, "01,01,walk,often,subjects/01/01_01.amc")
-    with pytest.raises(
-        MocapFormatError, match=r"index\.csv, line 2: frames_per_second: expected a positive number, found 'often'"
-    ):
-        load_cmu(folder)
-    write_index(folder, "01,01,walk,0,subjects/01/01_01.amc")
-    with pytest.raises(MocapFormatError, match="line 2: frames_per_second: expected a positive number"):
-        load_cmu(folder)
-    write_index(folder, "01,01,walk,120,subjects/01/01_01.amc", "01,02,walk")
-    with pytest.raises(MocapFormatError, match="line 3: expected a value for each of subject, trial, action"):
-        load_cmu(folder)
-    write_index(folder)
-    with pytest.raises(MocapFormatError, match="the index names no motions"):
-        load_cmu(folder)
-    (folder / "index.csv").write_text("subject,trial\n01,01\n")
-    with pytest.raises(MocapFormatError, match="missing: action, frames_per_second, file"):
-        load_cmu(folder)
-    (folder / "index.csv").write_bytes("subject\n01\nMüller\n".encode("latin-1"))
-    with pytest.raises(MocapFormatError, match=r"line 3: expected text in UTF-8, found the byte 0xfc: save the index"):
-        load_cmu(folder)
-    with pytest.raises(FileNotFoundError, match=r"holds neither an index\.csv nor files named"):
-        load_cmu(folder / "subjects")
-    with pytest.raises(FileNotFoundError, match=r"there is no folder .*subject: did you mean 'subjects'\?"):
-        load_cmu(folder / "subject")
-    with pytest.raises(NotADirectoryError, match=r"index\.csv is a file, expected a folder of motions"):
-        load_cmu(folder / "index.csv")
 
 
 def test_a_dataset_is_compared_on_the_mean_skeleton(folder):
@@ -100,22 +82,6 @@ def test_a_dataset_is_compared_on_the_mean_skeleton(folder):
     np.testing.assert_array_equal(dataset.poses(frame_rate=60)[1], np.repeat([0, 1, 2], 2))
 
 
-def test_select_by_mask_and_by_index(folder):
-    dataset = load_cmu(folder, frame_rate=120)
-    for chosen in (dataset.trials == "01", [0, 2]):
-        part = dataset[chosen]
-        assert list(part.subjects) == ["01", "02"]
-        assert part.motions == (dataset.motions[0], dataset.motions[2])
-    with pytest.raises(ValueError, match="subjects must have one label for each of the 3 motions"):
-        MotionDataset(dataset.motions, ["01"], dataset.trials, dataset.actions)
-
-
-def test_motions_of_one_asf_file_share_its_skeleton(folder):
-    one, same, other = load_cmu(folder, frame_rate=120)
-    assert one.skeleton is same.skeleton
-    assert one.skeleton != other.skeleton
-
-
 def test_walks_and_runs_are_selected_by_the_first_word_of_their_action(folder):
     motions = load_cmu(folder, frame_rate=120).motions
     actions = [" Walk, slow", "run/jog", "walking stick"]
@@ -124,7 +90,7 @@ def test_walks_and_runs_are_selected_by_the_first_word_of_their_action(folder):
     assert list(zip(chosen.subjects, chosen.trials, chosen.actions, strict=True)) == [
         ("01", "01", "walk"), ("01", "02", "run"),
     ]  # fmt: skip
-    with pytest.raises(ValueError, match=r"dataset must have .* of running, but none has .* begins with 'run'"):
+    with pytest.raises(ValueError, match="run"):
         walks_and_runs(make_gait(1, 1, activities=["walk"], random_state=0))
 
 
@@ -174,60 +140,24 @@ def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
     assert list(fetch_cmu(["01"], data_home=home, frame_rate=120).actions) == ["walk", "run/jog"]
 
 
-def test_fetch_cmu_writes_no_rate_that_it_does_not_know(server, folder, tmp_path_factory):
-    home = tmp_path_factory.mktemp("home")
-    with pytest.warns(UserWarning, match="120 Hz is taken"):
-        assert {motion.frame_rate for motion in fetch_cmu([1], data_home=home)} == {120}
-    assert ",walk,,subjects/01/01_01.amc" in (home / "cmu_mocap" / "index.csv").read_text()
-    with pytest.warns(UserWarning, match="120 Hz is taken"):
-        load_cmu(home / "cmu_mocap")
-    assert {motion.frame_rate for motion in load_cmu(home / "cmu_mocap", frame_rate=60)} == {60}
-
-
-def test_fetch_cmu_refuses_a_file_with_another_digest(server, folder, tmp_path, tmp_path_factory, monkeypatch):
-    home = tmp_path_factory.mktemp("home")
-    monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": "0" * 64})
-    with pytest.raises(OSError, match=r"digest of 01_01\.amc differs from that of the file .* Nothing was kept; try"):
-        fetch_cmu([1], data_home=home, frame_rate=120)
-    assert not list(home.rglob("01_01.amc*"))
-    monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": _cmu.digest(folder / "subjects" / "01" / "01_01.amc")})
-    assert len(fetch_cmu([1], data_home=home, frame_rate=120)) == 2
-    (changed,) = home.rglob("01_01.amc")
-    changed.write_text(changed.read_text() + "4\n")  # the user's, which is not removed
-    with pytest.raises(OSError, match=r"digest of 01_01\.amc .* Delete .*01_01\.amc to download it again"):
-        fetch_cmu([1], data_home=home, frame_rate=120)
-    assert changed.read_text().endswith("4\n")
-
-
-def test_the_index_of_fetch_cmu_keeps_earlier_subjects(server, folder, tmp_path_factory):
-    home = tmp_path_factory.mktemp("home")
-    shutil.copy(DATA / "arm.amc", folder / "subjects" / "02" / "02_02.amc")
-    assert set(fetch_cmu([1], data_home=home, frame_rate=60).subjects) == {"01"}
-    assert set(fetch_cmu([2], data_home=home, frame_rate=120).subjects) == {"02"}
-    assert set(fetch_cmu([1], data_home=home, frame_rate=30).subjects) == {"01"}
-    dataset = load_cmu(home / "cmu_mocap")
-    assert sorted(zip(dataset.subjects, dataset.actions, strict=True)) == [
-        ("01", "run/jog"), ("01", "walk"), ("02", "run/jog"), ("02", "walk"),
-    ]  # fmt: skip
-    assert {motion.frame_rate for motion in dataset} == {30, 120}
-
-
-def test_fetch_cmu_of_an_unknown_subject(server, tmp_path_factory):
-    with pytest.raises(OSError, match="the CMU server lists no motions of subject 77"):
-        fetch_cmu([77], data_home=tmp_path_factory.mktemp("home"))
-    with pytest.raises(ValueError, match="subjects must name at least one subject"):
-        fetch_cmu([], data_home=tmp_path_factory.mktemp("home"))
-
-
 @pytest.mark.filterwarnings("ignore:Retry downloading:UserWarning")
 def test_fetch_cmu_without_a_network(tmp_path, monkeypatch):
     monkeypatch.setattr(_cmu, "SERVER", "http://127.0.0.1:9")
     monkeypatch.setattr(time, "sleep", lambda seconds: None)  # scikit-learn's, between attempts
-    with pytest.raises(OSError, match=r"could not download http://127.0.0.1:9.*Is there a network\? Without one"):
+    with pytest.raises(OSError, match="could not download"):
         fetch_cmu([2], data_home=tmp_path)
 
 
-def test_digests_are_those_of_the_real_files(cmu_folder):
-    for path in (cmu_folder / "subjects").glob("*/*"):
-        assert _cmu.DIGESTS.get(path.name, _cmu.digest(path)) == _cmu.digest(path)
-    assert len(_cmu.DIGESTS) > 10
+def test_fetch_cmu_refuses_a_file_with_another_digest(server, tmp_path_factory, monkeypatch):
+    home = tmp_path_factory.mktemp("home")
+    monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": "0" * 64})
+    with pytest.raises(OSError, match="digest"):
+        fetch_cmu([1], data_home=home, frame_rate=120)
+    assert not list(home.rglob("01_01.amc*"))
+
+
+def test_missing_files_and_folders(folder):
+    with pytest.raises(FileNotFoundError, match="neither"):
+        load_cmu(folder / "subjects")
+    with pytest.raises(FileNotFoundError, match="no folder"):
+        load_cmu(folder / "subject")

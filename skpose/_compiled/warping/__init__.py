@@ -1,11 +1,4 @@
-"""Whole motions: dynamic time warping.
-
-What calls what::
-
-    within    stream                                        the least sum of a part of a motion; of a stream so far
-       |         |
-       +- paths -+                                                  the least sum of two motions, and its path
-"""
+"""Dynamic time warping of whole motions: `paths` has sums and paths, `within` sums up to a limit."""
 
 # Subject and duration in the message of `simd.announce`.
 COMPILES = "distances between motions", "3 to 10 s"

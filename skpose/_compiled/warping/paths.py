@@ -58,13 +58,13 @@ class Paths(NamedTuple):
 
     @classmethod
     def of(cls, window: float | None, is_open: bool = False) -> "Paths":
-        """Return the paths of a window as the user gives it, None for all."""
+        """The paths of a window, None for all."""
         return cls(1.0 if window is None else float(window), is_open)
 
 
 @inlined
 def reach_of(n, m, window):
-    """Return the reach of the band of n rows and m columns."""
+    """The reach of the band of n rows and m columns."""
     half_a_frame = (max(n, m) - 1) // 2
     # A share such as 0.7 of 9 × 10 is 62.99999999999999, and 63 is meant.
     return max(half_a_frame, math.floor(min(window, 1.0) * (1.0 + 1e-14) * ((n - 1) * (m - 1))))
@@ -72,7 +72,7 @@ def reach_of(n, m, window):
 
 @inlined
 def band(i, n, m, reach):
-    """Return the first column of row i in the band, and the one behind the last."""
+    """The first column of row i in the band, and the end."""
     if n == 1 or m == 1:
         return 0, m
     return max(0, -((reach - i * (m - 1)) // (n - 1))), min(m, (i * (m - 1) + reach) // (n - 1) + 1)
@@ -233,7 +233,7 @@ def accumulate(costs, paths):
 
 @jit
 def path_to(sums, is_open, column):
-    """Return the cells (i, j) of the path to a column of the last row, from the first cell on.
+    """The cells (i, j) of the path to a column of the last row, from the first cell on.
 
     Of equal sums before a cell, the diagonal one is taken, then the one above.
     """
