@@ -1,4 +1,4 @@
-"""Limits of joints: which angles are numbers within a range, and not directions that whole turns leave as they are."""
+"""Angles with joint limits: numbers within a range, rather than directions up to whole turns."""
 
 from collections.abc import Sequence
 
@@ -9,15 +9,15 @@ from skpose.skeleton._rotations import TWO_PI
 
 
 def limited_dofs(bones: Sequence[Bone]) -> np.ndarray:
-    """Return which dofs (n_dofs,) have a limit, on one side at least."""
+    """Which dofs (n_dofs,) have a limit, on one side at least."""
     return np.isfinite(_ranges(bones)).any(axis=1)
 
 
 def kept_inside(bones: Sequence[Bone], poses: np.ndarray) -> np.ndarray:
-    """Return which numbers (n_poses, n_dofs) of a recording stand for themselves, without whole turns.
+    """Which numbers (n_poses, n_dofs) of a recording are to be taken without whole turns.
 
-    They are inside limits that leave out a part of the circle, of joints with one or two dofs: the way past this part
-    is closed. Joints with three dofs are rotations in recordings, whose files often break their own limits.
+    They are inside limits that exclude part of the circle, of joints with one or two dofs. Joints with three dofs are
+    taken as rotations, since files often break their own limits.
     """
     lower, upper = _ranges(bones).T
     is_hinge = np.repeat([bone.n_dofs < 3 for bone in bones], [bone.n_dofs for bone in bones])

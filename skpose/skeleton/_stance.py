@@ -12,13 +12,20 @@ LOW = "foot", "toe", "heel", "hee", "ank", "mal", "cal"
 NEAR = 0.8  # cosine of the angle to an axis up to which a skeleton stands along it
 
 
-def upright_turn(skeleton: Skeleton, up: str) -> Rotation:
-    """Return the quarter turn, or half turn, of the world after which a skeleton at angle zero stands along an axis.
+def high_and_low(names: list[str]) -> tuple[list[int], list[int]]:
+    """The indices of names of points that are high on a person, and of those that are low."""
+    high, low = (
+        [i for i, name in enumerate(names) if any(part in name.lower() for part in parts)] for parts in (HIGH, LOW)
+    )
+    return high, low
 
-    It is no rotation if the skeleton stands so already, along no axis, or if its names do not show how it stands.
+
+def upright_turn(skeleton: Skeleton, up: str) -> Rotation:
+    """The quarter or half turn of the world after which a skeleton at angle zero stands along an axis.
+
+    The identity if the skeleton already stands so, along no axis, or if its names do not show how it stands.
     """
-    names = [name.lower() for name in skeleton.joint_names]
-    high, low = ([j for j, name in enumerate(names) if any(part in name for part in parts)] for parts in (HIGH, LOW))
+    high, low = high_and_low(list(skeleton.joint_names))
     if not (high and low):
         return Rotation.identity()
     zero = positions_at_zero(skeleton)

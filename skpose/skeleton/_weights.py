@@ -1,4 +1,4 @@
-"""Weights of the joints in distances: those of the bones, and those that are meant where there are none."""
+"""Weights of the joints in distances: those of the bones, and defaults."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from skpose._typing import ArrayLike
+from skpose._validation.options import check_choice
 from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._mass import mass_weights
@@ -18,36 +19,24 @@ SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joi
 def weight_bones(
     skeleton: SkeletonLike, weights: Mapping[str, float] | ArrayLike | Literal["mass"]
 ) -> tuple[Bone, ...]:
-    """Return the bones of a skeleton with weights, see `Skeleton.with_weights`."""
+    """The bones of a skeleton with weights, see `Skeleton.with_weights`."""
     if isinstance(weights, str):
-        if weights != "mass":
-            raise ValueError(f'weights must be a mapping, an array or "mass", got {weights!r}')
+        check_choice("weights", weights, ("mass",))
         weights = mass_weights(skeleton)
-    weights = _by_name(weights)
-    if isinstance(weights, Mapping):
-        check_joints(skeleton, weights, "weights")
-        given = [weights.get(bone.name, bone.weight) for bone in skeleton.bones]
+    by_name: dict[Any, Any] = dict(weights.items()) if hasattr(weights, "items") else {}  # pandas Series have items too
+    if isinstance(weights, Mapping) or any(isinstance(name, str) for name in by_name):
+        check_joints(skeleton, by_name, "weights")
+        given = [by_name.get(bone.name, bone.weight) for bone in skeleton.bones]
     else:
         array = np.asarray(weights)
         if array.shape != (skeleton.n_joints,):
-            got = weights if array.ndim == 0 else f"an array of shape {array.shape}"
-            raise ValueError(
-                f"weights must have one number for each of the {skeleton.n_joints} joints in skeleton.joint_names, got "
-                f"{got}"
-            )
+            raise ValueError(f"weights must have shape ({skeleton.n_joints},), one per joint, got {array.shape}")
         given = list(array)
     return tuple(bone._replace(weight=weight) for bone, weight in zip(skeleton.bones, given, strict=True))
 
 
-def _by_name(weights: Any) -> Any:
-    """Return a series with names in its index as a mapping, anything else as it is."""
-    labels = getattr(weights, "index", None)
-    named = getattr(weights, "ndim", None) == 1 and labels is not None and any(isinstance(one, str) for one in labels)
-    return dict(weights.items()) if named else weights
-
-
 def joint_weights(skeleton: SkeletonLike) -> np.ndarray:
-    """Return the weights (n_joints,) of the joints; joints in one point count once where none is given."""
+    """The weights (n_joints,) of the joints; joints at one point count once by default."""
     weights = np.ones(skeleton.n_joints)
     taken = set()
     for j, (bone, key) in enumerate(zip(skeleton.bones, _position_keys(skeleton), strict=True)):
@@ -61,7 +50,7 @@ def joint_weights(skeleton: SkeletonLike) -> np.ndarray:
 
 
 def _position_keys(skeleton: SkeletonLike) -> list[tuple]:
-    """Return for each joint a key that is the same for all joints that are at one point in every pose."""
+    """A key for each joint, equal for joints at one point in every pose."""
     axes = [ROOT]  # of the root, then of each joint: the joint whose dofs rotate it, itself or the nearest one above
     to_axes = [np.eye(3)]  # from the joint's own axes to these
     points: list[tuple[int, np.ndarray]] = [(ROOT, np.zeros(3))]  # axes, and coordinates in them
@@ -89,7 +78,7 @@ def _position_keys(skeleton: SkeletonLike) -> list[tuple]:
             points.append((frame, before + to_axes[carrier] @ skeleton.offsets[j]))
         else:
             points.append(start)
-        if bone.is_slide:  # it stands where no other joint always does
+        if bone.is_slide:  # it is not always at the point of another joint
             points[-1] = j, np.zeros(3)
             centres[j] = j, -1
     return [key(point) for point in points[1:]]
