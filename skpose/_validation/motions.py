@@ -1,9 +1,11 @@
 """Checks of the arguments of motions."""
 
 from numbers import Real
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+
+MotionLike: TypeAlias = Any  # a `Motion`, whose class is in a package above this one
 
 
 def is_motion(value: object) -> bool:

@@ -14,7 +14,7 @@ def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
 
 def check_positive(name: str, value: Any) -> None:
     """Refuse a value that is not a finite number above zero."""
-    if not (isinstance(value, Real) and 0.0 < value < np.inf):
+    if not (isinstance(value, Real) and 0.0 < float(value) < np.inf):
         raise ValueError(f"{name} must be a positive number, got {value!r}")
 
 

@@ -1,18 +1,18 @@
-"""Points at exactly (0, 0, 0): a position, or a point that is lost, as some programs write it."""
+"""Points at exactly (0, 0, 0): positions, or lost points, as some programs write them."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-FEW = 3  # other points, fewer of which do not show where the person is
+FEW = 3  # other points needed to locate the person
 NEAR = 0.5  # distance of the origin from the other points, relative to their extent, up to which it is in the person
 
 
 def find_lost(positions: np.ndarray) -> np.ndarray:
-    """Return where positions (n, points, 3), NaN where not seen, are at the origin and may be lost.
+    """Which positions (n, points, 3), NaN if not seen, are at the origin and may be lost.
 
-    Points that are there in every frame, amid the others, are the origin of these, such as the pelvis of positions
-    relative to it. If no point is elsewhere, nothing is known of what zeros mean.
+    Points at the origin in every frame, amid the others, are the origin of these, such as the pelvis in positions
+    relative to it. Zeros have no meaning if no point is elsewhere.
     """
     at_origin = (positions == 0.0).all(axis=2)
     if not at_origin.any():
@@ -30,20 +30,15 @@ def find_lost(positions: np.ndarray) -> np.ndarray:
 
 
 def complaint_of_origin(lost: np.ndarray, names: Sequence[str], what: str, remedy: str) -> str:
-    """Return the warning on positions (n, points) that are at the origin; empty if there are none."""
+    """The warning about positions (n, points) at the origin; empty if there are none."""
     if not lost.any():
         return ""
-    of = [names[i] for i in np.flatnonzero(lost.any(axis=0)).tolist()]
-    shown = ", ".join(map(repr, of[:3])) + (f" and {len(of) - 3} more" if len(of) > 3 else "")
-    share = f"{lost.mean():.2g}" if lost.mean() < 0.001 else f"{lost.mean():.1%}".replace("%", " %")
-    return (
-        f"{np.count_nonzero(lost)} positions ({share} of all) are exactly (0, 0, 0), of {shown}: some programs write "
-        f"lost {what} so. {remedy}"
-    )
+    name = names[int(lost.any(axis=0).argmax())]
+    return f"{np.count_nonzero(lost)} positions are exactly (0, 0, 0), such as of {name!r}: lost {what}? {remedy}"
 
 
 def _is_amid(positions: np.ndarray, elsewhere: np.ndarray) -> bool:
-    """Return whether the origin is in or near the box of the points that are elsewhere, in the median frame."""
+    """Whether the origin is in or near the box of the points that are elsewhere, in the median frame."""
     shown = np.where(elsewhere[:, :, None], positions, np.nan)[elsewhere.sum(axis=1) >= FEW]
     if not len(shown):
         return True

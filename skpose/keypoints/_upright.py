@@ -1,4 +1,4 @@
-"""Along which axis of the world points stand, by names of heads and feet, whichever axis is said to point up."""
+"""The axis of the world along which points stand, by names of heads and feet."""
 
 from collections.abc import Sequence
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from skpose.skeleton._shared import HIGH, LOW
 
-N_FRAMES = 32  # that are looked at for the axis that points up, evenly spaced
+N_FRAMES = 32  # checked, evenly spaced
 NEARLY_ALL = 0.9  # of these
 FLAT = 0.8  # height over the largest extent below which a person does not stand along an axis
 # Of the pelvis, from which the trunk begins: whoever sits on the floor has it along another axis than the whole.
 MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"
-TRUNK = 0.25  # length of the trunk over the extent below which no point above it is seen
+TRUNK = 0.25  # length of the trunk over the extent below which it is not used
 
 
 def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
-    """Return the direction from feet to head in nearly all frames; the usual one where there is none."""
+    """The direction from feet to head in nearly all frames; the usual one if there is none."""
     lower = [name.lower() for name in names]
     frames = positions[:: max(1, len(positions) // N_FRAMES)]
     top, middle, bottom = (
@@ -41,14 +41,13 @@ def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
 
 
 def complaint_of_up(found: str, usual: str, why: str, points: str, remedy: str) -> str:
-    """Return the warning on points that stand along another axis than the one that is taken as up, and why it is."""
-    axis = "axis" if len(usual) == 1 else "direction"
+    """The warning about points that stand along another axis than the one taken as up, and why it is."""
     stand = f"{points} stand along {found[-1]}{', head down' if len(found) > 1 else ''}"
-    return f"{usual} is taken as the {axis} that points up, {why}, but in nearly all frames the {stand}: pass {remedy}"
+    return f"{usual} is taken as the axis that points up, {why}, but {stand} in nearly all frames: pass {remedy}"
 
 
 def _mean_of_seen(positions: np.ndarray) -> np.ndarray:
-    """Return the mean position (n_frames, 3) of the points that are seen, NaN where none is."""
+    """The mean position (n_frames, 3) of the seen points, NaN if none is seen."""
     seen = ~np.isnan(positions).any(axis=2)
     sums = np.where(seen[:, :, None], positions, 0.0).sum(axis=1)
     n_seen = seen.sum(axis=1)[:, None]

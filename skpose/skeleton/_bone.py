@@ -109,7 +109,7 @@ def check_bone(bone: Bone) -> Bone:
         expected = 'letters of "xyz" or "XYZ", each at most once, or "rotvec", "hinge" or "slide"'
         raise ValueError(f"bone {bone.name!r}: dofs must be {expected}, got {bone.dofs!r}")
     offset = _numbers(bone, "offset", bone.offset, (3,))
-    rest = limits = weight = axis = None
+    rest = limits = weight = unit = None
     if bone.rest_rotation is not None:
         rest = _numbers(bone, "rest_rotation", bone.rest_rotation, (3, 3))
         if not np.allclose(rest @ rest.T, np.eye(3), atol=ROTATION_TOLERANCE) or np.linalg.det(rest) < 0:
@@ -129,7 +129,7 @@ def check_bone(bone: Bone) -> Bone:
         length = np.linalg.norm(axis)
         if not length > 0.0:
             raise ValueError(f"bone {bone.name!r}: axis must not be zero")
-        axis = tuple((axis if abs(length - 1.0) <= UNIT_TOLERANCE else axis / length).tolist())
+        unit = tuple((axis if abs(length - 1.0) <= UNIT_TOLERANCE else axis / length).tolist())
     elif bone.axis is not None or bone.dof_name is not None:
         raise ValueError(f'bone {bone.name!r}: axis and dof_name must be None unless dofs is "hinge" or "slide"')
     return bone._replace(
@@ -137,7 +137,7 @@ def check_bone(bone: Bone) -> Bone:
         rest_rotation=None if rest is None else tuple(map(tuple, rest.tolist())),
         limits=None if limits is None else tuple(map(tuple, limits.tolist())),
         weight=weight,
-        axis=axis,
+        axis=unit,
         dof_name=bone.dof_names[0] if has_axis else None,
     )
 
@@ -170,6 +170,12 @@ def axes_of(bone: Bone) -> np.ndarray:
 def are_slides(bones: Sequence[Bone]) -> np.ndarray:
     """Which columns (n_dofs,) of poses are displacements in m."""
     return np.repeat([bone.is_slide for bone in bones], [bone.n_dofs for bone in bones]).astype(bool)
+
+
+def ranges_of(bones: Sequence[Bone]) -> np.ndarray:
+    """The range (n_dofs, 2) of each dof, infinite without limits."""
+    free = (-np.inf, np.inf)
+    return np.reshape([pair for bone in bones for pair in (bone.limits or [free] * bone.n_dofs)], (-1, 2))
 
 
 def with_columns(bones: Sequence[Bone]) -> Iterator[tuple[Bone, slice]]:

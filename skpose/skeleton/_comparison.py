@@ -45,7 +45,7 @@ def check_rest_poses(skeletons: Sequence[SkeletonLike], names: Sequence[str], re
     directions = np.stack([directions_at_zero(s)[i] for s, i in zip(skeletons, order, strict=True)])
     rests = np.stack([s.rest_rotations[i].reshape(-1, 9) for s, i in zip(skeletons, order, strict=True)])
     rigid = ~np.array([bool(bone.dofs) for bone in skeletons[0].bones])
-    unknown = ~directions.any(axis=-1)
+    unknown = np.asarray(~directions.any(axis=-1))
     worst, found = LARGEST_DIFFERENCE, ""
     for i in range(len(skeletons) - 1):
         later = slice(i + 1, None)

@@ -17,6 +17,7 @@ from skpose.skeleton._root import heading
 from skpose.skeleton._skeleton import Skeleton
 
 ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
+NEAR = 0.25  # of the smaller step at the ends, below which the last pose is the first one again
 FAR = 0.2  # of the largest distance from the first pose, beyond which a cycle is not whole; strides reach 0.17
 CUT = 1.5  # steps by which the cut at whole frames may be off
 SEAM = 0.1  # of the largest change between two frames, by which the end of a cycle may be off its start
@@ -60,21 +61,25 @@ class Frames(NamedTuple):
         return self._replace(poses=poses)
 
 
-def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, bool]:
-    """A cycle, and whether the frames were one; without `endpoint` the frame that ends it is added."""
+def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
+    """A cycle, and a warning if the frames were none; without `endpoint` the frame that ends it is added."""
     positions = _positions(frames)
     steps = _distances(positions[1:], positions[:-1]) / np.diff(frames.numbers)
+    complaint = ""
     if not endpoint:
+        if _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
+            complaint = "the last pose is the first one again, but is taken for the one before: pass endpoint=True"
         frames = _add_end(frames)
         positions = _positions(frames)
     away = _distances(positions, positions[0])
-    is_whole = away[-1] <= max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean()))
+    if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
+        complaint = "the motion ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
     turn = frames.turns[-1]
     gap = steps_from(frames.bones, frames.poses[-1:], frames.rotate(turn).poses[:1])
     shares = (frames.numbers - frames.numbers[0]) / (frames.numbers[-1] - frames.numbers[0]) - 0.5
     closed = frames._replace(poses=move(frames.bones, frames.poses, shares[:, None] * gap), places=frames.places.copy())
     closed.heights[:] += shares * (frames.heights[0] - frames.heights[-1])
-    return closed, bool(is_whole)
+    return closed, complaint
 
 
 def _add_end(frames: Frames) -> Frames:

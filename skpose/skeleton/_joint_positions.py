@@ -3,12 +3,12 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._bone import axes_of, with_columns
 from skpose.skeleton._rotations import rotations_of
-from skpose.skeleton._skeleton import Skeleton
 
 
-def joint_positions(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> np.ndarray:
+def joint_positions(skeleton: SkeletonLike, angles: np.ndarray, root: Rotation) -> np.ndarray:
     """The positions (n, n_joints + 1, 3) of the root and of the joints, m, relative to the root."""
     orientations, positions = [root], [np.zeros((len(angles), 3))]
     bones = with_columns(skeleton.bones)

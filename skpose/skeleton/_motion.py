@@ -33,7 +33,7 @@ from skpose.skeleton._root import (
 )
 from skpose.skeleton._sampling import check_seen, choose_frames, join_seen, resample_frames, seen_between, seen_of
 from skpose.skeleton._skeleton import Skeleton
-from skpose.skeleton._stance import upright_turn
+from skpose.skeleton._upright import upright_turn
 
 if TYPE_CHECKING:
     import pandas
@@ -322,8 +322,8 @@ class Motion:
         Warns
         -----
         UserWarning
-            If the end is so far from the first pose that the motion is not one whole cycle: more than a fifth as far as
-            the farthest pose, and than one and a half usual steps.
+            If the last pose is the first one and `endpoint` is False, or if the motion is not one whole cycle: the end
+            is more than a fifth as far from the first pose as the farthest pose, and than one and a half usual steps.
 
         See Also
         --------
@@ -345,9 +345,9 @@ class Motion:
         Motion(73 frames at 24 Hz, 3.0 s, y up, Skeleton(n_joints=1, n_dofs=1))
         """
         self._check_heading("to_cycle", least=3)
-        cycle, is_whole = close_cycle(self._frames, endpoint)
-        if not is_whole:
-            warn("the motion ends far from its first pose: it is not one whole cycle, but is closed nevertheless")
+        cycle, complaint = close_cycle(self._frames, endpoint)
+        if complaint:
+            warn(complaint)
         return self._with_frames(cycle)
 
     def repeat(self, n: int) -> "Motion":
@@ -716,7 +716,7 @@ class Motion:
         )
 
     def without_root(self) -> "Motion":
-        """Return the orientation of the root from the poses to the root, the inverse of `with_root`.
+        """Move the orientation of the root from the poses back to the root, the inverse of `with_root`.
 
         The joint at the root is removed, and its rotation becomes part of the root's: positions in the world do not
         change. The poses need not come from `with_root`; they may be means of such.

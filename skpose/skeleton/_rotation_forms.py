@@ -73,7 +73,8 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
         raise ValueError(f"rotations must have shape (n_poses, {str(expected)[1:]} for {form!r}, got {array.shape}")
     if not len(array):
         return np.zeros((0, skeleton.n_dofs))
-    _refuse(~np.isfinite(array.reshape(len(array) * len(bones), -1)).all(axis=1), bones, "must be finite numbers")
+    infinite = ~np.isfinite(array.reshape(len(array) * len(bones), -1))
+    _refuse(np.asarray(infinite.any(axis=1)), bones, "must be finite numbers")
     numbers = array.reshape(-1, *form_of.shape)
     if form_of.bad is not None:
         _refuse(form_of.bad(numbers), bones, form_of.expected)

@@ -22,8 +22,7 @@ from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._sampling import join_seen, seen_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
-from skpose.skeleton._stance import HIGH, LOW
-from skpose.skeleton._upright import complaint_of_up, describe_up, find_up
+from skpose.skeleton._upright import HIGH, LOW, complaint_of_up, describe_up, find_up
 
 __all__ = [
     "BALL",

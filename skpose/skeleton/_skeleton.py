@@ -13,7 +13,7 @@ from skpose._typing import ArrayLike
 from skpose._validation.names import near_names
 from skpose._validation.options import check_choice
 from skpose._validation.skeletons import check_skeleton
-from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
+from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
 from skpose.skeleton._comparison import check_comparable
 from skpose.skeleton._html import columns_of_bones, foldable_table
 from skpose.skeleton._selection import select_bones
@@ -261,10 +261,7 @@ class Skeleton:
     @cached_property
     def limits(self) -> np.ndarray | None:
         """Range of each dof, rad, of shape (n_dofs, 2); None if no bone has limits."""
-        if all(bone.limits is None for bone in self.bones):
-            return None
-        free = (-np.inf, np.inf)
-        return _freeze([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
+        return None if all(bone.limits is None for bone in self.bones) else _freeze(ranges_of(self.bones))
 
     @cached_property
     def weights(self) -> np.ndarray:
