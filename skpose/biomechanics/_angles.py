@@ -31,21 +31,21 @@ class Three(NamedTuple):
 
 
 def angles_of(rotations: np.ndarray) -> Three:
-    """Return the angles about z, x and y of rotations (n, 3, 3)."""
+    """The angles about z, x and y of rotations (n, 3, 3)."""
     flexion, adduction = direction_angles(rotations[:, :, 1])
     rotation = np.arctan2(-rotations[:, 2, 0], rotations[:, 2, 2])
     return Three(flexion, adduction, np.where(np.isnan(flexion), np.nan, rotation))
 
 
 def direction_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles about z and then x that take up to directions (n, 3), in the axes of the proximal segment."""
+    """The angles about z and then x that take up to directions (n, 3), in the axes of the proximal segment."""
     flexion = np.arctan2(-y[:, 0], y[:, 1])
     adduction = np.arcsin(np.clip(y[:, 2], -1.0, 1.0))
     return np.where(np.hypot(y[:, 0], y[:, 1]) < LOCKED, np.nan, flexion), adduction
 
 
 def pelvis_angles(rotations: np.ndarray) -> Three:
-    """Return tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
+    """Tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
 
     The rotation comes first, so that tilt and list are those of the person, in any direction.
     """
@@ -57,14 +57,14 @@ def pelvis_angles(rotations: np.ndarray) -> Three:
 
 
 def elevation_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return plane and angle of elevation (Wu 2005) of right arms with y (n, 3), in the axes of the trunk."""
+    """Plane and angle of elevation (Wu 2005) of right arms with y (n, 3), in the axes of the trunk."""
     elevation = np.arctan2(np.hypot(y[:, 0], y[:, 2]), y[:, 1])
     plane = np.arctan2(-y[:, 0], -y[:, 2])
     return np.where(np.hypot(y[:, 0], y[:, 2]) < HANGING, np.nan, plane), elevation
 
 
 def set_upright(y: np.ndarray) -> np.ndarray:
-    """Return axes (n, 3, 3) of segments with these y (n, 3) that have no rotation about them, in proximal axes.
+    """Axes (n, 3, 3) of segments with these y (n, 3) that have no rotation about them, in proximal axes.
 
     Directions to the side, where flexion is not defined, are taken as adduction alone.
     """
@@ -78,7 +78,7 @@ def set_upright(y: np.ndarray) -> np.ndarray:
 
 
 def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rotation of segments about themselves that bends of a hinge show, rad, and the bends, degrees.
+    """The rotation of segments about themselves that bends of a hinge show, rad, and the bends, degrees.
 
     Axes (n, 3, 3) are those of `set_upright` segments, distal (n, 3) the y of the next ones in the same axes. The sign
     is 1 where a bend goes forward, as of an elbow, and -1 where it goes backward.
@@ -91,13 +91,13 @@ def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[
 
 
 def about_y(angles: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) by angles about y."""
+    """The rotations (n, 3, 3) by angles about y."""
     sin, cos, zero = np.sin(angles), np.cos(angles), np.zeros(len(angles))
     rows = [[cos, zero, sin], [zero, zero + 1.0, zero], [-sin, zero, cos]]
     return np.moveaxis(np.array(rows), 2, 0)
 
 
 def partly(bend: np.ndarray) -> np.ndarray:
-    """Return how far a rotation that a bend (n,) shows counts, from 0 for a straight limb to 1 for a bent one."""
+    """How far a rotation that a bend (n,) shows counts, from 0 for a straight limb to 1 for a bent one."""
     t = np.clip((bend - STRAIGHT) / (BENT - STRAIGHT), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)

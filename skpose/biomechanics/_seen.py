@@ -43,7 +43,7 @@ def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
 
 
 def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:
-    """Return in which frames the places of joints are known, (n_frames, n): the joint, or what it is fixed to, is seen.
+    """In which frames the places of joints are known, (n_frames, n): the joint, or what it is fixed to, is seen.
 
     Three points that are not on one line show where everything is that is fixed to them.
     """
@@ -62,12 +62,12 @@ def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:
 
 
 def _is_spread(points: np.ndarray, size: float) -> bool:
-    """Return whether points (n, 3) of a segment of some size, m, are not on one line."""
+    """Whether points (n, 3) of a segment of some size, m, are not on one line."""
     return len(points) > 2 and bool(np.linalg.svd(points - points.mean(axis=0))[1][1] > SPREAD * size)
 
 
 def _seen_points(motion: Motion, known: np.ndarray, segment: Segment) -> np.ndarray:
-    """Return which points of a segment, its start and its end are known, (n_frames, n_points + 2).
+    """Which points of a segment, its start and its end are known, (n_frames, n_points + 2).
 
     The root has no position of its own. It is where a joint of no length is, or as far from a joint that another
     segment carries as their bone is long.

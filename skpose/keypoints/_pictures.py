@@ -106,7 +106,9 @@ def _sign(positions: np.ndarray) -> str:
     if 0.0 <= low[2] < high[2] <= 2.0 and not (points[:, 2] % 1.0).any() and not others_are_flags:
         return "with COCO's visibility as third number"
     wide, deep = _extents(positions)
-    if low[2] >= 0.0 and (wide > PIXELS and 0.0 < high[2] <= 1.0 or wide > CENTIMETRES and 2.0 < high[2] <= PERCENT):
+    if low[2] >= 0.0 and (
+        (wide > PIXELS and 0.0 < high[2] <= 1.0) or (wide > CENTIMETRES and 2.0 < high[2] <= PERCENT)
+    ):
         return "in pixels with a score as third number"
     least, middle, most = _spread(points)
     if least <= THICKNESS**2 * most and middle > THICKNESS * most:

@@ -5,19 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.biomechanics import GaitEvents, JointAngles
-from skpose.biomechanics._shared import are_of_one_recording, leg_lengths
-from skpose.kinematics._shared import find_landmarks
 from skpose.motions import Repetitions
-from skpose.skeleton import Motion
 
 PERCENT = np.arange(101.0)  # of the cycle, at which curves are known
 LONGEST_GAP = 0.1  # s without frames across which curves are interpolated
 SIDES = ("left", "right", "")  # of angles; those of the middle have none
-ENDS = {f"{side}_{end}" for side in ("left", "right") for end in ("hip", "ankle")}  # of legs
-OTHER_POSES = (
-    "cycles are of another recording than angles: times are equal, but the legs are bent otherwise; pass joint_angles "
-    "and gait_events, or segment_repetitions, of one motion"
-)
 
 
 class Cycles(NamedTuple):
@@ -41,8 +33,6 @@ def find_cycles(angles: JointAngles, cycles: Any) -> Cycles:
         frames, noun, of_others = _check_frames(cycles), "cycle", False
     if of_others or frames.max() > len(angles):
         raise ValueError(_of_another(f"cycles end at frame {frames.max()}", angles))
-    if isinstance(cycles, Repetitions) and not _are_poses_of(cycles, angles):
-        raise ValueError(OTHER_POSES)
     spans = angles.times[frames - [0, 1]]
     return Cycles(dict.fromkeys(SIDES, spans), noun, "")
 
@@ -71,8 +61,6 @@ def _strides(angles: JointAngles, events: GaitEvents) -> Cycles:
         raise ValueError(f"cycles has no strides: {events.reason}; pass cycles=None for curves over time")
     if not _are_times_of(events.motion_times, angles):
         raise ValueError(_of_another(f"cycles end at {events.times[-1]:.2f} s", angles))
-    if not are_of_one_recording(events.leg_lengths, angles.leg_lengths):
-        raise ValueError(OTHER_POSES)
     feet = events.feet[events.strides[:, 0]]
     times = events.times[events.strides[:, [0, 2]]]
     spans = {side: times[feet == side] for side in SIDES[:2]}
@@ -83,17 +71,6 @@ def _strides(angles: JointAngles, events: GaitEvents) -> Cycles:
 def _are_times_of(times: np.ndarray, angles: JointAngles) -> bool:
     """Return whether times are those of the frames of angles: else they are of another recording, or of a part."""
     return len(times) == len(angles) and np.allclose(times, angles.times, rtol=0.0, atol=1e-6)
-
-
-def _are_poses_of(repetitions: Repetitions, angles: JointAngles) -> bool:
-    """Return whether repetitions can be of the recording of angles, or have no legs that are known."""
-    motions = [one for one in repetitions.motions if isinstance(one, Motion)]
-    known = find_landmarks(motions[0].skeleton).joints if motions else {}
-    if angles.leg_lengths is None or not known.keys() >= ENDS:
-        return True
-    rows = [np.arange(*both) for both in zip(repetitions.starts, repetitions.stops, strict=True)]
-    lengths = np.concatenate([leg_lengths(one, known) for one in motions])
-    return are_of_one_recording(lengths, angles.leg_lengths[np.concatenate(rows)])
 
 
 def _of_another(end: str, angles: JointAngles) -> str:

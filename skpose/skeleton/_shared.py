@@ -1,6 +1,6 @@
 """Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.skeleton._bone import BALL, HINGE, SLIDE, are_slides, axes_of, is_axes
+from skpose.skeleton._bone import BALL, HINGE, SLIDE, are_slides, axes_of, is_axes, with_columns
 from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, remove_jumps
@@ -75,6 +75,7 @@ __all__ = [
     "steps_from",
     "straight_line",
     "with_carriers",
+    "with_columns",
     "with_root_joint",
     "without_side",
 ]
