@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference import forward_kinematics
-from scipy.spatial.transform import Rotation
-from walkers import walk
 
 from skpose import Motion
-from skpose.biomechanics import gait_events, symmetry
+from skpose.biomechanics import symmetry
 from skpose.datasets import humanoid
 
 PERSON = humanoid()
@@ -138,54 +136,6 @@ def test_deviations_are_those_of_an_independent_reference():
             assert np.cos(np.radians(found.directions[row, j])) == pytest.approx(cosine, abs=1e-9)
 
 
-def test_the_tilt_of_the_root_is_a_joint_if_it_is_asked_for():
-    """A pelvis that leans by 8° to the left does so by 16° against its mirror image."""
-    motion = squat()
-    lean = np.radians(8.0) * np.ones((len(motion), 1))
-    motion = replace(motion, root_angles=lean, root_axes="z")
-    assert np.nanmax(symmetry(motion).positions) < 1e-12
-    found = symmetry(motion.with_root("tilt"))
-    first = found.joint_asymmetries("rotation")[0]
-    assert (first.joint, round(first.largest, 6)) == ("root", 16.0)
-    assert np.isnan(found.directions[:, found.joints.index("root")]).all()  # of no length
-
-
-def test_weights_of_joints_have_no_effect():
-    motion = with_angle(stride(), "left_shank_rx", 0.1)
-    weights = dict.fromkeys(PERSON.joint_names, 0.5) | {"left_hand": 0.0}
-    other = symmetry(replace(motion, skeleton=PERSON.with_weights(weights)))
-    np.testing.assert_array_equal(symmetry(motion).positions, other.positions)
-
-
-def test_euler_angles_and_rotation_vectors_are_equal():
-    motion = with_angle(stride(), "left_thigh_rz", 0.1)
-    one, other = symmetry(motion), symmetry(motion.to_rotvec())
-    np.testing.assert_allclose(one.positions, other.positions, atol=1e-9)
-    rotating = np.isfinite(one.rotations)
-    np.testing.assert_allclose(one.rotations[rotating], other.rotations[rotating], atol=1e-5)
-
-
-def test_the_table_has_a_row_for_each_joint_and_frame():
-    found = symmetry(with_angle(stride(), "left_shank_rx", 0.1))
-    table = found.to_pandas()
-    assert len(table) == len(found.joints) * len(found.phases)
-    worst = table.loc[table["position [m]"].idxmax()]
-    first = found.joint_asymmetries("position")[0]
-    assert (worst["joint"], worst["phase [%]"], worst["position [m]"]) == (first.joint, first.phase, first.largest)
-    rows = table[table["joint"] == "left_shank"]
-    np.testing.assert_array_equal(rows["rotation [deg]"], found.rotations[:, found.joints.index("left_shank")])
-    assert (rows["partner"] == "right_shank").all()
-    with pytest.raises(ValueError, match="quantity must be 'position' or 'direction' or 'rotation', got 'angle'"):
-        found.joint_asymmetries("angle")
-
-
-def test_joints_without_a_quantity_have_none():
-    found = symmetry(walk()[: int(120 / 110 * 100) + 1], shift="none")
-    assert np.isnan(found.rotations[:, found.joints.index("left_hip")]).all()
-    assert "left_hip" not in {one.joint for one in found.joint_asymmetries("rotation")}
-    assert "left_hip" in {one.joint for one in found.joint_asymmetries("position")}
-
-
 def test_several_cycles_and_parts_of_one_are_refused():
     one = stride()
     for motion in (Motion.concatenate([one[:-1], one]), Motion.concatenate([one[:-1]] * 3), one[:80]):
@@ -198,48 +148,6 @@ def test_several_cycles_and_parts_of_one_are_refused():
         symmetry(one[:60], shift="half cycle")
 
 
-@pytest.mark.parametrize("rate", [50.0, 120.0])
-def test_strides_that_are_cut_short_or_long_are_refused(rate):
-    """A stride of 1.1 s, from each of its phases; an end that is off by a tenth is near to where it begins."""
-    motion, length = walk(width=0.18, rate=rate, cadence=120 / 1.1), round(1.1 * rate)
-    for start in range(length // 2, 3 * length // 2, length // 10):
-        for off in (-1, 0, 1):
-            assert symmetry(motion[start : start + length + 1 + off]).shift == "half cycle"
-        for off, when in ((-0.11, "before"), (0.11, "after")):
-            cut = motion[start : start + length + 1 + round(off * length)]
-            with pytest.raises(ValueError, match=r"about half of the motion of [01]\.\d* s, but the motion ends"):
-                symmetry(cut)
-            words = rf"whose last pose.* but the motion ends (elsewhere|0\.\d+ s {when} it is at its first pose again)"
-            with pytest.raises(ValueError, match=words):
-                symmetry(cut, shift="half cycle")
-
-
-@pytest.mark.slow
-def test_strides_of_walks_are_whole_and_cuts_are_not(cmu):
-    """Of the strides of CMU's walks from contact to contact 98 % pass, of those without their last 11 % 5 %."""
-    shifts = {"whole": [], "cut": []}
-    for motion, action in zip(cmu, cmu.actions, strict=True):
-        if action == "walk":
-            events = gait_events(motion)
-            for start, _, stop in events.frames[events.strides].tolist():
-                cut = round(start + 0.89 * (stop - start))
-                for kind, part in (("whole", motion[start : stop + 1]), ("cut", motion[start : cut + 1])):
-                    try:
-                        shifts[kind].append(symmetry(part).shift)
-                    except ValueError:
-                        shifts[kind].append("refused")
-    passed = {kind: np.mean(np.array(found) == "half cycle") for kind, found in shifts.items()}
-    assert passed["whole"] > 0.97
-    assert passed["cut"] < 0.06
-
-
-def test_a_movement_that_is_slow_at_both_ends_may_end_early():
-    """A squat whose last frames are missing: both sides do the same at once."""
-    motion = squat()
-    assert symmetry(motion[:93]).shift == "none"
-    assert symmetry(motion[:93], shift="half cycle").shift == "half cycle"
-
-
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(ValueError, match="at least 3, got 2"):
         symmetry(squat()[:2])
@@ -249,61 +157,3 @@ def test_what_cannot_be_compared_is_refused():
         symmetry(squat(), shift="half")
     with pytest.raises(ValueError, match="pass axis='x'"):
         symmetry(squat(), axis="z")
-
-
-def test_steps_of_unequal_time_are_deviations():
-    """The right foot comes down at 44 % of the stride, a limp."""
-    even, limp = (symmetry(walk(phase=phase, width=0.18)[55:165], shift="half cycle") for phase in (0.5, 0.44))
-    assert even.positions.mean() < 0.005
-    assert limp.positions.mean() > 4 * even.positions.mean()
-
-
-@pytest.mark.slow
-def test_healthy_walks_against_the_same_with_one_side_altered(cmu):
-    """20° more bend in the left knee are found in the left knee, in the median recording by about 20° more."""
-    added = []
-    for motion, action in zip(cmu, cmu.actions, strict=True):
-        if action != "walk":
-            continue
-        events = gait_events(motion)
-        start, _, stop = events.frames[events.strides[0]]
-        step = motion[int(start) : int(stop) + 1]
-        healthy = symmetry(step)
-        altered = symmetry(with_angle(step, "ltibia_rx", np.radians(20)))
-        assert healthy.shift == altered.shift == "half cycle"
-        assert healthy.distances["half cycle"] < 0.5 * healthy.distances["none"]
-        knee = healthy.joints.index("ltibia")
-        added.append(altered.rotations[:, knee].mean() - healthy.rotations[:, knee].mean())
-        others = [j for j, name in enumerate(healthy.joints) if name not in ("ltibia", "rtibia")]
-        np.testing.assert_allclose(altered.rotations[:, others], healthy.rotations[:, others], atol=1e-9)
-    assert len(added) == 26
-    assert min(added) > 5.0
-    assert np.median(added) > 10.0
-
-
-def test_rotations_are_relative_to_parents():
-    """Of a hip that rotates otherwise the rotations of the hip alone, the directions of all below it."""
-    motion = squat()
-    lean = with_angle(motion, "left_thigh_rz", np.radians(5))
-    found = symmetry(lean)
-    thigh, shank = (found.joints.index(f"left_{name}") for name in ("thigh", "shank"))
-    i = [name for name in PERSON.dof_names if name.startswith("left_thigh")]
-    assert [name[-1] for name in i] == ["x", "y", "z"]
-    order = PERSON.bones[thigh].dofs
-    columns = [PERSON.dof_names.index(name) for name in i]
-    expected = [
-        np.degrees((Rotation.from_euler(order, a).inv() * Rotation.from_euler(order, b)).magnitude())
-        for a, b in zip(motion.angles[:, columns], lean.angles[:, columns], strict=True)
-    ]
-    np.testing.assert_allclose(found.rotations[:, thigh], expected, atol=1e-5)
-    assert np.nanmax(found.rotations[:, shank]) < 1e-5
-    assert found.directions[:, shank].max() > 1.0
-
-
-def test_joints_that_are_not_seen_are_a_warning():
-    motion = squat()
-    seen = np.ones((len(motion), PERSON.n_joints), bool)
-    assert symmetry(replace(motion, seen=seen)).distances["none"] < 1e-9
-    seen[20:60, list(PERSON.joint_names).index("left_hand")] = False
-    with pytest.warns(UserWarning, match="not seen in some of the 101 frames: of left_hand in 40. There the fit has"):
-        symmetry(replace(motion, seen=seen))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skpose import Motion, Skeleton, forward_kinematics
+from skpose import forward_kinematics
 from skpose.datasets import humanoid, make_gait
 
 
@@ -49,11 +49,6 @@ def test_positions_of_what_is_kept_stay():
         np.testing.assert_array_equal(part.root_positions, motion.root_positions)
 
 
-def test_weights_and_limits_stay():
-    arm = Skeleton([("a", None, (1, 0, 0), "z", None, ((0, 1),), 2.0), ("b", "a", (1, 0, 0), "z")])
-    assert arm.select("a").bones == arm.bones[:1]
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -70,11 +65,3 @@ def test_weights_and_limits_stay():
 def test_selections_that_are_none(arguments, message):
     with pytest.raises(ValueError, match=message):
         humanoid().select(**arguments)
-
-
-def test_columns_are_those_of_the_larger_skeleton():
-    skeleton = humanoid()
-    with pytest.raises(ValueError, match="the other skeleton has no dof 'joint_1_rz'"):
-        Skeleton.chain(2).columns_in(skeleton)
-    motion = Motion(skeleton, 0.1 * np.arange(42)[None], 1)
-    np.testing.assert_array_equal(motion.select("head").angles, motion.angles[:, :12])  # abdomen, chest, neck, head

@@ -22,15 +22,14 @@ from skpose import (
     position_jacobian,
     rotations_from_poses,
 )
-from skpose.datasets import MotionDataset, humanoid, make_gait
+from skpose.datasets import humanoid
 from skpose.geodesics import frechet_mean, geometric_median
-from skpose.io import AsfFile, load_amc, load_asf, load_bvh, load_motion
+from skpose.io import load_bvh
 from skpose.skeleton._rest import size_of
 
 ARM = Skeleton.chain(3)
 RADIANS = np.random.default_rng(0).uniform(-1.5, 1.5, (6, 3))
 DEGREES = np.degrees(RADIANS)
-SIGN = r"reach 8\d\.\d+, and go beyond 18\.8 in 3 of 3 columns, but angles are in rad"
 
 CALLS = {
     "pose_distances": lambda X: pose_distances(X, skeleton=ARM),
@@ -72,32 +71,6 @@ def test_degrees_are_noticed_once_in_a_call_at_the_users_line(name):
     assert caught(CALLS[name], RADIANS) == []
 
 
-def test_the_sign_is_named():
-    with pytest.warns(UserWarning, match=f"^values of X {SIGN}, where 6.28 is a whole turn: .*pass np.radians"):
-        pose_distances(DEGREES, skeleton=ARM)
-    with pytest.warns(UserWarning, match=f"^values of Y {SIGN}"):
-        pose_distances(RADIANS, DEGREES, skeleton=ARM)
-    with pytest.warns(UserWarning, match=f"^values of angles {SIGN}"):
-        Motion(ARM, DEGREES, 10)
-    with pytest.warns(UserWarning, match="^values of end reach"):
-        geodesic(RADIANS[0], DEGREES[1], ARM)
-
-
-def test_later_poses_of_an_estimator_are_watched():
-    transformer = PoseDistanceTransformer(ARM).fit(RADIANS)
-    assert len(caught(transformer.transform, DEGREES)) == 1
-    shift = MedoidShift(ARM, bandwidth=1.0).fit(RADIANS)
-    assert len(caught(shift.predict, DEGREES)) == 1
-
-
-def test_the_motions_that_are_made_of_a_motion_are_not_watched_again():
-    """The user hears of it where the numbers come in: not again for each motion that the library makes of it."""
-    with pytest.warns(UserWarning, match="^values of angles reach"):
-        motion = Motion(ARM, DEGREES, 10)
-    for call in (motion.resample, MotionDataset([motion, motion[1:]]).poses):
-        assert caught(call, 5.0) == []
-
-
 def test_without_a_skeleton_any_unit_is_right():
     """The metric "angle" of degrees is that of radians, in degrees."""
     degrees, radians = (pose_distances(X, metric="angle") for X in (DEGREES, RADIANS))
@@ -112,33 +85,6 @@ def test_unwrapped_recordings_are_no_degrees():
     spinning = np.random.default_rng(0).uniform(-1, 1, (50, person.n_dofs))
     spinning[:, :3] += np.linspace(0, 200, 50)[:, None]
     assert caught(forward_kinematics, spinning, person) == []
-
-
-@pytest.mark.parametrize("random_state", range(5))
-def test_generated_gait_in_degrees_is_noticed(random_state):
-    gait = make_gait(2, 1, random_state=random_state)
-    X, _ = gait.poses(12)
-    assert caught(forward_kinematics, X, gait.skeleton) == []
-    assert len(caught(forward_kinematics, np.degrees(X), gait.skeleton)) == 1
-
-
-def test_long_recordings_are_noticed_too():
-    """Not every pose is looked at."""
-    long = np.tile(DEGREES, (5000, 1))
-    with pytest.warns(UserWarning, match=f"^values of angles {SIGN}"):
-        forward_kinematics(long, ARM)
-
-
-def test_real_recordings(cmu):
-    for motion in cmu:
-        for angles in (motion.angles, motion.unwrap().angles, motion.to_rotvec().angles):
-            assert caught(Motion, motion.skeleton, angles[:, : motion.skeleton.n_dofs], 120) == []
-        assert len(caught(Motion, motion.skeleton, np.degrees(motion.angles), 120)) == 1
-
-
-def test_empty_and_single_poses():
-    assert caught(Motion, ARM, np.zeros((0, 3)), 10) == []
-    assert caught(forward_kinematics, np.zeros((1, 3)), ARM) == []
 
 
 def bvh(scale=1.0):
@@ -163,38 +109,3 @@ def test_a_file_in_another_unit_than_metres_is_noticed(factor, unit, scale):
     assert found[0].filename == __file__
     assert f"the skeleton is {size_of(skeleton):.3g} m from end to end at angle zero" in str(found[0].message)
     assert caught(lambda: load_bvh(bvh(factor), scale=float(scale))) == []
-
-
-def test_a_scale_that_is_given_to_a_file_in_metres_is_noticed():
-    with pytest.warns(UserWarning, match="if the file is in metres, pass scale=1, which makes"):
-        load_bvh(bvh(0.01), scale=0.01)
-
-
-def test_a_size_that_no_unit_explains():
-    with pytest.warns(UserWarning, match="pass the metres of one unit as scale=$"):
-        load_bvh(bvh(1e6))
-
-
-def test_all_readers_watch_the_size():
-    for read in (
-        lambda: load_motion(DATA / "biped.bvh"),
-        lambda: load_asf(DATA / "arm.asf", scale=100.0),
-        lambda: AsfFile(DATA / "arm.asf", scale=100.0),
-        lambda: load_amc(DATA / "arm.amc", DATA / "arm.asf", scale=100.0, frame_rate=60),
-    ):
-        (warning,) = caught(read)
-        assert "from end to end at angle zero" in str(warning.message)
-        assert warning.filename == __file__
-    assert caught(load_asf, DATA / "arm.asf") == []
-
-
-def test_a_skeleton_that_is_built_by_hand_may_have_any_size():
-    assert caught(Skeleton.chain, 10) == []
-    assert caught(humanoid, 20.0) == []
-
-
-def test_the_size_is_that_of_the_joints_at_angle_zero():
-    for skeleton in (humanoid(1.8), load_asf(DATA / "arm.asf"), load_bvh(bvh(), scale=0.01).skeleton):
-        F = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
-        edges = np.ptp(np.concatenate([F, np.zeros((1, 3))]), axis=0)
-        np.testing.assert_allclose(size_of(skeleton), edges.max(), rtol=1e-12)
