@@ -49,7 +49,8 @@ def warn_of_degrees(
             continue
         columns = np.maximum(X.max(axis=0), -X.min(axis=0)) > FAR
         if columns.mean() >= SHARE and (in_estimator or is_called_by_user(1)):
-            warn(f"{name} reaches {farthest:.4g}, but angles are in rad: pass {remedy or f'np.radians({name})'}")
+            remedy = remedy or f"np.radians({name})"
+            warn(f"values of {name} reach {farthest:.4g}, but angles are in rad: if they are in degrees, pass {remedy}")
             return
 
 
@@ -60,12 +61,12 @@ def likely_unit(size: float) -> str:
 
 def complaint_of_size(size: float, scale: float) -> str | None:
     """The warning about a file's skeleton, its size in m as of `skeleton.size_of`; None if it fits a person."""
-    return _complaint(size, scale, "the skeleton is")
+    return _complaint(size, scale, "the skeleton is", "at angle zero")
 
 
 def complaint_of_extent(positions: np.ndarray, scale: float) -> str | None:
     """The warning about a file's points, in m; None if they fit a person."""
-    return _complaint(extent_of(positions), scale, "the points are")
+    return _complaint(extent_of(positions), scale, "the points are", "in the median frame")
 
 
 def extent_of(positions: np.ndarray) -> float:
@@ -77,12 +78,12 @@ def extent_of(positions: np.ndarray) -> float:
     return float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)))
 
 
-def _complaint(size: float, scale: float, subject: str) -> str | None:
+def _complaint(size: float, scale: float, subject: str, when: str) -> str | None:
     if SMALLEST <= size <= LARGEST or size == 0.0:
         return None
     unit = likely_unit(size / scale)
     in_metres = size / scale * UNITS[unit]
     remedy = "pass the metres of one unit as scale="
     if SMALLEST <= in_metres <= LARGEST:
-        remedy = f"for {unit} pass scale={UNITS[unit]:.4g}, which makes it {in_metres:.3g} m"
-    return f"{subject} {size:.3g} m from end to end with scale={scale:.4g}: {remedy}"
+        remedy = f"if the file is in {unit}, pass scale={UNITS[unit]:.4g}"
+    return f"{subject} {size:.3g} m from end to end {when}, with scale={scale:.4g}: {remedy}"

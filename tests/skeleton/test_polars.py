@@ -10,7 +10,6 @@ from skpose import (
     forward_kinematics,
     geodesic,
     pose_distances,
-    rotations_from_poses,
 )
 from skpose.geodesics import frechet_mean
 from skpose.plot import PoseDisplay
@@ -19,14 +18,12 @@ ARM = Skeleton.chain(3)
 X = np.random.default_rng(0).uniform(-1, 1, (20, 3))
 FRAME = pl.DataFrame(X, schema=list(ARM.dof_names))
 REVERSED = FRAME.select(FRAME.columns[::-1])
-WRONG = r"column 0 is 'joint_3_rz' and should be 'joint_1_rz'\); select them with \w+\[list\(skeleton.dof_names\)\]"
+WRONG = "columns of .* the order differs"
 
 FUNCTIONS = {
     "pose_distances": lambda X: pose_distances(X, skeleton=ARM),
-    "pose_distances, Y": lambda Y: pose_distances(X.copy(), Y, skeleton=ARM),
     "forward_kinematics": lambda X: forward_kinematics(X, ARM),
     "frechet_mean": lambda X: frechet_mean(X, ARM).pose,
-    "rotations_from_poses": lambda X: rotations_from_poses(X, ARM, form="6d"),
     "Motion": lambda X: Motion(ARM, X, 10).angles,
 }
 
@@ -45,6 +42,6 @@ def test_one_pose_is_a_series_a_row_or_a_data_frame_of_one_row():
         np.testing.assert_array_equal(geodesic(start, X[1], ARM).path, expected)
     with pytest.raises(ValueError, match=WRONG):
         geodesic(REVERSED[0], X[1], ARM)
-    with pytest.raises(ValueError, match="start must be one pose, got a data frame of 2 rows"):
+    with pytest.raises(ValueError, match="start must be one pose"):
         geodesic(FRAME[:2], X[1], ARM)
     assert PoseDisplay.from_pose(FRAME[0], ARM).positions.shape == (3, 3)
