@@ -141,19 +141,19 @@ def test_several_cycles_and_parts_of_one_are_refused():
     for motion in (Motion.concatenate([one[:-1], one]), Motion.concatenate([one[:-1]] * 3), one[:80]):
         if len(motion) == 80:
             motion = Motion.concatenate([one[:-1], motion])
-        with pytest.raises(ValueError, match=r"which is neither none nor half of the motion"):
+        with pytest.raises(ValueError, match="not one cycle"):
             symmetry(motion)
     assert symmetry(Motion.concatenate([one[:-1], one]), shift="none").shift == "none"
-    with pytest.raises(ValueError, match='shift="half cycle" needs a cycle, whose last pose is about its first one'):
+    with pytest.raises(ValueError, match="needs one cycle"):
         symmetry(one[:60], shift="half cycle")
 
 
 def test_what_cannot_be_compared_is_refused():
-    with pytest.raises(ValueError, match="at least 3, got 2"):
+    with pytest.raises(ValueError, match="3 frames"):
         symmetry(squat()[:2])
-    with pytest.raises(TypeError, match=r"motion must be a skpose\.Motion, got ndarray"):
+    with pytest.raises(TypeError, match="motion must be a Motion"):
         symmetry(squat().angles)
-    with pytest.raises(ValueError, match="shift must be 'auto' or 'none' or 'half cycle', got 'half'"):
+    with pytest.raises(ValueError, match="shift must be"):
         symmetry(squat(), shift="half")
     with pytest.raises(ValueError, match="pass axis='x'"):
         symmetry(squat(), axis="z")

@@ -2,14 +2,9 @@
 
 import numpy as np
 import pytest
-from people import PEOPLE, moving
+from people import moving
 
 from skpose.keypoints import fit_skeleton, layouts
-
-
-@pytest.fixture(params=list(layouts))
-def layout(request):
-    return layouts[request.param]
 
 
 def test_hips_and_trunk_on_one_line_are_refused():
@@ -19,9 +14,7 @@ def test_hips_and_trunk_on_one_line_are_refused():
     line = {"left_hip": 0.1, "right_hip": -0.1, "left_shoulder": 0.7, "right_shoulder": 0.3}
     for name, x in line.items():
         positions[:, names.index(name)] = [x, 1.0, 0.0]
-    with pytest.raises(
-        ValueError, match=r"axes of 'pelvis' cannot be found.*'left_hip', 'right_hip', 'neck' .* one line"
-    ):
+    with pytest.raises(ValueError, match="orientation of 'pelvis'"):
         fit_skeleton(positions, layout)
 
 
@@ -30,17 +23,16 @@ def test_a_point_that_is_never_seen_is_refused_and_the_remedy_works():
     positions = moving(layout)
     positions[:, layout.names.index("left_ear")] = np.nan
     keypoints = layout.keypoints(positions, 25)
-    with pytest.raises(ValueError, match=r"never seen in \d+ frames: 'left_ear'; .*layout.without\(\['left_ear'\]\)"):
+    with pytest.raises(ValueError, match="never seen: left_ear"):
         fit_skeleton(keypoints, layout)
     assert "left_ear" not in fit_skeleton(keypoints, layout.without(["left_ear"]))
     positions[:, layout.names.index("left_hip")] = np.nan
-    with pytest.raises(ValueError, match=r"'left_ear', 'left_hip', 'pelvis'; .*a Layout of your own"):
+    with pytest.raises(ValueError, match="left_ear, left_hip, pelvis"):
         fit_skeleton(positions, layout)
 
 
-@pytest.mark.parametrize("name", PEOPLE)
 @pytest.mark.parametrize(("unit", "scale"), [("millimetres", 1e3), ("centimetres", 1e2)])
-def test_other_units_are_named(name, unit, scale):
-    layout, factor = layouts[name], 1 / scale
-    with pytest.warns(UserWarning, match=f"if positions are in {unit}, pass {factor:g} \\* positions"):
+def test_other_units_are_named(unit, scale):
+    layout = layouts["coco17"]
+    with pytest.warns(UserWarning, match=f"in {unit}"):
         fit_skeleton(scale * moving(layout), layout)

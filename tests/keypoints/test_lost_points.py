@@ -47,8 +47,7 @@ def messages(call, *arguments, **options):
 @pytest.mark.parametrize("door", ARRAYS)
 def test_arrays(door):
     (message,) = messages(ARRAYS[door], LOST)
-    assert "10 positions (1.0 % of all) are exactly (0, 0, 0), of 'left_wrist'" in message
-    assert "make them NaN: positions[(positions == 0).all(axis=2)] = np.nan" in message
+    assert "10 positions are exactly (0, 0, 0), such as of 'left_wrist'" in message
     positions = LOST.copy()
     positions[(positions == 0).all(axis=2)] = np.nan
     assert messages(ARRAYS[door], positions) == []
@@ -61,7 +60,7 @@ def test_the_origin_of_the_others_is_seen():
         assert messages(door, CENTRED) == []
         lost = CENTRED.copy()
         lost[7:9, 5] = 0.0
-        assert f"2 positions (0.2 % of all) are exactly (0, 0, 0), of {H36M.names[5]!r}" in messages(door, lost)[0]
+        assert f"2 positions are exactly (0, 0, 0), such as of {H36M.names[5]!r}" in messages(door, lost)[0]
     empty = CENTRED.copy()
     empty[7:9] = 0.0
     assert f"{2 * 17} positions" in messages(H36M.keypoints, empty, 50)[0]

@@ -22,36 +22,20 @@ LABELLED[3, 4] = 0.0
 PIXELS = moving(COCO, n=20) * [200, -200, 0] + [320, 480, 0]
 SCORES = RNG.uniform(0.3, 0.9, (20, 17, 1))
 SCORED = np.concatenate([RNG.uniform(100, 500, (20, 17, 2)), RNG.uniform(0, 1, (20, 17, 1))], axis=2)
-IN_TWO = r"look like keypoints in two dimensions: {}.* Lengths of bones are not known from a picture: lift them"
-DEEP = r"in a frame points are spread over \d+\.?\d* in x or y, as pixels are, and over [01]\.\d+ in z, as scores and"
-PLANE, FLAGS = "all points of all frames are in one plane", "all third numbers are 0, 1 or 2, as COCO says"
+PLANE, FLAGS, SCORE, DEEP = "in one plane", "COCO's visibility", "a score as third number", "depths in another unit"
 PICTURES = [
-    (FLAT, f"{PLANE}, where z is 0"),
+    (FLAT, PLANE),
     (FLAT[:1], PLANE),
-    (np.where(RNG.uniform(size=(20, 17, 1)) < 0.3, np.nan, FLAT), PLANE),
-    (FLAT[..., [0, 2, 1]] + [0, 3, 0], f"{PLANE}, where y is 3"),
     (FLAT @ Rotation.random(random_state=1).as_matrix(), PLANE),
-    (FLAT.astype(np.float32) @ Rotation.random(random_state=1).as_matrix().astype(np.float32), PLANE),
-    (FLAT * [640, 480, 1], PLANE),
-    (np.add(FLAT, [0, 0, 2]), f"{PLANE}, where z is 2"),
     (LABELLED, FLAGS),
-    (LABELLED / [640, 480, 1], FLAGS),
-    (SCORED, "in a frame points are spread over .* all third numbers are between 0 and 1, as scores are"),
+    (SCORED, SCORE),
     (np.where(np.arange(20)[:, None, None] == 3, [1, 1, 1.2], 1) * np.add(PIXELS, [0, 0, 1] * SCORES), DEEP),
-    (np.add(PIXELS, moving(COCO, n=20) * [0, 0, 0.5]), DEEP),
-    (
-        np.add(2 * PIXELS, [0, 0, 100] * SCORES),
-        "in a frame .* and all third numbers are between 0 and 100, as scores in percent",
-    ),
+    (np.add(2 * PIXELS, [0, 0, 100] * SCORES), SCORE),
 ]
 DOORS = {
-    "Keypoints": lambda array: Keypoints(array, COCO.names, 30),
-    "names of no person": lambda array: Keypoints(array, [f"p{i}" for i in range(17)], 30),
     "Layout.keypoints": lambda array: COCO.keypoints(array, 30),
     "fit_skeleton": lambda array: fit_skeleton(array, COCO),
     "load_keypoints": lambda array: load_keypoints(npz(array), names=COCO.names, frame_rate=30),
-    "load_keypoints, layout": lambda array: load_keypoints(npz(array), COCO, frame_rate=30),
-    "load_keypoints, scale": lambda array: load_keypoints(npz(array), COCO, frame_rate=30, scale=0.001),
 }
 
 
@@ -64,7 +48,7 @@ def npz(array):
 @pytest.mark.parametrize("door", DOORS)
 @pytest.mark.parametrize(("array", "sign"), PICTURES)
 def test_pictures_are_refused_at_every_door(door, array, sign):
-    with pytest.raises(ValueError, match=IN_TWO.format(sign)) as caught:
+    with pytest.raises(ValueError, match=sign) as caught:
         DOORS[door](array)
     assert isinstance(caught.value, MocapFormatError) == door.startswith("load")
 
@@ -102,7 +86,6 @@ def test_an_arm_may_move_in_one_plane():
 
 
 LANDMARKS = RNG.uniform(0.2, 0.8, (5, 33, 3))
-UNIT = "as in MediaPipe's pose_landmarks and MoveNet's keypoints, whose unit is the picture: distances need"
 
 
 def messages(call, *arguments, **options):
@@ -118,10 +101,10 @@ def test_landmarks_of_a_picture_are_named():
     signed = LANDMARKS - [0, 0, 0.5]
     for one in (layout, mine):
         (message,) = messages(one.keypoints, signed, 30)
-        assert f"x and y of 100 % of the points are from 0 to 1, {UNIT} pose_world_landmarks, in metres" in message
+        assert "pose_world_landmarks" in message
         assert messages(one.keypoints, LANDMARKS - LANDMARKS[:, 23:25].mean(axis=1, keepdims=True), 30) == []
     outside = signed.copy()
     outside[:, 4, 0] = 1.02
-    assert f"x and y of 97 % of the points are from 0 to 1, {UNIT}" in messages(layout.keypoints, outside, 30)[0]
+    assert "pose_world_landmarks" in messages(layout.keypoints, outside, 30)[0]
     outside[:, :5, 0] = 1.02
     assert messages(layout.keypoints, outside, 30) == []

@@ -24,7 +24,7 @@ SPELLINGS = {
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)
-@pytest.mark.parametrize("layout", ["coco17", "kinect25", "kinect20", "mediapipe33", "body25"])
+@pytest.mark.parametrize("layout", ["coco17", "kinect25", "mediapipe33"])
 def test_any_order_and_spelling(layout, spelling):
     layout = layouts[layout]
     positions = moving(layout, n=5)
@@ -45,9 +45,7 @@ def test_points_that_only_the_standing_trial_has():
     positions = moving(layout, n=60)
     whole, off = Keypoints(positions, layout.names, 100), ["L_mknee", "R_mknee", "L_mankle", "R_mankle"]
     less = whole.select([name for name in layout.names if name not in off])
-    with pytest.raises(
-        ValueError, match=r"no point named 'L_mankle'.*or absent=\"unseen\", if other recordings of the"
-    ):
+    with pytest.raises(ValueError, match="no 'L_mankle'.*unseen"):
         layout.keypoints(less)
     walk = layout.keypoints(less, absent="unseen")
     truth = layout.keypoints(whole)

@@ -29,7 +29,7 @@ def test_a_row_for_each_frame_and_three_columns_for_each_point():
 
 
 @pytest.mark.parametrize("sure", [None, 0.7])
-@pytest.mark.parametrize("name", ["coco17", "plug_in_gait39", "body25"])
+@pytest.mark.parametrize("name", ["coco17", "plug_in_gait39"])
 def test_its_csv_is_read_as_the_same_keypoints(tmp_path, name, sure):
     layout = layouts[name]
     positions = np.random.default_rng(1).normal(size=(5, len(layout.names), 3))

