@@ -81,7 +81,6 @@ def test_summary_and_table_are_of_the_strides():
     assert repr(found).startswith("GaitParameters(")
     assert "steps/min" in repr(found)
     assert "100 Hz, y up" in repr(found)
-    assert "left_foot" in repr(found.events)
 
 
 @pytest.mark.parametrize("up", ["x", "y", "z"])
@@ -92,16 +91,6 @@ def test_figures_are_the_same_in_every_direction_of_every_world(up, heading):
     assert (found["foot"] == expected["foot"]).all()
     numbers = expected.columns[1:]
     np.testing.assert_allclose(found[numbers], expected[numbers], atol=1e-6)
-
-
-def test_mirrored_walks_have_the_sides_exchanged():
-    motion = walk(phase=0.46, turn=0.2)
-    events, other = gait_events(motion), gait_events(motion.mirrored())
-    assert [{"left": "right", "right": "left"}[foot] for foot in events.feet] == other.feet.tolist()
-    np.testing.assert_allclose(events.times, other.times, atol=1e-9)
-    one, two = gait_parameters(events), gait_parameters(other)
-    np.testing.assert_allclose(one.step_length, two.step_length, atol=1e-9)
-    np.testing.assert_allclose(one.step_width, two.step_width, atol=1e-9)
 
 
 def jump_of(motion, frame, metres=0.0, degrees=0.0):
@@ -176,7 +165,7 @@ def test_what_shows_no_gait_is_refused():
         gait_events(motion[::5])
     with pytest.raises(ValueError, match="root_positions"):
         gait_events(replace(motion, root_positions=None))
-    with pytest.raises(ValueError, match="motion.up is 'z'"):
+    with pytest.raises(ValueError, match=r"motion.up is 'z'"):
         gait_events(replace(motion, up="z"))
     with pytest.raises(ValueError, match="1 frames"):
         gait_events(motion[:1])
@@ -206,13 +195,6 @@ def squats():
     return Motion(SKELETON, angles, 100, np.stack([0 * depth, 0.9 - drop, 0.1 * depth], axis=1))
 
 
-def noise(seed, wander):
-    rng = np.random.default_rng(seed)
-    angles = rng.normal(scale=0.3, size=(600, 18))
-    root = np.cumsum(rng.normal(scale=wander, size=(600, 3)), axis=0) * [1, 0, 1]
-    return Motion(SKELETON, angles, 100, root)
-
-
 def smooth_noise(seed):
     """Legs that swing slowly and at random while the pelvis glides."""
     rng = np.random.default_rng(seed)
@@ -228,8 +210,6 @@ CONTROLS = {
     "squats": squats(),
     "hops": feet_together(),
     "steps on the spot": replace(walk(), root_positions=0.1 * walk().root_positions),
-    "noise": noise(0, 0.0001),
-    "noise that wanders": noise(1, 0.02),
     "smooth noise": smooth_noise(0),
     "backwards": walk(facing=np.pi),
     "sideways": walk(facing=np.pi / 2, step=0.4),

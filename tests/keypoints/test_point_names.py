@@ -45,7 +45,7 @@ def test_points_that_only_the_standing_trial_has():
     positions = moving(layout, n=60)
     whole, off = Keypoints(positions, layout.names, 100), ["L_mknee", "R_mknee", "L_mankle", "R_mankle"]
     less = whole.select([name for name in layout.names if name not in off])
-    with pytest.raises(ValueError, match="no 'L_mankle'.*unseen"):
+    with pytest.raises(ValueError, match=r"no 'L_mankle'.*unseen"):
         layout.keypoints(less)
     walk = layout.keypoints(less, absent="unseen")
     truth = layout.keypoints(whole)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from people import ALONE, ARM, lengths, moving, one_bone
+from people import ALONE, lengths, moving
 
 from skpose import forward_kinematics
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
@@ -28,15 +28,6 @@ def test_several_recordings_are_one_person(recordings):
     arrays = [moving(layout, n=n, seed=n) for n in (120, 80)]
     assert fit_skeleton(arrays, layout) == skeleton
     assert fit_skeleton([arrays[0].tolist(), recordings[1]], layout) == skeleton
-
-
-def test_recordings_with_another_axis_up_are_turned():
-    layout = replace(ARM, name="z")
-    y_up = one_bone(0.3, 40, 0.0, 0)
-    turned = Keypoints(y_up[..., [2, 0, 1]], ARM.names, 25, up="z")
-    one = fit_skeleton([Keypoints(y_up, ARM.names, 25), turned], layout)
-    np.testing.assert_allclose(one.rest_rotations, fit_skeleton(y_up, layout).rest_rotations, atol=1e-12)
-    np.testing.assert_allclose(one.offsets, fit_skeleton(y_up, layout).offsets, atol=1e-12)
 
 
 def uneven(layout, seed=0):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from people import PEOPLE, moving, standing_in
+from people import standing_in
 
 from skpose.io import load_keypoints
 from skpose.keypoints import fit_skeleton, layouts
@@ -60,16 +60,3 @@ def test_remedies(direction):
     i = "xyz".index(direction[-1])
     np.testing.assert_allclose(of_names.positions[..., i], positions[..., 1])
     assert messages(fit_skeleton, of_array, stated) == []
-
-
-@pytest.mark.parametrize("name", PEOPLE)
-def test_people_of_each_layout(name):
-    layout = layouts[name]
-    for positions in (person(layout), moving(layout, n=60)):
-        upright = along(layout.up, positions) if positions.shape[0] == 30 else positions
-        assert messages(layout.keypoints, upright, 30) == []
-        other = "z" if layout.up[-1] == "y" else "y"
-        turned = np.roll(upright, "xyz".index(other) - "xyz".index(layout.up[-1]), axis=2)
-        (message,) = messages(layout.keypoints, turned, 30)
-        assert f"points stand along {other}" in message
-        assert messages(replace(layout, up=layout.up[:-1] + other).keypoints, turned, 30) == []

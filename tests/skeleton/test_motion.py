@@ -69,14 +69,6 @@ def test_resampling_by_a_whole_factor_takes_frames_as_they_are():
     np.testing.assert_array_equal(motion.resample(240).angles[::2], angles)
 
 
-def test_resampling_between_frames_is_linear():
-    motion = Motion(ARM, np.linspace([0, 1], [3, -1], 31), 30)
-    up = motion.resample(12)
-    times = np.arange(len(up)) / 12
-    assert len(up) == 13
-    np.testing.assert_allclose(up.angles, np.stack([3 * times, 1 - 2 * times], axis=1), atol=1e-12)
-
-
 def hinges_of(limits):
     """One hinge with limits, and one without."""
     return Skeleton([Bone("a", None, (1, 0, 0), "z", limits=(limits,)), Bone("b", "a", (1, 0, 0), "z")])

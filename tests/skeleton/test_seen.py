@@ -46,17 +46,3 @@ def test_frames(motion, seen):
     finer = motion.resample(20)
     np.testing.assert_array_equal(finer.seen[::2], seen)
     np.testing.assert_array_equal(finer.seen[1::2], seen[:-1] & seen[1:])
-
-
-def test_joints(motion, seen):
-    part = motion.select(drop=["left_thigh", "head"])
-    columns = [NAMES.index(name) for name in part.skeleton.joint_names]
-    np.testing.assert_array_equal(part.seen, seen[:, columns])
-    other = [name.replace("left", "R").replace("right", "left").replace("R", "right") for name in NAMES]
-    np.testing.assert_array_equal(motion.mirrored().seen, seen[:, [NAMES.index(name) for name in other]])
-    whole = motion.with_root("whole")
-    np.testing.assert_array_equal(whole.seen[:, 1:], seen)
-    assert not whole.seen[:, 0].any()
-    np.testing.assert_array_equal(whole.without_root().seen, seen)
-    for same in (motion.to_rotvec(), motion.to_rotvec().to_euler("zyx"), motion.unwrap()):
-        np.testing.assert_array_equal(same.seen, seen)
