@@ -50,11 +50,11 @@ class InstanceOf(HasMethods):
         Says whether a value is an instance.
     name : str
         Public name of the class.
-    explain : callable
+    explain : callable, optional
         Called with any other value; may raise a TypeError with a remedy.
     """
 
-    def __init__(self, is_one: Callable[[object], bool], name: str, explain: Callable[[object], None]):
+    def __init__(self, is_one: Callable[[object], bool], name: str, explain: Callable[[object], Any] = lambda _: None):
         super().__init__("__class__")
         self.is_one, self.name, self.explain = is_one, name, explain
 

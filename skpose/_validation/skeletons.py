@@ -17,21 +17,8 @@ def is_skeleton(value: object) -> bool:
 def check_skeleton(skeleton: Any) -> None:
     """Refuse a value that is not a `Skeleton`."""
     if not is_skeleton(skeleton):
-        raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}{_remedy(skeleton)}")
-
-
-def explain_no_skeleton(value: object) -> None:
-    """Raise an error with the remedy if there is one; scikit-learn's own message has none."""
-    if not is_skeleton(value) and _remedy(value):
-        check_skeleton(value)
-
-
-def _remedy(value: object) -> str:
-    if value is not None and hasattr(value, "skeleton"):  # a motion, a dataset
-        return f": pass {type(value).__name__.lower()}.skeleton"
-    if hasattr(value, "__array__") or isinstance(value, list | tuple):
-        return ": poses come first, then the skeleton"
-    return ""
+        remedy = f": pass {type(skeleton).__name__.lower()}.skeleton" if hasattr(skeleton, "skeleton") else ""
+        raise TypeError(f"skeleton must be a skpose.Skeleton, got {type(skeleton).__name__}{remedy}")
 
 
 def limits_of(skeleton: SkeletonLike) -> np.ndarray:
@@ -43,4 +30,4 @@ def limits_of(skeleton: SkeletonLike) -> np.ndarray:
 
 
 # The constraint of the parameter `skeleton` of functions and estimators, for scikit-learn's validation.
-IS_SKELETON = InstanceOf(is_skeleton, "skpose.Skeleton", explain_no_skeleton)
+IS_SKELETON = InstanceOf(is_skeleton, "skpose.Skeleton")

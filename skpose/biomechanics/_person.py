@@ -67,29 +67,22 @@ def check_joints(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]
         for other in joints:
             if joints[other] == joints[mark] and _part(other) != _part(mark):
                 raise ValueError(f"{mark} and {other} are one joint, {given[mark]!r}: check joints=")
-    _check_sides(skeleton, person, given)
-
-
-def _part(mark: str) -> str:
-    """A landmark, or the one that may be at the same joint: a foot ends at the ball or the toe."""
-    return "head" if mark in HEADS else mark.replace("toe", "ball")
-
-
-def _check_sides(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]) -> None:
-    """Refuse arms on the other side than the legs, and names of the other side if no foot shows the front.
-
-    With feet, toes that point backward show later that left and right are exchanged.
-    """
     hips, shoulders = pair(person, "hip"), pair(person, "shoulder")
     if hips is not None and shoulders is not None:
         at_zero = positions_at_zero(skeleton)
         across, above = (at_zero[right] - at_zero[left] for left, right in (hips, shoulders))
         if across @ above < OTHER_SIDE * np.linalg.norm(across) * np.linalg.norm(above):
             raise ValueError("the left arm is on the side of the right leg: exchange left and right of one in joints=")
-    if any(f"{side}_{mark}" in person.joints for side in SIDES for mark in ("ball", "toe")):
-        return
-    by_name = dict(zip(skeleton.joint_names, split_sides(skeleton.joint_names), strict=True))
-    for mark, name in given.items():
-        side = by_name[name][0]
-        if side and mark.startswith(SIDES) and not mark.startswith(side):
-            raise ValueError(f"joints[{mark!r}] is {name!r}, on the {side} by its name: name a toe too, or exchange")
+    if not any(mark.endswith(("ball", "toe")) for mark in joints):  # toes that point backward show exchanged sides
+        by_name = dict(zip(skeleton.joint_names, split_sides(skeleton.joint_names), strict=True))
+        for mark, name in given.items():
+            side = by_name[name][0]
+            if side and mark.startswith(SIDES) and not mark.startswith(side):
+                raise ValueError(
+                    f"joints[{mark!r}] is {name!r}, on the {side} by its name: name a toe too, or exchange"
+                )
+
+
+def _part(mark: str) -> str:
+    """A landmark, or the one that may be at the same joint: a foot ends at the ball or the toe."""
+    return "head" if mark in HEADS else mark.replace("toe", "ball")

@@ -13,10 +13,7 @@ def choose_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -
     if isinstance(frames, slice):
         step = abs(frames.indices(n)[2])
     else:
-        try:
-            frame = range(n)[index(frames)]
-        except TypeError:
-            raise TypeError(f"a motion is indexed by a frame or a slice, got {type(frames).__name__}") from None
+        frame = range(n)[index(frames)]
         frames = slice(frame, frame + 1)
     numbers = frame_numbers[frames]
     numbers = np.abs(numbers - numbers[:1])
