@@ -1,6 +1,6 @@
 """Angles between the two segments of each joint, and of the pelvis in the world.
 
-Rotations are matrices (n, 3, 3) from the axes of the distal segment to those of the proximal one. They are taken apart
+Rotations are matrices (n, 3, 3) from the axes of the distal segment to the proximal ones. They are taken apart
 as Grood and Suntay (1983) do, about the proximal z, then x, then the distal y. With the axes of the ISB these are
 flexion, adduction and internal rotation of a right limb. Left ones are mirrored, which reverses the last two.
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Bend of a joint, degrees, from which it shows the rotation of the segment before it, and where it begins to. In
+# Bend of a joint, degrees, that shows the rotation of the segment before it, fully and at all. In
 # between a straight limb becomes a bent one without a jump; flexion of a straight limb is measured as if it were not
 # rotated, which is off by less than 1° for rotations of 30°.
 BENT, STRAIGHT = 15.0, 5.0
@@ -23,7 +23,7 @@ HANGING = 0.05  # sine of the elevation below which an arm has no plane of eleva
 
 
 class Three(NamedTuple):
-    """Angles (n,) about three axes, rad; NaN where they are not defined."""
+    """Angles (n,) about three axes, rad; NaN if undefined."""
 
     flexion: np.ndarray
     adduction: np.ndarray
@@ -47,7 +47,7 @@ def direction_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def pelvis_angles(rotations: np.ndarray) -> Three:
     """Tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
 
-    The rotation comes first, so that tilt and list are those of the person, in any direction.
+    The rotation comes first, so that tilt and list do not depend on the heading.
     """
     tilt = np.arctan2(rotations[:, 1, 0], rotations[:, 1, 1])
     lean = np.arcsin(np.clip(-rotations[:, 1, 2], -1.0, 1.0))
@@ -80,7 +80,7 @@ def set_upright(y: np.ndarray) -> np.ndarray:
 def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
     """The rotation of segments about themselves that bends of a hinge show, rad, and the bends, degrees.
 
-    Axes (n, 3, 3) are those of `set_upright` segments, distal (n, 3) the y of the next ones in the same axes. The sign
+    Axes (n, 3, 3) come from `set_upright`, distal (n, 3) the y of the next ones in the same axes. The sign
     is 1 where a bend goes forward, as of an elbow, and -1 where it goes backward.
     """
     y = axes[:, :, 1]

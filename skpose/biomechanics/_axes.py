@@ -47,7 +47,7 @@ class Reference(NamedTuple):
 def find_reference(
     skeleton: Skeleton, segments: dict[str, Segment], turned: Turned, up: np.ndarray | None
 ) -> Reference | str:
-    """A pose, one frame, as a reference, or in words why nobody stands in it; up is None for the rest pose.
+    """A pose, one frame, as a reference, or why it does not stand; up is None for the rest pose.
 
     The vertical of a rest pose is the axis along which the legs are. Whether a person stands in another pose is to be
     known.

@@ -31,7 +31,7 @@ LEGS = (0.2, 1.5)  # m, from hip to ankle, shortest and longest
 # 2,050°/s. The fastest of 235 recordings of CMU and HDM05 has 4.4 m/s and 670°/s, except CMU 03_02, which jumps.
 FASTEST, ERROR = 12.0, 0.01  # m/s, m
 FASTEST_TURN, ERROR_OF_TURN = 2200.0, 5.0  # °/s, °
-STILL = 1e-6  # m, below which the root does not move
+STILL = 1e-6  # m, largest movement of a root at rest
 
 
 class Feet(NamedTuple):
@@ -97,7 +97,7 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
     feet = feet_at(here[:, shown][..., _axes(motion.up)], motion.frame_numbers[shown], motion.frame_rate)
     metre = 1.0
     if not LEGS[0] <= feet.leg <= LEGS[1]:
-        metre = feet.leg  # as that of a person is nearly one
+        metre = feet.leg  # a person's is nearly one
         warn(f"legs of {feet.leg:.3g} m are not a person's, so lengths are not in metres: read the file with scale=")
     _check_jumps(here[[MARKS.index("left_hip"), MARKS.index("right_hip")]] / metre, motion)
     return feet

@@ -41,9 +41,9 @@ class GaitEvents:
     up : {"x", "y", "z"}
         The axis of the world that points up.
     reason : str
-        Why there are no events.
+        The reason if events are missing.
     motion_times : ndarray of shape (n_frames,)
-        Times of the frames of the motion, s, by which events of another recording are recognised.
+        Times of the frames of the motion, s.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class GaitEvents:
     >>> from skpose.datasets import humanoid
     >>> still = Motion(humanoid(), np.zeros((60, 42)), 60, np.linspace([0, 0, 0], [0, 0, 0.05], 60))
     >>> gait_events(still).reason.partition(",")[0]
-    'the pelvis moves along the floor by at most 0.051 m/s'
+    'the pelvis travels at most 0.051 m/s'
     """
 
     feet: np.ndarray
@@ -106,7 +106,7 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
     be lower than 0.05 of the length of the leg above its floor, the median height in the slower half of that stance:
     runners' feet are slow in the air, too.
 
-    Direction and speed of travel are those of the middle between the hips along the floor, averaged over about a step
+    Direction and speed of travel of the middle between the hips along the floor are averaged over about a step
     (Gaussian weights, standard deviation 0.25 s), so that turns are followed. Positions are filtered before: the median
     of three frames, against spikes, then a low-pass (Butterworth, second order, 10 Hz, forwards and backwards).
 

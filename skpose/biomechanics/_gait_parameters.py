@@ -67,7 +67,7 @@ class GaitParameters:
     """Spatio-temporal parameters of every stride, as `gait_parameters` finds them.
 
     A stride goes from a contact of a foot to the next contact of that foot, and is that foot's. Its step is the second
-    half: from the contact of the other foot to that of the foot. Lengths are along the floor.
+    half: from the contact of the other foot to its own. Lengths are along the floor.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     TypeError
         If `motion` is neither.
     ValueError
-        If there are no strides, with the reason; for what `gait_events` refuses.
+        If strides are missing, with the reason; see also `gait_events`.
 
     Warns
     -----
@@ -197,7 +197,7 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
 
     See Also
     --------
-    gait_events : The events, and what they assume.
+    gait_events : The events and their assumptions.
 
     Notes
     -----
@@ -254,7 +254,7 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
 
 
 def _warn_of_cadence(found: GaitParameters) -> None:
-    """Warn about a cadence beyond that of people."""
+    """Warn about an impossible cadence."""
     cadence, known = float(np.median(found.cadence)), found.stance[np.isfinite(found.stance)]
     walks = len(known) > 0 and float(np.median(known)) > 50.0
     if cadence > (FASTEST_WALK if walks else FASTEST_RUN):

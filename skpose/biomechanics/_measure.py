@@ -233,7 +233,7 @@ def _unwrap(angles: np.ndarray) -> np.ndarray:
 def _axes_by_lines(turned: Turned, segments: dict[str, Segment], name: str) -> np.ndarray:
     """Axes (n, 3, 3) of a pelvis or trunk by the line of hips or shoulders.
 
-    y is from the hips to the shoulders, or away from the knees if there are no shoulders.
+    y is from the hips to the shoulders, or away from the knees without shoulders.
     """
     z = turned.direction(segments[name])
     hips = turned.positions[:, segments["pelvis"].start] + turned.positions[:, segments["pelvis"].end]

@@ -1,7 +1,7 @@
 """The segments of a person: which joint carries each, how it is turned, and whether positions show that.
 
 A segment is what is rigid between two joints: the thigh, the trunk. It is found by the landmarks of its skeleton, the
-joints of which the names are known. Its *axes* are those of the ISB: x forward, y up, z to the right, where the person
+joints with known names. Its *axes* follow the ISB: x forward, y up, z to the right, where the person
 stands with hanging arms.
 """
 
@@ -100,7 +100,7 @@ class Turned(NamedTuple):
     positions: np.ndarray  # (n_frames, n_joints + 1, 3) of the joints in the axes of the world, the root the last, m
 
     def direction(self, segment: Segment) -> np.ndarray:
-        """The directions (n_frames, 3) from the start of a segment to its end; zeros where it has no length."""
+        """The directions (n_frames, 3) from the start of a segment to its end; zeros without length."""
         along = self.positions[:, segment.end] - self.positions[:, segment.start]
         sizes = np.linalg.norm(along, axis=1, keepdims=True)
         return np.divide(along, sizes, out=np.zeros_like(along), where=sizes > 0.0)

@@ -3,7 +3,7 @@
 A foot is farthest ahead of the pelvis about when it comes down, and farthest behind when it lifts off (Zeni et al.).
 In between it stands: from the first to the last moment at which the ankle is slower than half the speed of travel, or
 the front of the foot slower than 0.8 of it (Bonci et al.). A runner's foot is that slow in the air too, so the slow
-part must also be about as low as where it is slowest.
+part must also be about as low as at its slowest moment.
 """
 
 from typing import NamedTuple
@@ -13,17 +13,17 @@ from scipy.signal import find_peaks
 
 from skpose.biomechanics._feet import Feet
 
-ANKLE, TOE = 0.5, 0.8  # of the speed of travel, below which a part of the foot stands
-LOW = 0.05  # of the length of the leg, above the height at which a part of the foot stands still, below which it stands
+ANKLE, TOE = 0.5, 0.8  # of the speed of travel; slower parts of the foot stand
+LOW = 0.05  # of the length of the leg; parts of the foot that are lower above their floor stand
 SWING = 0.1  # of the length of the leg: a foot moves to and fro by at least this, relative to the pelvis
-LEAST_SPEED = 0.06  # of √(g · leg), 0.18 m/s for a leg of 0.9 m, above which one travels
+LEAST_SPEED = 0.06  # of √(g · leg), 0.18 m/s for a leg of 0.9 m
 GRAVITY = 9.81  # m/s²
 PHASES = (0.3, 0.7)  # of a stride, between which the other foot comes down
 STRIDE_TIMES = (0.3, 3.0)  # s
 SIDEWAYS = 45.0  # degrees between the direction of a stride and that in which the pelvis faces
 FORWARD = 0.35  # of the length of the leg: shorter strides are steps on the spot
 SLIDES = 0.33  # of the speed of travel: a foot on the floor is slower in half of its stance; 0.23 in recordings
-UPRIGHT = 0.5  # of the length of the leg, by which the pelvis is above the lower ankle, at least
+UPRIGHT = 0.5  # of the length of the leg, least height of the pelvis above the lower ankle
 
 
 class Stance(NamedTuple):
@@ -63,7 +63,7 @@ def find_stances(feet: Feet) -> list[Stance]:
         for rows in _supports(fore, aft, SWING * feet.leg):
             floors = [_floor(part[rows, 2], own[rows]) for part, own in zip(parts, slow, strict=True)]
             heights = [(part[:, 2] - floor) / (LOW * feet.leg) for part, floor in zip(parts, floors, strict=True)]
-            # A part stands below 1, where it is slow and low; the foot stands where one of them does.
+            # A part stands below 1, if it is slow and low; the foot stands if one of them does.
             unrest = np.minimum(*(np.maximum(*both) for both in zip(slow, heights, strict=True)))
             middle = rows.start + int(unrest[rows].argmin())
             if unrest[middle] < 1.0:

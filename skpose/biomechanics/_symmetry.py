@@ -22,9 +22,9 @@ CLOSED = 0.2  # of the farthest distance from the first pose, within which the l
 LATE = 0.06
 ENDS = 0.04  # of the cycle, at each end, over which its velocity is averaged
 MOVING = 0.35  # of the usual speed: what is slower at both ends, as squats are, does not show how late it ends
-NEAR = 0.15  # of the motion, by which the lag of the two sides may differ from none or half
-BETTER = 0.7  # of the distance without a shift, below which another lag is the better one
-AS_GOOD = 1.3  # times the distance at half a cycle, below which another lag is as good: that of several cycles
+NEAR = 0.15  # of the motion, tolerance of the lag of the two sides from none or half
+BETTER = 0.7  # of the distance without a shift; a lag with less is better
+AS_GOOD = 1.3  # times the distance at half a cycle; a lag with less is as good, as in several cycles
 EQUAL = 1e-9  # m, of rounding
 LAGS = 60  # that are compared
 MOST_NAMES = 5  # of joints in a message
@@ -72,7 +72,7 @@ class SymmetryResult:
     phases : ndarray of shape (n_frames,)
         Share of the motion, from 0 to 100 %.
     positions : ndarray of shape (n_frames, n_joints)
-        Distance between the position of the joint and the mirror image of that of its partner, the root at the origin
+        Distance between the joint and the mirror image of its partner, the root at the origin
         in its own axes, m.
     directions : ndarray of shape (n_frames, n_joints)
         Angle between the direction of the bone to the joint and the mirrored one of its partner, in the axes of the
@@ -356,7 +356,7 @@ def _bones(positions: np.ndarray, skeleton: Skeleton) -> np.ndarray:
 
 
 def _angles_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """The angles (n, n_joints) between bones, degrees; NaN for those of no length."""
+    """The angles (n, n_joints) between bones, degrees; NaN without length."""
     sine, cosine = np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)
     angles = np.degrees(np.arctan2(sine, cosine))
     angles[:, np.linalg.norm(skeleton.offsets, axis=1) <= NO_DIRECTION] = np.nan

@@ -18,7 +18,7 @@ from skpose.keypoints._shared import is_of_layout
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import describe_up, find_up
 
-# Degrees up to which a person stands, and from which deviations are reported. OpenCap's standing trial has 3 at knees,
+# Largest deviation of a person who stands, degrees, and the least one that is reported. OpenCap's standing trial has 3 at knees,
 # 8 at shanks and 12 at upper arms, a standing person of CMU 16 to 25 at knees. No frame of walks and runs of OpenCap
 # (131) and CMU (5,082) passes; with 30 some would. Few of HDM05's standing people pass: their skeletons bend the knees
 # of a straight leg by 25 to 35, and the rest pose is a better zero.
@@ -38,7 +38,7 @@ REMEDY = "pass zero=, a frame or recording of standing upright with hanging arms
 
 
 class Deviation(NamedTuple):
-    """Deviation of a limb from that of a person who stands."""
+    """Deviation of a limb from a standing person's."""
 
     what: str
     degrees: float
@@ -146,7 +146,7 @@ def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
 
 
 def _find_deviations(turned: Turned, segments: dict[str, Segment], up: np.ndarray) -> list[Deviation]:
-    """Deviations of limbs from those of a person who stands, except in the `FEW` worst frames."""
+    """Deviations of limbs from a standing person's, except in the `FEW` worst frames."""
     along = {name: turned.direction(segment) for name, segment in segments.items()}
     found: list[Deviation] = []
 

@@ -81,7 +81,7 @@ def fit_skeleton(
     .. math:: L^4 = \operatorname{mean}(d^2)^2 - 1.5 \operatorname{var}(d^2),
 
     which is unbiased by noise that is normal and the same in all directions. The plain mean of a bone of 5 cm is 8 %
-    too long with noise of 1 cm in each coordinate. Noise along one axis, such as that of a camera's depth, is corrected
+    too long with noise of 1 cm in each coordinate. Noise along one axis, such as a camera's depth, is corrected
     for bones that are several times as long.
 
     *Rest pose.* The root has x to the left, y up and z forward: its rigid points, with the start of the trunk at a low
@@ -90,7 +90,7 @@ def fit_skeleton(
     forearms held forward, as in running. That is in the middle of the range of joints, and rotation vectors jump half a
     turn from rest. It applies to bones between points with names of the library's layouts in any spelling: "left_knee",
     "LKnee". Bones between other points have the person's own mean direction in the axes of their parent. The axes of a
-    bone at rest are those of the shortest rotation from forward.
+    bone at rest follow by the shortest rotation from forward.
 
     Points that are rigid with a bone or with the root are at their mean place, and show its twist if they are off its
     line, such as shoulders for the neck. The twist of other bones is not shown.
@@ -147,7 +147,7 @@ def fit_skeleton(
 
 
 def is_of_layout(skeleton: Skeleton) -> bool:
-    """Whether a skeleton has the form of those of `fit_skeleton`, whose rest pose is a layout's.
+    """Whether a skeleton has the form of a result of `fit_skeleton`, whose rest pose is a layout's.
 
     All of its joints that rotate have three dofs, and bones along x of their own axes, as in no mocap file.
     """

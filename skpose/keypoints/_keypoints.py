@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Keypoints:
-    """Positions of named points at a constant frame rate, such as those of a pose estimator or of markers.
+    """Positions of named points at a constant frame rate, such as keypoints of a pose estimator or markers.
 
     Parameters
     ----------

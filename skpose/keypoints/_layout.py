@@ -33,7 +33,7 @@ class Layout:
         Names of the points in the order of the array, each once. Names with a side, such as "left_hip" and
         "right_hip", make pairs.
     parents : mapping of str to str or None
-        Parent of each point and of each midpoint; None for the root, of which there is one.
+        Parent of each point and of each midpoint; None for the only root.
     midpoints : mapping of str to iterable of str, default={}
         Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips.
     rigid : iterable of str, default=()
@@ -47,7 +47,7 @@ class Layout:
     Attributes
     ----------
     points : tuple of str
-        All points: those of the array, then the midpoints.
+        All points: the array's, then the midpoints.
     root : str
         The point without a parent.
     pairs : tuple of pairs of str
@@ -143,7 +143,7 @@ class Layout:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """All points: those of the array, then the midpoints."""
+        """All points: the array's, then the midpoints."""
         return (*self.names, *self.midpoints)
 
     @property

@@ -48,7 +48,7 @@ class _Layouts(Mapping[str, Layout]):
 
     ``layouts["coco17"].source`` is the source of the order of the points. Keypoints lifted from pictures to 3-D have
     the axes of the program that lifts them: if y is not up, pass ``dataclasses.replace(layouts["coco17"], up="z")``.
-    `Layout` makes another one in a few lines.
+    `Layout` makes your own in a few lines.
 
     Files of markers name their points, and some lack a few:
     ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers are on the skin,

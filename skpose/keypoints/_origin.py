@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 FEW = 3  # other points needed to locate the person
-NEAR = 0.5  # distance of the origin from the other points, relative to their extent, up to which it is in the person
+NEAR = 0.5  # largest distance of an origin in the person from the other points, relative to their extent
 
 
 def find_lost(positions: np.ndarray) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 Distances between poses found from them look plausible and are wrong: a bone that points at the camera is short. Four
 signs are refused: all points of all frames in one plane, as with z = 0; COCO's visibility, 0, 1 or 2, instead of z;
-pixels with a score instead of z, from 0 to 1 or in percent; pixels with a depth in another unit, by which a person is
-a hundredth as deep as tall. No measurement of a person has them. A mechanism may move in one plane, but few have as
+pixels with a score instead of z, from 0 to 1 or in percent; pixels with a depth in another unit, so that a
+person is a hundredth as deep as tall. No measurement of a person has them. A mechanism may move in one plane, but few have as
 many points as a person, and none has left and right.
 
 If x and y of nearly all points are from 0 to 1, they may be relative to the size of a picture, or a child in a corner
@@ -19,14 +19,14 @@ from skpose.skeleton._shared import others
 
 POINTS, PAIRED = 8, 6  # points that a person has at least: of any names, and with left and right among them
 THICKNESS = 1e-6  # of a plane, relative to its extent
-LOOKED_AT = 1024  # frames at most, evenly spaced, where they show that there is no sign
+LOOKED_AT = 1024  # frames at most, evenly spaced, for a first look
 PIXELS = 10.0  # points of one person are so many metres apart at most
 CENTIMETRES = 250.0  # and so many centimetres
-# Extent of scores and of relative depths, and over that of pixels; T-poses of rigs are less than 2 % deep.
+# Extent of scores and of relative depths, and its ratio to the extent of pixels; T-poses of rigs are less than 2 % deep.
 SHALLOW, SCORES = 0.01, 2.0
 PERCENT, OVERSHOOT = 100.0, 1.1  # the highest scores of estimators
 NEARLY_ALL = 0.9  # of the points of a person who is partly outside the picture
-UPRIGHT = 1.5  # extent along z over that along x and y, above which people stand along z, and no picture shows them
+UPRIGHT = 1.5  # extent along z over x and y; with more, people stand along z, unlike in pictures
 REMEDY = "Lift keypoints to 3-D first: a picture does not show lengths of bones"
 
 
@@ -99,7 +99,7 @@ def _find_seen(positions: np.ndarray) -> np.ndarray:
 
 
 def _sign(positions: np.ndarray) -> str:
-    """The sign that positions, of which some are seen, are in two dimensions; empty if there is none."""
+    """The sign that positions are in two dimensions; empty if there is none."""
     points = _find_seen(positions)
     low, high = points.min(axis=0), points.max(axis=0)
     others_are_flags = high.max() <= 2.0 and not (points % 1.0).any()

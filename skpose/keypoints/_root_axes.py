@@ -5,7 +5,7 @@ import numpy as np
 from skpose.keypoints._layout import Layout
 
 TRUNK = 0.1  # weight of what moves relative to the root, such as the spine: it only says where rigid points do not
-ON_A_LINE = 1e-3  # second singular value over the first, below which points say nothing of the rotation about a line
+ON_A_LINE = 1e-3  # second singular value over the first; points with less do not show the rotation about their line
 ROUNDS = 20
 SETTLED = 1e-6  # change of the mean shape, relative to its size, at which the rounds end
 
@@ -19,11 +19,11 @@ class Points(dict):
 
 
 def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
-    """The axes (n_frames, 3, 3) of the root as columns, in those of the world; NaN where they are not known.
+    """The axes (n_frames, 3, 3) of the root as columns, in the world's axes; NaN if unknown.
 
     Points that are rigid with the root, and the start of the trunk, are turned onto their mean shape: generalised
     Procrustes analysis with Kabsch's rotations, J. C. Gower, "Generalized Procrustes analysis", Psychometrika 40, 1975,
-    doi:10.1007/BF02291478. Left and up are those of the mean shape. Without left and right by name, left is from the
+    doi:10.1007/BF02291478. Left and up refer to the mean shape. Without left and right by name, left is from the
     last of the rigid points to the first, and up to all of them, as the fingers of a hand are up from the wrist. If
     there are no such points, or all are on one line, nothing is turned: the root has the axes of the world, with y up.
     """
@@ -130,7 +130,7 @@ def _kabsch(vectors: np.ndarray, weights: np.ndarray, shape: np.ndarray) -> np.n
 
 
 def _mean_shape(layout: Layout, axes: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """The mean (k, 3) of the vectors (n, k, 3) in the axes (n, 3, 3), NaN where they are not known."""
+    """The mean (k, 3) of the vectors (n, k, 3) in the axes (n, 3, 3), NaN if unknown."""
     known = ~np.isnan(axes[:, 0, 0])
     if not known.any():
         raise ValueError(

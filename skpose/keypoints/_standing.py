@@ -43,7 +43,7 @@ _LEFT = (
     (("ear",), (0.08, 1.6, 0.01)),
     (("mouth",), (0.025, 1.54, 0.1)),
 )
-# A hand by itself, with x to the side of the thumb and y to the fingers, which are straight.
+# A hand alone, with x to the side of the thumb and y to the fingers, which are straight.
 _HAND = {"wrist": (0.0, 0.0, 0.0)} | {
     f"{finger}{joint}": (x, y, 0.0)
     for finger, x, heights in (

@@ -9,7 +9,7 @@ from skpose.skeleton._shared import HIGH, LOW
 N_FRAMES = 32  # checked, evenly spaced
 NEARLY_ALL = 0.9  # of these
 FLAT = 0.8  # height over the largest extent below which a person does not stand along an axis
-# Of the pelvis, from which the trunk begins: whoever sits on the floor has it along another axis than the whole.
+# Names of the pelvis, the start of the trunk: it is upright in a person who sits on the floor.
 MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"
 TRUNK = 0.25  # length of the trunk over the extent below which it is not used
 

@@ -32,13 +32,13 @@ class Bone(NamedTuple):
         a *hinge* about any axis, as in robots: its one column is the angle about `axis`. "slide" is a joint that moves
         along any axis: its one column is the displacement along `axis`, m.
     rest_rotation : (3, 3) nested tuples, default=None
-        Constant rotation before the dofs: from the joint's own axes to those of its parent at angle zero. None is
+        Constant rotation before the dofs: from the joint's own axes to its parent's axes at angle zero. None is
         the identity.
     limits : tuple of (lower, upper) pairs, default=None
         Range of each dof, rad (m for a slide), in the order of `dofs`. A ball joint has none.
     weight : float, default=None
         Weight of the joint at the far end in distances, see `Skeleton.with_weights`. None is 1, or 0 for a joint that
-        is always at the same point as another one with weight.
+        is always at the same point as a joint with weight.
     axis : tuple of 3 floats, default=None
         Axis of a hinge or a slide in the joint's own axes, of any length. None for all other dofs.
     dof_name : str, default=None

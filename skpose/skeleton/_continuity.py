@@ -78,7 +78,7 @@ def continuous_angles(angles: np.ndarray) -> np.ndarray:
 def continuous_vectors(vectors: np.ndarray) -> np.ndarray:
     """Rotation vectors (n_frames, 3) of the same rotations, each the nearest to the one before."""
     size = np.linalg.norm(vectors, axis=1)
-    # A rotation by zero has any axis: it takes that of the frame before rather than one left by rounding.
+    # A rotation by zero has any axis: use the axis of the frame before rather than one left by rounding.
     turned = size > NO_TURN
     last = np.maximum.accumulate(np.where(turned, np.arange(len(vectors)), 0))
     axis = (vectors / np.where(turned, size, 1.0)[:, None])[last]
@@ -87,7 +87,7 @@ def continuous_vectors(vectors: np.ndarray) -> np.ndarray:
         return vectors
 
     def nearest(before: float, now: tuple[float, float]) -> float:
-        """The signed size of this frame's vector along its axis, from that of the frame before."""
+        """The signed size of this frame's vector along its axis, given the size in the frame before."""
         between, given = now
         return given + TWO_PI * round((between * before - given) / TWO_PI)
 

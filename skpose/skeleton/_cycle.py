@@ -2,7 +2,7 @@
 
 Let δ be the difference between end and start: a rotation of each joint and of the root's tilt, and a height. With s
 from 0 to 1 over the cycle, frame s is changed by (s − ½) δ, a rotation about a fixed axis, so that the ends meet
-halfway. Place and heading do not change: their difference is how far the cycle goes.
+halfway. Place and heading do not change: their difference is the travel of the cycle.
 """
 
 from typing import NamedTuple
@@ -17,10 +17,10 @@ from skpose.skeleton._root import heading
 from skpose.skeleton._skeleton import Skeleton
 
 ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
-NEAR = 0.25  # of the smaller step at the ends, below which the last pose is the first one again
+NEAR = 0.25  # of the smaller step at the ends; if nearer, the last pose is the first one again
 FAR = 0.2  # of the largest distance from the first pose, beyond which a cycle is not whole; strides reach 0.17
 CUT = 1.5  # steps by which the cut at whole frames may be off
-SEAM = 0.1  # of the largest change between two frames, by which the end of a cycle may be off its start
+SEAM = 0.1  # of the largest change between two frames; tolerance at the ends of a cycle
 ROUNDING = 1e-6  # of files: rad, m
 
 
@@ -85,7 +85,7 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
 def _add_end(frames: Frames) -> Frames:
     """Add a frame at the mean of the velocities of the last step and of the first.
 
-    The first step is also that of the next cycle, with the heading of this one's end.
+    The first step is repeated at the end, with the heading of the end.
     """
     ends = np.array([0, -1])
     times = np.diff(frames.numbers)[ends]

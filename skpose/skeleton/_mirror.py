@@ -2,7 +2,7 @@
 
 Let G be the rotation of a joint since angle zero, in the axes of the root, and k the partner of joint j. The mirror
 image of G is M G_k S_j, with the reflection M of the world and a constant reflection S_j. S_j takes the directions of
-the bones at angle zero to those of their partners, S_j d_j = d_k, so that bones point to the mirror images of their
+the bones at angle zero to their partners' directions, S_j d_j = d_k, so that bones point to the mirror images of their
 partners. If the skeleton is its own mirror image at angle zero, S = M for all joints. Some files are not: all bones lie
 along x, for example, and the angles of each frame form the person. There the bones that a joint carries show its S if
 they point in several directions. A single direction leaves the twist about it open: it is chosen by quarter turns that
@@ -27,7 +27,7 @@ from skpose.skeleton._skeleton import Skeleton
 PARALLEL = 1e-12  # axes that differ by less are one
 MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
-LINE = 2e-2  # second singular value over the first, below which directions are on one line
+LINE = 2e-2  # second singular value over the first; directions with less are on one line
 ROOT = -1
 SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
 REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
@@ -56,7 +56,7 @@ def mirror_poses(
                 f"left and right must be mirror images, but {names[0]!r} and {names[1]!r} differ in parents"
             )
     rest = _rest_axes(skeleton)
-    world = axis if axis != up else next(letter for letter in "xyz" if letter != up)  # nobody is turned upside down
+    world = axis if axis != up else next(letter for letter in "xyz" if letter != up)  # not upside down
     reflections = _reflections(skeleton, poses, other, rest, axis, world)
 
     each = list(with_columns(skeleton.bones))
@@ -118,7 +118,7 @@ def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, a
 
 
 def _rest_axes(skeleton: Skeleton) -> np.ndarray:
-    """Each joint's axes at angle zero in those of the root, (n_joints, 3, 3)."""
+    """Each joint's axes at angle zero in the axes of the root, (n_joints, 3, 3)."""
     rest = Rotation.from_matrix(skeleton.rest_rotations.copy()).as_matrix()  # exactly orthonormal
     for j, parent in enumerate(skeleton.parents):
         if parent >= 0:
@@ -162,7 +162,7 @@ def _fitted_reflections(
         expected = np.diag(_mirror_of(world)) if j == ROOT else means[k].T @ found[parent] @ means[j]
         bones = [b for b in carried.get(j, []) if other[b] in carried.get(k, [])]
         if j >= 0 and min(skeleton.bones[j].n_dofs, skeleton.bones[k].n_dofs) < 3:
-            found[j] = found[parent]  # those of few dofs have axes, which they keep
+            found[j] = found[parent]  # joints with few dofs keep their axes
         elif bones or j != ROOT:
             found[j] = _fit(directions[bones], directions[[other[b] for b in bones]], expected, j == k)
         else:

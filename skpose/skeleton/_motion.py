@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-HEADED = 1e-6  # rad, above which the heading of poses changes
+HEADED = 1e-6  # rad, tolerance of a constant heading
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -70,7 +70,7 @@ class Motion:
         The name of the root in the file from which the motion was read.
     seen : array-like of shape (n_frames, n_joints) of bool, or bool, default=None
         For poses fitted to positions, as by `skpose.inverse_kinematics`: the joints with a position in each frame;
-        True is all of them. Positions do not show all rotations, such as that of a straight arm about itself. None is a
+        True is all of them. Positions do not show all rotations, such as the twist of a straight arm. None is a
         recording of rotations.
 
     Attributes
@@ -266,7 +266,7 @@ class Motion:
         Other angles change linearly along their difference wrapped to [−π, π], so that a jump by 360° in a file is not
         a rotation. Angles of joints with one or two dofs stay within limits that exclude part of the circle: a robot's
         hinge turns from −170° to 160° through zero. New times that coincide with frames, as from 120 to 12 Hz, take
-        these unchanged. Gaps of missing frames stay gaps. There is no low-pass filter: a lower rate aliases faster
+        these unchanged. Gaps of missing frames stay gaps. Without a low-pass filter, a lower rate aliases faster
         movements.
 
         Parameters
@@ -521,12 +521,12 @@ class Motion:
         """Mirror the motion: exchange left and right.
 
         The mirror is the plane through the origin across an axis that points to the left or right at angle zero. With
-        the reflection M, the world rotation R of a joint since angle zero becomes that of its partner on the other
-        side, M R M, and so does the root's; its position p becomes M p. The skeleton stays: if left and right differ in
+        the reflection M, the world rotation R of a joint since angle zero becomes M R M of its partner on the other
+        side, and so does the root's; its position p becomes M p. The skeleton stays: if left and right differ in
         length, or by less than 45° in direction at angle zero, so do the mirrored limbs.
 
         For skeletons that are not their own mirror image at angle zero across any axis, R becomes M R S, with a
-        constant reflection S of each joint that takes bones at zero to those of the other side. All bones then point to
+        constant reflection S of each joint that takes bones at zero to the other side's bones. All bones then point to
         the mirror images of their partners; twists about bones are determined up to quarter turns, which are chosen
         such that the mean pose is nearest to its mirror image. Files with all bones along x at angle zero are such.
 

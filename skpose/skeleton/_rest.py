@@ -8,7 +8,7 @@ NO_DIRECTION = 1e-3  # share of the longest bone: a shorter one, or none, has no
 
 
 def axes_at_zero(skeleton: SkeletonLike) -> np.ndarray:
-    """The axes (n_joints, 3, 3) of each joint at angle zero, in those of the root."""
+    """The axes (n_joints, 3, 3) of each joint at angle zero, in the root's axes."""
     axes = np.empty((skeleton.n_joints + 1, 3, 3))  # the last is the root's, whose index is -1
     axes[-1] = np.eye(3)
     for j, (parent, rest) in enumerate(zip(skeleton.parents, skeleton.rest_rotations, strict=True)):

@@ -8,7 +8,7 @@ from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rotations import columns_of, fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
-EXACT = 1e-9  # rad, by which angles about fewer than three axes may miss an orientation
+EXACT = 1e-9  # rad, tolerance of angles about fewer than three axes
 
 
 def root_parts(

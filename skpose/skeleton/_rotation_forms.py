@@ -27,7 +27,7 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
     rotations : array-like of shape (n_poses, n_rotating_joints, ...)
         The rotation of each joint that has dofs, in the order of the skeleton's bones:
         ``[bone.name for bone in skeleton.bones if bone.dofs]``. A rotation takes the joint's axes from those at angle
-        zero to those of the pose. It excludes the constant `rest_rotation` of the bone.
+        zero to the pose. It excludes the constant `rest_rotation` of the bone.
     skeleton : Skeleton
         The skeleton of the poses.
     form : {"quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"}

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from skpose.skeleton._bone import Bone, axes_of
 
 TWO_PI = 2.0 * np.pi
-NO_TURN = 1e-12  # rad, below which a rotation is rounding and has no axis
+NO_TURN = 1e-12  # rad; smaller rotations are rounding and lack an axis
 LOCKED = 1e-14  # cosine of the middle angle below which two Euler axes are one; larger, it would change rotations
 
 
@@ -34,7 +34,7 @@ def columns_of(bone: Bone, rotations: Rotation, near: np.ndarray) -> np.ndarray:
 
 
 def fit_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
-    """The columns (n, n_dofs) of a joint that best give rotations, and the angles (n,), rad, by which they miss.
+    """The columns (n, n_dofs) of a joint that best give rotations, and the remaining angles (n,), rad.
 
     A joint with three dofs takes any rotation; a hinge comes as near as it can.
     """

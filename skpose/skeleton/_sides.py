@@ -7,7 +7,7 @@ from collections.abc import Sequence
 _WORD = re.compile(r"(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])")
 _LETTER = re.compile(r"(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])")
 SURE = (_WORD, _LETTER)
-# Names of a side if there is a joint with the other one: "lfemur", "LHip", "armLeft", "HipR".
+# Names of a side if a joint has the other side: "lfemur", "LHip", "armLeft", "HipR".
 MAYBE = (
     re.compile(r"left|right", re.IGNORECASE | re.ASCII),  # Turkish has letters that are an i in Unicode alone
     re.compile(r"(?<![A-Za-z0-9])[LlRr](?=[A-Za-z])"),
@@ -32,7 +32,7 @@ def partners(names: Sequence[str]) -> list[int]:
 def sides(names: Sequence[str]) -> list[str]:
     """The side of each joint by its name: "left", "right", or "" on the middle line.
 
-    Letters such as those of "lfemur" and "LHip" state a side if there is a joint with the other one.
+    Letters as in "lfemur" and "LHip" state a side if a joint has the other side.
     """
     return [side for side, _ in split_sides(names)]
 

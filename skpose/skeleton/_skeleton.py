@@ -42,7 +42,7 @@ class Skeleton:
     joint_names : tuple of str
         Names of the joints, without the root.
     dof_names : tuple of str
-        One name for each column of an array of poses, such as "lfemur_rx"; columns are in rad, those of slides in m.
+        One name for each column of an array of poses, such as "lfemur_rx"; columns are in rad, slides in m.
     parents : ndarray of shape (n_joints,)
         Index of each joint's parent, -1 for the root; a parent comes before its children.
     offsets : ndarray of shape (n_joints, 3)
@@ -282,7 +282,7 @@ class Skeleton:
             A mapping, or a pandas Series indexed by name, sets the weights of some joints; the others keep theirs. An
             array sets one for each of ``skeleton.joint_names``. "mass" gives each joint its share of the mass of a
             person, the mean of women and men of [1]_: each segment is split between its ends such that its centre of
-            mass is preserved. Lengths are then those of the kinetic energy of a person of 1 kg.
+            mass is preserved. Lengths then measure the kinetic energy of a person of 1 kg.
 
         Returns
         -------
@@ -297,7 +297,7 @@ class Skeleton:
 
         Notes
         -----
-        By default every joint has weight 1, except that of several joints always at one point all but one have 0.
+        By default every joint has weight 1. Among joints always at one point only the first has weight.
 
         "mass" finds thighs, shanks, feet, upper arms, forearms, hands and the head by name. The trunk, without the
         pelvis, is spread evenly over the length of the spine. The mass at the root is left out, as the root does not

@@ -20,7 +20,7 @@ N_ENDS = 4  # joints without children from which a skeleton with unknown names i
 
 
 def high_and_low(names: list[str]) -> tuple[list[int], list[int]]:
-    """The indices of names of points that are high on a person, and of those that are low."""
+    """The indices of names of points high on a person, and of points low on a person."""
     high, low = (
         [i for i, name in enumerate(names) if any(part in name.lower() for part in parts)] for parts in (HIGH, LOW)
     )

@@ -1,4 +1,4 @@
-"""Weights of the joints in distances: those of the bones, and defaults."""
+"""Weights of the joints in distances."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
