@@ -26,8 +26,7 @@ def orientations(motion):
 
 
 @pytest.mark.parametrize("frame", TREES)
-@pytest.mark.parametrize("part", ["whole", "tilt"])
-@pytest.mark.parametrize("up", UP)
+@pytest.mark.parametrize(("part", "up"), [("whole", "y"), ("tilt", "y"), ("tilt", "z")])
 def test_all_positions_are_rotated_by_the_joint_at_the_root(frame, part, up):
     motion = random_motion(TREES[frame])
     rooted = motion.with_root(part, up=up)
@@ -46,8 +45,7 @@ def test_all_positions_are_rotated_by_the_joint_at_the_root(frame, part, up):
 
 
 @pytest.mark.parametrize("up", UP)
-@pytest.mark.parametrize("seed", range(5))
-def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up, seed):
+def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up, seed=0):
     motion = random_motion(TREES["own"], seed)
     heading = np.random.default_rng(seed).uniform(-9, 9, len(motion))
     moved = Rotation.from_rotvec(heading[:, None] * UP[up]) * orientations(motion)
@@ -67,11 +65,9 @@ def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up, seed):
     assert np.abs(c.angles - d.angles).max() > 0.1
 
 
-@pytest.mark.parametrize("frame", TREES)
-@pytest.mark.parametrize("part", ["whole", "tilt"])
-@pytest.mark.parametrize("up", UP)
-@pytest.mark.parametrize("axes", ["ZXY", "xyz", "y", "zx", ""])
-def test_without_root_is_the_inverse(frame, part, up, axes):
+@pytest.mark.parametrize(("part", "up"), [("whole", "y"), ("tilt", "y"), ("tilt", "z")])
+@pytest.mark.parametrize("axes", ["ZXY", "zx", ""])
+def test_without_root_is_the_inverse(part, up, axes, frame="parent"):
     motion = random_motion(TREES[frame], axes=axes)
     motion = replace(motion, up=up, root_name="Hips", frame_numbers=np.arange(len(motion)) * 2 + 5)
     there = motion.with_root(part).without_root()
