@@ -21,7 +21,8 @@ def check_position_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -
     shape = np.shape(X)
     if len(shape) > 2:
         expected = f"(n_samples, {3 * skeleton.n_joints})"
-        raise ValueError(f"{name} must have shape {expected}, got {shape}: pass {name}.reshape(len({name}), -1)")
+        remedy = f": pass {name}.reshape(len({name}), -1)" if shape[1:] == (skeleton.n_joints, 3) else ""
+        raise ValueError(f"{name} must have shape {expected}, got {shape}{remedy}")
 
 
 def check_position_width(X: Any, skeleton: SkeletonLike, name: str) -> None:
