@@ -24,9 +24,10 @@ def check_names(X: Any, names: Sequence[str], name: str, columns: str) -> None:
     found = list(getattr(X, "columns", ()))
     if found == list(names) or not set(found) & set(names):
         return
-    wrong = [one for one in found if one not in names] or [one for one in names if one not in found]
-    detail = f"{wrong[0]!r} does not match" if wrong else "the order differs"
-    raise ValueError(f"columns of {name} must be those of the skeleton ({detail}): pass {name}[{columns}]")
+    wrong = sorted(set(found) ^ set(names), key=str) or [a for a, b in zip(found, names, strict=False) if a != b]
+    raise ValueError(
+        f"columns of {name} must be those of the skeleton in order, see {wrong[0]!r}: pass {name}[{columns}]"
+    )
 
 
 def check_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:

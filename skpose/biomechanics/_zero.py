@@ -18,10 +18,10 @@ from skpose.keypoints._shared import is_of_layout
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import describe_up, find_up
 
-# Largest deviation of a person who stands, degrees, and the least one that is reported. OpenCap's standing trial has 3 at knees,
-# 8 at shanks and 12 at upper arms, a standing person of CMU 16 to 25 at knees. No frame of walks and runs of OpenCap
-# (131) and CMU (5,082) passes; with 30 some would. Few of HDM05's standing people pass: their skeletons bend the knees
-# of a straight leg by 25 to 35, and the rest pose is a better zero.
+# Largest deviation of a person who stands, degrees, and the least one that is reported. OpenCap's standing trial has 3
+# at knees, 8 at shanks and 12 at upper arms, a standing person of CMU 16 to 25 at knees. No frame of walks and runs of
+# OpenCap (131) and CMU (5,082) passes; with 30 some would. Few of HDM05's standing people pass: their skeletons bend
+# the knees of a straight leg by 25 to 35, and the rest pose is a better zero.
 LIMIT, SMALL = 25.0, 12.0
 ELBOW_LIMIT = 45.0  # 35 in OpenCap's standing trial, 20 to 40 in standing people of CMU
 FEW = 0.1  # share of the frames of a recording that may deviate more

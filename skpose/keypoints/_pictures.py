@@ -2,9 +2,9 @@
 
 Distances between poses found from them look plausible and are wrong: a bone that points at the camera is short. Four
 signs are refused: all points of all frames in one plane, as with z = 0; COCO's visibility, 0, 1 or 2, instead of z;
-pixels with a score instead of z, from 0 to 1 or in percent; pixels with a depth in another unit, so that a
-person is a hundredth as deep as tall. No measurement of a person has them. A mechanism may move in one plane, but few have as
-many points as a person, and none has left and right.
+pixels with a score instead of z, from 0 to 1 or in percent; pixels with a depth in another unit, so that a person is a
+hundredth as deep as tall. No measurement of a person has them. A mechanism may move in one plane, but few have as many
+points as a person, and none has left and right.
 
 If x and y of nearly all points are from 0 to 1, they may be relative to the size of a picture, or a child in a corner
 of the room: this gives a warning. So do pixels of a small person with scores in percent, which may be centimetres.
@@ -22,7 +22,7 @@ THICKNESS = 1e-6  # of a plane, relative to its extent
 LOOKED_AT = 1024  # frames at most, evenly spaced, for a first look
 PIXELS = 10.0  # points of one person are so many metres apart at most
 CENTIMETRES = 250.0  # and so many centimetres
-# Extent of scores and of relative depths, and its ratio to the extent of pixels; T-poses of rigs are less than 2 % deep.
+# Extent of scores and relative depths, and its ratio to the extent of pixels; T-poses of rigs are less than 2 % deep.
 SHALLOW, SCORES = 0.01, 2.0
 PERCENT, OVERSHOOT = 100.0, 1.1  # the highest scores of estimators
 NEARLY_ALL = 0.9  # of the points of a person who is partly outside the picture

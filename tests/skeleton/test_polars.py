@@ -18,7 +18,7 @@ ARM = Skeleton.chain(3)
 X = np.random.default_rng(0).uniform(-1, 1, (20, 3))
 FRAME = pl.DataFrame(X, schema=list(ARM.dof_names))
 REVERSED = FRAME.select(FRAME.columns[::-1])
-WRONG = "the order differs"
+WRONG = "columns of"
 
 FUNCTIONS = {
     "pose_distances": lambda X: pose_distances(X, skeleton=ARM),

@@ -45,7 +45,8 @@ def test_all_positions_are_rotated_by_the_joint_at_the_root(frame, part, up):
 
 
 @pytest.mark.parametrize("up", UP)
-def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up, seed=0):
+def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up):
+    seed = 0
     motion = random_motion(TREES["own"], seed)
     heading = np.random.default_rng(seed).uniform(-9, 9, len(motion))
     moved = Rotation.from_rotvec(heading[:, None] * UP[up]) * orientations(motion)
@@ -67,8 +68,8 @@ def test_the_tilt_does_not_depend_on_the_heading_in_the_world(up, seed=0):
 
 @pytest.mark.parametrize(("part", "up"), [("whole", "y"), ("tilt", "y"), ("tilt", "z")])
 @pytest.mark.parametrize("axes", ["ZXY", "zx", ""])
-def test_without_root_is_the_inverse(part, up, axes, frame="parent"):
-    motion = random_motion(TREES[frame], axes=axes)
+def test_without_root_is_the_inverse(part, up, axes):
+    motion = random_motion(TREES["parent"], axes=axes)
     motion = replace(motion, up=up, root_name="Hips", frame_numbers=np.arange(len(motion)) * 2 + 5)
     there = motion.with_root(part).without_root()
     assert there.skeleton == motion.skeleton
