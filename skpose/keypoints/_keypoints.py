@@ -13,8 +13,8 @@ from skpose._validation.names import near_names
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose._warnings import is_called_by_user
+from skpose.keypoints._checks import warn_of_positions
 from skpose.keypoints._pictures import refuse_pictures
-from skpose.keypoints._watch import warn_of_positions
 
 if TYPE_CHECKING:
     import pandas

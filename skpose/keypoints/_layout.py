@@ -11,11 +11,11 @@ from skpose._typing import ArrayLike
 from skpose._validation.numbers import as_numbers
 from skpose._validation.options import check_choice
 from skpose._validation.positions import check_positions
+from skpose.keypoints._checks import warn_of_positions
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
 from skpose.keypoints._pictures import refuse_pictures
 from skpose.keypoints._tables import TABLES
-from skpose.keypoints._watch import warn_of_positions
 from skpose.skeleton._shared import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")

@@ -6,7 +6,7 @@ import reference
 from people import PEOPLE, errors, moving, standing, true_lengths
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
+from skpose import Bone, forward_kinematics
 from skpose.keypoints import fit_skeleton, layouts
 
 
@@ -110,19 +110,3 @@ def test_a_fifth_of_the_points_may_be_missing(layout):
     assert max(map(abs, errors(skeleton, true_lengths(layout)).values())) < 1e-12
     np.testing.assert_allclose(whole.rest_rotations, skeleton.rest_rotations, atol=1e-12)
     np.testing.assert_allclose(whole.offsets, skeleton.offsets, atol=0.02)  # rigid points by their mean directions
-
-
-def test_a_single_frame_is_enough(layout):
-    keypoints = layout.keypoints(moving(layout, n=1), 1)
-    fitted = inverse_kinematics(keypoints, fit_skeleton(keypoints, layout))
-    assert fitted.residuals.max() < 1e-6
-
-
-@pytest.mark.parametrize("name", PEOPLE)
-def test_skeletons_of_two_people_have_a_mean(name):
-    layout = layouts[name]
-    noise = 0.01 * np.random.default_rng(0).normal(size=(400, len(layout.names), 3))
-    one = fit_skeleton(moving(layout, n=400, seed=0), layout)
-    other = fit_skeleton(1.1 * moving(layout, n=400, seed=1) + noise, layout)
-    mean = Skeleton.mean([one, other])
-    assert mean.dof_names == one.dof_names
