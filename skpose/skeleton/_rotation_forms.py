@@ -75,10 +75,7 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
         return np.zeros((0, skeleton.n_dofs))
     infinite = ~np.isfinite(array.reshape(len(array) * len(bones), -1))
     _refuse(np.asarray(infinite.any(axis=1)), bones, "must be finite numbers")
-    numbers = array.reshape(-1, *form_of.shape)
-    if form_of.bad is not None:
-        _refuse(form_of.bad(numbers), bones, form_of.expected)
-    flat = form_of.read(numbers)
+    flat = form_of.read(array.reshape(-1, *form_of.shape), lambda bad, expected: _refuse(bad, bones, expected))
     columns, missed = zip(*(fit_columns(bone, flat[i :: len(bones)]) for i, bone in enumerate(bones)), strict=True)
     bad = np.stack(missed, axis=1).ravel() > TOLERANCE
     _refuse(bad, bones, 'must be about the axes of its dofs; dofs="rotvec" takes any rotation')
@@ -131,62 +128,49 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
     return np.stack(joints, axis=1)
 
 
+Refuse = Callable[[np.ndarray, str], None]  # called with which rotations are bad, and what is expected
+
+
 class _Form(NamedTuple):
     """A form of rotations."""
 
     shape: tuple[int, ...]  # of one rotation
-    read: Callable[[np.ndarray], Rotation]
+    read: Callable[[np.ndarray, Refuse], Rotation]
     write: Callable[[Rotation], np.ndarray]
-    bad: Callable[[np.ndarray], np.ndarray] | None = None  # which numbers are not a rotation
-    expected: str = ""
 
 
-def _not_unit(numbers: np.ndarray) -> np.ndarray:
-    return np.abs(np.linalg.norm(numbers, axis=1) - 1.0) > TOLERANCE
+def _from_quaternions(numbers: np.ndarray, refuse: Refuse) -> Rotation:
+    refuse(np.abs(np.linalg.norm(numbers, axis=1) - 1.0) > TOLERANCE, "must be a quaternion of length one")
+    return Rotation.from_quat(numbers)
 
 
-def _not_rotations(matrices: np.ndarray) -> np.ndarray:
-    products = np.abs(matrices.transpose(0, 2, 1) @ matrices - np.eye(3)).max(axis=(1, 2))
-    return (products > TOLERANCE) | (np.linalg.det(matrices) < 0.0)
+def _from_matrices(numbers: np.ndarray, refuse: Refuse) -> Rotation:
+    products = np.abs(numbers.transpose(0, 2, 1) @ numbers - np.eye(3)).max(axis=(1, 2))
+    refuse((products > TOLERANCE) | (np.linalg.det(numbers) < 0.0), "must be a rotation matrix")
+    return Rotation.from_matrix(numbers)
 
 
-def _on_a_line(numbers: np.ndarray) -> np.ndarray:
+def _from_columns(numbers: np.ndarray, refuse: Refuse) -> Rotation:
     first, second = numbers[:, :3], numbers[:, 3:]
-    lengths = [np.linalg.norm(vectors, axis=1) for vectors in (first, second, np.cross(first, second))]
-    return lengths[2] <= TOLERANCE * lengths[0] * lengths[1]
-
-
-def _from_columns(numbers: np.ndarray) -> Rotation:
-    first = numbers[:, :3]
-    normal = np.cross(first, numbers[:, 3:])
-    x, z = (vectors / np.linalg.norm(vectors, axis=1)[:, None] for vectors in (first, normal))
+    normal = np.cross(first, second)
+    lengths = [np.linalg.norm(vectors, axis=1) for vectors in (first, second, normal)]
+    refuse(lengths[2] <= TOLERANCE * lengths[0] * lengths[1], "must be two columns of a rotation matrix")
+    x, z = first / lengths[0][:, None], normal / lengths[2][:, None]
     return Rotation.from_matrix(np.stack([x, np.cross(z, x), z], axis=2))
 
 
 FORMS = {
     "quaternion_wxyz": _Form(
         (4,),
-        lambda numbers: Rotation.from_quat(numbers[:, [1, 2, 3, 0]]),
+        lambda numbers, refuse: _from_quaternions(numbers[:, [1, 2, 3, 0]], refuse),
         lambda rotations: rotations.as_quat(canonical=True)[:, [3, 0, 1, 2]],
-        _not_unit,
-        "must be a quaternion of length one",
     ),
-    "quaternion_xyzw": _Form(
-        (4,),
-        Rotation.from_quat,
-        lambda rotations: rotations.as_quat(canonical=True),
-        _not_unit,
-        "must be a quaternion of length one",
-    ),
-    "matrix": _Form((3, 3), Rotation.from_matrix, Rotation.as_matrix, _not_rotations, "must be a rotation matrix"),
+    "quaternion_xyzw": _Form((4,), _from_quaternions, lambda rotations: rotations.as_quat(canonical=True)),
+    "matrix": _Form((3, 3), _from_matrices, Rotation.as_matrix),
     "6d": _Form(
-        (6,),
-        _from_columns,
-        lambda rotations: rotations.as_matrix()[:, :, :2].transpose(0, 2, 1).reshape(-1, 6),
-        _on_a_line,
-        "must be two columns of a rotation matrix",
+        (6,), _from_columns, lambda rotations: rotations.as_matrix()[:, :, :2].transpose(0, 2, 1).reshape(-1, 6)
     ),
-    "rotvec": _Form((3,), Rotation.from_rotvec, Rotation.as_rotvec),
+    "rotvec": _Form((3,), lambda numbers, refuse: Rotation.from_rotvec(numbers), Rotation.as_rotvec),
 }
 
 
