@@ -63,7 +63,7 @@ PALM = "no thumb next to the line of the hand shows where the palm is"
 HINGE = "positions do not show it without points off the line of the limb above; the joint is taken for a hinge"
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 UNSEEN = "positions of its points are not seen"
-NO_TILT = "positions show of the pelvis only the line of the hips"
+NO_TILT = "positions show only the line of the hips"
 
 
 class _Joints:

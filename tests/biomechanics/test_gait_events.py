@@ -121,7 +121,7 @@ def test_a_jump_of_the_pelvis_is_refused(rate, frame):
         ({"step": 0.9, "cadence": 165.0, "stance": 0.35}, 170.0, None),
     ],
 )
-def test_a_cadence_that_nobody_has_is_a_warning(known, rate, words):
+def test_impossible_cadence_warns(known, rate, words):
     """Of a walk at 100 Hz that is said to have another frame rate."""
     other = replace(walk(**known), frame_rate=rate)
     with warnings.catch_warnings(record=True) as caught:
@@ -148,7 +148,7 @@ OF_FEET = [(f"{side}_{part}", f"{other}_{name}") for side, other in (("left", "r
     ],
     ids=["sides", "ankles", "hand"],
 )
-def test_joints_that_are_no_persons_are_refused(joints, message):
+def test_impossible_joints_are_refused(joints, message):
     """Left for right changes the foot of each event, and a hand for a toe when it leaves the floor: without a word."""
     motion = walk()
     skeleton = motion.skeleton
@@ -159,7 +159,7 @@ def test_joints_that_are_no_persons_are_refused(joints, message):
         gait_events(motion, joints=joints)
 
 
-def test_what_shows_no_gait_is_refused():
+def test_unsuitable_recordings_are_refused():
     motion = walk()
     with pytest.raises(ValueError, match="25 Hz"):
         gait_events(motion[::5])
@@ -218,7 +218,7 @@ CONTROLS = {
 
 
 @pytest.mark.parametrize("name", CONTROLS)
-def test_what_is_no_gait_has_no_events(name):
+def test_other_movements_have_no_events(name):
     events = gait_events(CONTROLS[name])
     assert len(events) == len(events.strides) == 0
     assert events.reason

@@ -119,7 +119,7 @@ def test_a_rotation_about_one_axis_is_one_angle_on_both_sides(joint, axis, name)
 
 @pytest.mark.parametrize("arms", ["hanging", "T"])
 @pytest.mark.parametrize("spread", [0.0, 0.3])
-def test_a_hanging_limb_is_at_zero_however_the_rest_pose_holds_it(arms, spread):
+def test_hanging_limbs_are_at_zero_in_any_rest_pose(arms, spread):
     """Arms lowered from a T-pose, with palms to the thighs, and legs brought together; feet go with their legs."""
     skeleton = person(arms, spread=spread)
     rotations = {}
@@ -199,7 +199,7 @@ def test_mirrored_motions_have_the_angles_of_the_other_side(arms):
 
 
 @pytest.mark.parametrize("order", ["XYZ", "xyz", "ZXY", "YXZ", "ZYX"])
-def test_the_order_of_euler_angles_plays_no_part(order):
+def test_the_order_of_euler_angles_has_no_effect(order):
     motion = moving(person("T"))
     assert_same(joint_angles(motion), joint_angles(motion.to_euler(order)), 1e-9)
 
@@ -279,7 +279,7 @@ def test_a_standing_pose_is_zero():
         ("lying", "not upright"),
     ],
 )
-def test_what_is_no_zero_is_refused(zero, match):
+def test_invalid_zero_is_refused(zero, match):
     motion = moving(person("T"))
     if zero == "other":
         zero = pose(person())
@@ -290,7 +290,7 @@ def test_what_is_no_zero_is_refused(zero, match):
         joint_angles(motion, zero=zero)
 
 
-def test_a_bend_of_legs_is_an_error_from_25_degrees_and_a_warning_from_12():
+def test_bent_knees_in_zero_warn_or_raise():
     skeleton = person()
     for degrees in (0, 11.9, 12.1, 24.9, 25.1):
         bent = pose(skeleton, LeftLeg=about(X, degrees))
@@ -330,7 +330,7 @@ def test_joints_of_unknown_names_can_be_given():
         ({"left_hip": "Hips"}, "below left_hip"),
     ],
 )
-def test_joints_that_cannot_be_those_of_a_person_are_refused(changed, match):
+def test_impossible_joints_are_refused(changed, match):
     with pytest.raises(ValueError, match=match):
         joint_angles(moving(person()), joints=changed)
 
@@ -357,7 +357,7 @@ def unseen(motion, frames, *names):
     return replace(motion, seen=seen)
 
 
-def test_what_is_not_seen_is_nan_in_these_frames_alone():
+def test_unseen_segments_are_nan_in_their_frames():
     """A fit gives every joint an angle, also those without a position: they keep the pose of the frame before."""
     motion = refitted(moving(person()))
     whole, part = joint_angles(motion), joint_angles(unseen(motion, np.arange(10, 25), "LeftLeg", "LeftFoot"))

@@ -145,7 +145,7 @@ def test_several_cycles_and_parts_of_one_are_refused():
         symmetry(one[:60], shift="half cycle")
 
 
-def test_what_cannot_be_compared_is_refused():
+def test_invalid_arguments_are_refused():
     with pytest.raises(ValueError, match="3 frames"):
         symmetry(squat()[:2])
     with pytest.raises(TypeError, match="motion must be a Motion"):

@@ -41,7 +41,7 @@ def test_outliers_do_not_change_a_length():
     assert abs(lengths(fit_skeleton(positions, ARM))["elbow"] / 0.3 - 1.0) < 0.01
 
 
-def test_a_bone_that_stretches_slowly_is_named_with_its_spread():
+def test_stretching_bones_warn():
     change = 0.2 * np.sin(np.linspace(0, 20, 400))
     with pytest.warns(UserWarning, match="bones stretch: elbow by 14 %") as caught:
         skeleton = fit_skeleton(one_bone(0.3, 400, 0.005, 0, change), ARM)

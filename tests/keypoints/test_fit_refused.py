@@ -7,7 +7,7 @@ from people import moving
 from skpose.keypoints import fit_skeleton, layouts
 
 
-def test_hips_and_trunk_on_one_line_are_refused():
+def test_collinear_hips_and_trunk_are_refused():
     layout = layouts["coco17"]
     positions = moving(layout, n=10)
     names = list(layout.names)
@@ -32,7 +32,7 @@ def test_a_point_that_is_never_seen_is_refused_and_the_remedy_works():
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("millimetres", 1e3), ("centimetres", 1e2)])
-def test_other_units_are_named(unit, scale):
+def test_other_units_warn(unit, scale):
     layout = layouts["coco17"]
     with pytest.warns(UserWarning, match=f"in {unit}"):
         fit_skeleton(scale * moving(layout), layout)

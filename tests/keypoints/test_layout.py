@@ -76,7 +76,7 @@ def test_points_have_the_numbers_of_their_sources(name, numbers):
         ({"up": "down"}, "up must be"),
     ],
 )
-def test_a_layout_that_is_no_tree_is_refused(change, message):
+def test_invalid_layouts_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
         Layout("mine", **{**ARM, **change})
 
@@ -100,7 +100,7 @@ def test_keypoints_have_midpoints_where_both_ends_are_seen():
 
 
 @pytest.mark.parametrize("up", ["x", "z", "-y"])
-def test_the_world_is_turned_and_not_mirrored(up):
+def test_the_world_is_rotated_not_mirrored(up):
     layout = Layout("mine", **ARM, up=up)
     axes = np.stack([np.full((3, 3), np.nan), np.eye(3), -np.eye(3)])
     axes[0, 0] = 0.0
@@ -120,7 +120,7 @@ def test_the_world_is_turned_and_not_mirrored(up):
         ((5, 51), "must have shape"),
     ],
 )
-def test_positions_of_other_shapes_are_refused_with_a_remedy(shape, message):
+def test_positions_of_other_shapes_are_refused(shape, message):
     with pytest.raises(ValueError, match=message):
         layouts["coco17"].keypoints(np.ones(shape), 25)
 

@@ -39,7 +39,7 @@ def test_any_order_and_spelling(layout, spelling):
     np.testing.assert_array_equal(found.confidences, expected.confidences)
 
 
-def test_points_that_only_the_standing_trial_has():
+def test_points_of_the_standing_trial_only():
     """Medial markers are taken off before a person moves: knees and ankles are where the others show them."""
     layout = layouts["opencap_mocap55"]
     positions = moving(layout, n=60)

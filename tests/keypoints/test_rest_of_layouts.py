@@ -46,7 +46,7 @@ def test_people_who_do_different_things_have_one_rest_pose(layout):
     assert apart.max() < LARGEST / 2  # rigid points in the axes of what they are rigid with
 
 
-def test_left_and_right_exchanged_are_named_in_a_warning():
+def test_exchanged_sides_warn():
     for name in ("coco17", "cmu31"):
         layout = layouts[name]
         positions = moving(layout)

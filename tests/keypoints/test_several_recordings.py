@@ -64,7 +64,7 @@ def test_symmetric_skeletons_are_their_own_mirror_image(name):
         assert abs(at[one][0]) < 1e-12, one
 
 
-def test_sides_that_differ_much_are_named():
+def test_different_sides_warn():
     layout = layouts["h36m17"]
     keypoints = layout.keypoints(moving(layout), 25)
     elbow, wrist = (keypoints.names.index(name) for name in ("left_elbow", "left_wrist"))

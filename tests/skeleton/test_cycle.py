@@ -71,7 +71,7 @@ def test_a_cycle_repeated_is_the_movement_that_goes_on(frame, up):
 @FAR_OFF
 @pytest.mark.parametrize("up", AXIS)
 @pytest.mark.parametrize("frame", TREES)
-def test_what_is_left_is_distributed_and_travel_is_kept(frame, up):
+def test_closing_distributes_the_gap_and_keeps_travel(frame, up):
     rng = np.random.default_rng(1)
     motion = periodic(TREES[frame], up)
     drift = np.linspace(0, 1, len(motion))[:, None]
@@ -100,7 +100,7 @@ def test_what_is_left_is_distributed_and_travel_is_kept(frame, up):
     assert left > 0.05
 
 
-def test_what_is_no_cycle_is_not_repeated():
+def test_only_cycles_are_repeated():
     cycle = periodic(TREES["own"], size=0.3)
     column = cycle.angles.copy()
     column[:, 0] += np.linspace(0, 0.1, len(cycle))
@@ -116,7 +116,7 @@ def test_what_is_no_cycle_is_not_repeated():
         cycle[:2].to_cycle()
 
 
-def test_warnings_say_what_the_frames_show():
+def test_incomplete_cycles_warn():
     cycle = periodic(TREES["own"], n=2 * PERIOD + 1)
     with pytest.warns(UserWarning, match="the last pose is the first one again.*pass endpoint=True") as caught:
         cycle[: PERIOD + 1].to_cycle()

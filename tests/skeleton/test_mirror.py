@@ -129,7 +129,7 @@ TOWARDS = (0, 1, 0)
         ),
     ],
 )
-def test_error_for_skeletons_that_are_not_their_own_mirror_images(skeleton, message):
+def test_asymmetric_skeletons_are_refused(skeleton, message):
     with pytest.raises(ValueError, match=message):
         moving(skeleton).mirrored()
 
@@ -175,7 +175,7 @@ OPPOSITE_BONES = [(-1.0, -1.0, 1.0), (-1.0, 1.0, -1.0)]
 
 @pytest.mark.parametrize("flip", OPPOSITE_BONES)
 @pytest.mark.parametrize("up", ["y", "x"])
-def test_a_skeleton_that_is_no_mirror_image_at_zero_is_mirrored_by_its_bones(up, flip):
+def test_asymmetric_rest_poses_are_mirrored_by_bones(up, flip):
     motion = replace(all_along_x(flip=flip), up=up)
     other = partners_of(motion.skeleton.joint_names)
     across = [-1, 1, 1] if up != "x" else [1, -1, 1]
@@ -213,7 +213,7 @@ def test_one_frame_is_a_motion():
             motion[frame]
 
 
-def test_motions_one_after_another():
+def test_concatenate():
     motion = moving(humanoid(), n_frames=20)
     again = Motion.concatenate([motion[:5], motion[5:5], motion[5:]])
     for name in ("angles", "root_positions", "root_angles"):
@@ -230,6 +230,6 @@ def test_motions_one_after_another():
         ([moving(humanoid()), moving(humanoid(1.8))], r"motions\[1\] has another skeleton"),
     ],
 )
-def test_error_for_motions_that_do_not_follow_each_other(motions, message):
+def test_concatenate_refuses_different_motions(motions, message):
     with pytest.raises(ValueError, match=message):
         Motion.concatenate(motions)

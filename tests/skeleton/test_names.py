@@ -26,7 +26,7 @@ def test_a_skeleton_maps_names_to_bones(skeleton):
 
 
 @pytest.mark.parametrize("name", ["left_hnd", "LEFT_HAND"])
-def test_a_name_that_is_near_is_suggested(name):
+def test_similar_names_are_suggested(name):
     with pytest.raises(KeyError, match="left_hand"):
         PERSON[name]
 

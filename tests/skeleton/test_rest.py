@@ -52,7 +52,7 @@ def test_a_t_pose_and_an_a_pose_are_not_mixed():
     np.testing.assert_array_equal(X, 0.0)
 
 
-def test_rest_rotations_count_too():
+def test_rest_rotations_are_compared():
     def joint(angle, dofs="x"):
         rest = Rotation.from_euler("x", angle, degrees=True).as_matrix()
         return Skeleton([Bone("a", None, (1, 0, 0), "z"), Bone("b", "a", (1, 0, 0), dofs, rest)])

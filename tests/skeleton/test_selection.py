@@ -50,6 +50,6 @@ def test_positions_of_what_is_kept_stay():
         ({"joints": "left_pelvis"}, "a joint with dofs"),
     ],
 )
-def test_selections_that_are_none(arguments, message):
+def test_invalid_selections_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         humanoid().select(**arguments)

@@ -36,7 +36,7 @@ def caught(call, *arguments):
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_degrees_are_noticed_once_in_a_call_at_the_users_line(name):
+def test_degrees_warn_once_at_the_users_line(name):
     (warning,) = caught(CALLS[name], DEGREES)
     assert warning.category is UserWarning
     assert warning.filename == __file__
@@ -50,7 +50,7 @@ def test_without_a_skeleton_any_unit_is_right():
     np.testing.assert_allclose(degrees, np.degrees(radians))
 
 
-def test_unwrapped_recordings_are_no_degrees():
+def test_unwrapped_recordings_do_not_warn():
     """Some turns of every joint, and many of few joints, are those of real movements."""
     some = RADIANS + 2 * np.pi * np.random.default_rng(0).integers(-2, 3, RADIANS.shape)
     assert caught(forward_kinematics, some, ARM) == []
@@ -75,7 +75,7 @@ def bvh(scale=1.0):
     ("factor", "unit", "scale"),
     [(1.0, "centimetres", "0.01"), (10.0, "millimetres", "0.001"), (0.01 / 0.0254, "inches", "0.0254")],
 )
-def test_a_file_in_another_unit_than_metres_is_noticed(factor, unit, scale):
+def test_files_in_other_units_warn(factor, unit, scale):
     with pytest.warns(UserWarning, match=f"in {unit}, pass scale={scale}") as found:
         load_bvh(bvh(factor))
     assert len(found) == 1

@@ -59,7 +59,7 @@ def test_weights_are_one_or_as_given(arm):
         ("mass", "shoulder"),
     ],
 )
-def test_weights_that_mean_nothing_are_refused(weights, message, arm):
+def test_invalid_weights_are_refused(weights, message, arm):
     with pytest.raises(ValueError, match=re.escape(message)):
         arm.with_weights(weights)
 
@@ -76,7 +76,7 @@ def test_equal_weights_scale_distances(metric):
 
 
 @pytest.mark.parametrize("metric", [*OF_POSITIONS, Spatial(2), Geodesic(2)], ids=str)
-def test_what_has_no_weight_is_not_there(metric):
+def test_joints_without_weight_have_no_effect(metric):
     skeleton = random_tree(5, n=14)
     dropped = skeleton.joint_names[4]
     part = skeleton.select(drop=dropped)
