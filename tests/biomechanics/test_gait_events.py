@@ -1,4 +1,4 @@
-"""Gait events and parameters: of walkers whose steps are known, of controls that do not walk, of recordings."""
+"""Gait events and parameters of synthetic walkers, other movements and recordings."""
 
 import re
 import warnings

@@ -1,4 +1,4 @@
-"""Joint angles: what they are called, where they are zero, that files' conventions play no part, what is not shown."""
+"""Joint angles: signs, zero, missing values, and comparison with OpenSim."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Symmetry: of motions that are symmetric, of known asymmetries, of mirrored motions, of recordings."""
+"""Symmetry of synthetic movements with known asymmetries."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Lengths of bones by fit_skeleton: free of the bias of noise, with warnings of bones that stretch."""
+"""Lengths of bones from noisy positions."""
 
 import numpy as np
 import pytest

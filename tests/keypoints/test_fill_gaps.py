@@ -1,4 +1,4 @@
-"""Gaps in keypoints, filled by straight lines."""
+"""Gaps in keypoints."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Data from which fit_skeleton makes no skeleton, or one with a warning, and data that are few or flat."""
+"""Positions to which no skeleton can be fitted, and other units."""
 
 import numpy as np
 import pytest

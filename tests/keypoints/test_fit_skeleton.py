@@ -1,4 +1,4 @@
-"""fit_skeleton: a joint for each point, and the rest pose of the layout."""
+"""Skeletons fitted to positions."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Layouts: the tables that come with the library, those of one's own, and keypoints made by them."""
+"""Layouts and their keypoints."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Points at exactly (0, 0, 0), as some programs write lost ones: noticed at every door, but for the origin itself."""
+"""Lost points at exactly (0, 0, 0)."""
 
 import io
 import warnings

@@ -1,4 +1,4 @@
-"""The turn of the pelvis about the line of the hips, which a person's keypoints do not show, is no noise."""
+"""The rotation of the pelvis about the line of the hips."""
 
 import numpy as np
 import pytest

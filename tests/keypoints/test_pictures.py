@@ -1,4 +1,4 @@
-"""Keypoints in two dimensions that are passed as three: refused at every door, and nothing else with them."""
+"""Keypoints in two dimensions passed as three."""
 
 import io
 import warnings

@@ -1,4 +1,4 @@
-"""Points of keypoints are found by name, in any order and spelling; what is missing or double is refused."""
+"""Points found by name in any order and spelling."""
 
 import numpy as np
 import pytest

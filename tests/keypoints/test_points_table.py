@@ -1,4 +1,4 @@
-"""Keypoints as a table of pandas: the numbers, their names, and the way back."""
+"""Keypoints as a pandas dataframe."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Rest poses belong to layouts: equal numbers are the same pose of all people, and in all of their recordings."""
+"""Rest poses of layouts."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""One skeleton from several recordings of a person, keypoints one after another, and skeletons with two equal sides."""
+"""Skeletons from several recordings, and symmetric skeletons."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The axis that points up of keypoints, and heads and feet that speak against it: a warning at every door."""
+"""The up axis of keypoints."""
 
 import io
 import warnings

@@ -1,4 +1,4 @@
-"""The same motion and the same poses as other numbers, against scipy's rotations and the reference's positions."""
+"""Conversions of rotations and resampling, against scipy."""
 
 import warnings
 

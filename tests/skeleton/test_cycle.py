@@ -1,4 +1,4 @@
-"""Cycles: what closing changes and keeps, how repetitions follow each other, and what is said of bad ones."""
+"""Cycles: closing and repeating motions."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Skeletons and datasets show themselves in a notebook as a table; a motion by functions that `skpose` fills in."""
+"""Tables of skeletons in notebooks."""
 
 import xml.etree.ElementTree as ET
 

@@ -1,4 +1,4 @@
-"""Mirror images of motions, frames of motions, motions one after another."""
+"""Mirror images, slices and concatenation of motions."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A skeleton is a mapping of the names of its joints to their bones."""
+"""Skeletons as mappings of joint names to bones."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""Data frames and series of polars are poses, labels and weights as those of pandas are."""
+"""Dataframes and series of polars as poses."""
 
 import numpy as np
 import polars as pl

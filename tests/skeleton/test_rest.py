@@ -1,4 +1,4 @@
-"""Rest poses: skeletons whose bones point elsewhere at angle zero."""
+"""Skeletons with different rest poses."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The orientation of the root as a part of the poses."""
+"""The orientation of the root as part of the poses."""
 
 from dataclasses import replace
 

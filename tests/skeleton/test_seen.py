@@ -1,4 +1,4 @@
-"""Which joints had positions where poses were fitted to them: every function that returns a motion keeps it."""
+"""Joints seen in the positions to which poses were fitted."""
 
 from dataclasses import replace
 

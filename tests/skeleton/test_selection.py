@@ -1,4 +1,4 @@
-"""Parts of skeletons, and of motions."""
+"""Selection of joints."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Numbers in another unit than is expected are noticed: degrees for radians, files in other units than metres."""
+"""Warnings about degrees and other units of length."""
 
 import io
 import warnings

@@ -1,4 +1,4 @@
-"""Skeletons and motions passed where poses belong are refused in words, by functions and by estimators."""
+"""Skeletons, motions, positions and rotations passed as poses."""
 
 import numpy as np
 import pytest

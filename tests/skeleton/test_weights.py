@@ -1,4 +1,4 @@
-"""Weights of joints: those of the definition, joints in one place, the mass of a person."""
+"""Weights of joints."""
 
 import pickle
 import re
