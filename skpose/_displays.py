@@ -1,35 +1,16 @@
-"""Ways to show motions and keypoints, which `skpose` fills in: they show themselves by pages that stand far below them
-in the flow of data.
-"""
+"""Functions by which motions and keypoints show themselves, filled in by `skpose`: the pages are layers above them."""
 
-import os
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
-
-class Page(Protocol):
-    """A page for the browser, `skpose.view.Page`."""
-
-    html: str
-    title: str
-    note: str
-
-    @property
-    def n_bytes(self) -> int: ...
-
-    def save(self, path: str | os.PathLike) -> None: ...
-
-    def open(self) -> Path: ...
-
-    def _repr_html_(self) -> str: ...
+Page: TypeAlias = Any  # `skpose.view.Page`
 
 
 class Displays:
-    """Functions that a motion or keypoints call to show themselves."""
+    """Functions that a motion or keypoints call."""
 
-    player: Callable[..., Page]  # the page that plays them, with the options of `skpose.view.player`
-    strip: Callable[[Any], str]  # some of its poses as a picture, in HTML
+    player: Callable[..., Page]  # `skpose.view.player`
+    strip: Callable[[Any], str]  # some poses as a picture, in HTML
 
 
 displays = Displays()

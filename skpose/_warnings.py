@@ -1,21 +1,19 @@
-"""Warnings at the line of the user, whichever layers of this library and of scikit-learn are in between.
+"""Warnings at the line of the user, through any layers of this library and of scikit-learn.
 
-`warnings.warn` counts frames, and how many there are between the user and a warning depends on scikit-learn's wrappers
-(the validation of parameters, the context of `fit`, `set_output`), which differ from version to version, and on who
-calls whom here. The frames themselves show where the user is; pandas and matplotlib find it likewise, and
-`skip_file_prefixes` of `warnings.warn` from Python 3.12 on. As Python shows a warning once for each line, the right
-line is also what makes it appear once, and again for another call.
+`warnings.warn` counts frames, and their number depends on scikit-learn's wrappers, which differ between versions. Here
+the frames themselves show where the user is, as with `skip_file_prefixes` of Python 3.12. Python shows a warning once
+for each line, so the right line also makes it appear once per call.
 """
 
 import sys
 import warnings
 
-# Others' frames between the user and us: importlib's while skpose is imported, the last three while numba compiles.
+# Frames between the user and skpose: importlib's while skpose is imported, the last three while numba compiles.
 NOT_THE_USER = frozenset({"skpose", "sklearn", "joblib", "importlib", "numba", "functools", "contextlib"})
 
 
 def warn(message: str, category: type[Warning] = UserWarning) -> None:
-    """Emit a warning at the line that called skpose, itself or through scikit-learn."""
+    """Emit a warning at the line that called skpose, directly or through scikit-learn."""
     frame = sys._getframe(1)
     while frame.f_back is not None and _package(frame.f_globals) in NOT_THE_USER:
         frame = frame.f_back
@@ -31,9 +29,9 @@ def warn(message: str, category: type[Warning] = UserWarning) -> None:
 
 
 def is_called_by_user(depth: int) -> bool:
-    """Return whether the function so many frames above the caller was not called by another one of the library.
+    """Whether the function `depth` frames above the caller was called from outside the library.
 
-    What the library makes itself, or by `dataclasses.replace`, has been looked at when the user made what it is of.
+    Objects that the library makes itself, or with `dataclasses.replace`, were checked when the user made them.
     """
     frame = sys._getframe(1 + depth)
     transparent = {frame.f_globals.get("__name__"), "sklearn.utils._param_validation"}
@@ -43,5 +41,5 @@ def is_called_by_user(depth: int) -> bool:
 
 
 def _package(names: dict) -> str:
-    """Return the outermost package of a module's global names; `python -m skpose` calls its module "__main__"."""
+    """The outermost package of a module; `python -m skpose` calls its module "__main__"."""
     return (names.get("__package__") or names.get("__name__") or "").partition(".")[0]

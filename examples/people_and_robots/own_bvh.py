@@ -43,11 +43,11 @@ PoseStripDisplay.from_motion(motions[0], projection="zy")
 plt.show()
 
 # %%
-# The files in the player: what points up, which side is left and whether the units are right is seen at once.
+# The player shows at once whether up axis, sides and units are right.
 player([motion.resample(30) for motion in motions], labels=[path.stem for path in paths], title="four files")
 
 # %%
-# The poses of several people are compared on one skeleton, the mean of theirs.
+# Compare the poses of several people on their mean skeleton.
 skeleton = Skeleton.mean(motion.skeleton for motion in motions)
 poses = [retarget(motion, skeleton).resample(12).angles for motion in motions]
 X, sequence = np.concatenate(poses), np.repeat(np.arange(len(poses)), [len(p) for p in poses])
@@ -55,7 +55,7 @@ DistanceMatrixDisplay.from_poses(X, skeleton, sequence=sequence, names=[path.ste
 plt.show()
 
 # %%
-# Back to a file: the shortest path between the two poses that are farthest apart, at ten poses a second.
+# Write a file: the shortest path between the two farthest poses, at ten poses a second.
 D = pose_distances(X, skeleton=skeleton)
 i, j = np.unravel_index(D.argmax(), D.shape)
 shortest = geodesic(X[i], X[j], skeleton)

@@ -28,15 +28,15 @@ rng = np.random.default_rng(0)
 
 
 def in_world(skeleton, poses, root_positions, root_rotations):
-    """Return where the joints are, (n_frames, n_joints, 3)."""
+    """Positions of the joints in the world, (n_frames, n_joints, 3)."""
     return root_positions[:, None] + np.einsum(
         "nij,nkj->nki", root_rotations.as_matrix(), forward_kinematics(poses, skeleton)
     )
 
 
 # %%
-# A layout states which points there are, and how bones join them. These people have the joints of COCO's arms and legs,
-# under other names; the layout makes pelvis and neck from hips and shoulders.
+# A layout has the points and the bones between them. These people have the joints of COCO's arms and legs under other
+# names; the layout adds pelvis and neck as midpoints of hips and shoulders.
 layout = layouts["coco17"].without(["nose", "left_eye", "right_eye", "left_ear", "right_ear"])
 points = "hip", "knee", "ankle", "shoulder", "elbow", "wrist"
 folder = os.environ.get("SKPOSE_CMU")
@@ -52,10 +52,10 @@ print(layout)
 
 
 # %%
-# The keypoints of a recording: noise that is stronger where the confidence is lower, and joints that are lost, two
-# times each for a sixth of a second.
+# The keypoints of a recording: noise is stronger for lower confidences, and each joint is lost twice for a sixth of a
+# second.
 def observe(motion):
-    """Return the true positions of a recording, and keypoints as a pose estimator gives them."""
+    """True positions of a recording, and keypoints of a simulated pose estimator."""
     root = Rotation.from_euler(motion.root_axes, motion.root_angles)
     order = [motion.skeleton.joint_names.index(joints[name]) for name in layout.names]
     truth = in_world(motion.skeleton, motion.angles, motion.root_positions, root)[:, order]
@@ -72,10 +72,9 @@ print(seen[0])
 
 
 # %%
-# Each person has a skeleton, whose bones have the lengths that all their keypoints show together. Then each recording
-# gives poses on it, with a little stiffness, `regularization`, against the noise.
+# Fit one skeleton to all keypoints of each person, then poses to each recording, with `regularization` against noise.
 def poses_of(recordings):
-    """Return the poses of all recordings, each on the skeleton of its person."""
+    """Poses of all recordings, each on the skeleton of its person."""
     fits = []
     for person, keypoints in zip(people.subjects, recordings, strict=True):
         own = [each for each, subject in zip(seen, people.subjects, strict=True) if subject == person]
@@ -88,10 +87,10 @@ print(fits["poses"][0])
 
 
 # %%
-# Distances from the truth: of the keypoints, of the joints of the poses, and of those that are not seen. A joint that
-# is lost keeps its angles, while people run on: a straight line from the frame before to the one after is nearer.
+# Errors of the keypoints, of the joints of the poses, and of joints that are not seen. A lost joint keeps its angles
+# while people run on, so interpolated positions are better.
 def fitted_positions(fit):
-    """Return where the joints of the layout are, (n_frames, n_points, 3)."""
+    """Positions of the joints of the layout, (n_frames, n_points, 3)."""
     world = in_world(fit.skeleton, fit.poses, fit.root_positions, Rotation.from_rotvec(fit.root_rotations))
     return world[:, [fit.skeleton.joint_names.index(name) for name in layout.names]]
 
@@ -104,7 +103,7 @@ for name, of_all in fits.items():
     print(f"{name:<12}{errors[~lost].mean():.1f} mm, joints not seen {errors[lost].mean():.1f} mm")
 
 # %%
-# Keypoints (dots) and fitted poses; circles are where the joints that are not seen really are.
+# Keypoints (dots) and fitted poses; circles are the true positions of joints that are not seen.
 figure, axes = plt.subplots(1, 4, figsize=(10, 4.5), sharey=True, layout="constrained")
 for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), strict=True):
     fit = fits["gaps filled"][0]
@@ -119,9 +118,8 @@ for ax, frame in zip(axes, np.linspace(5, len(seen[0]) - 6, 4).astype(int), stri
 plt.show()
 
 # %%
-# The skeletons have the rest pose of the layout in common, so that equal numbers are equal poses. Hips and pelvis are
-# on one line, and nothing shows how the pelvis rotates about it: with the tilt of the root as a part of the poses that
-# plays no part. From here on these are poses like any others.
+# The skeletons share the rest pose of the layout, so that equal numbers are equal poses. Hips and pelvis are on one
+# line, so keypoints do not show the rotation about it; with the tilt of the root in the poses it has no effect.
 motions = [fit.to_motion() for fit in fits["gaps filled"]]
 dataset = MotionDataset(motions, subjects=people.subjects, actions=people.actions).with_root("tilt")
 X, sequence = dataset.poses(frame_rate=12)

@@ -1,4 +1,4 @@
-"""Private parts of scikit-learn: validation of parameters, names and weights, the context of `fit`, the callbacks."""
+"""Private parts of scikit-learn: validation of parameters, names and weights, the context of `fit`, callbacks."""
 
 import inspect
 from collections.abc import Callable, Iterable
@@ -15,7 +15,6 @@ from sklearn.utils._param_validation import (
     validate_parameter_constraints,
 )
 from sklearn.utils._param_validation import StrOptions as _StrOptions
-from sklearn.utils._param_validation import validate_params as _validate_params
 from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in
 from sklearn.utils.validation import _check_sample_weight
 
@@ -26,49 +25,11 @@ if TYPE_CHECKING:
         """Keep the types of the function that it decorates."""
         ...
 else:
-
-    def validate_params(constraints, *, prefer_skip_nested_validation):
-        """Validate arguments as scikit-learn does, with errors that name the function and its parameters.
-
-        scikit-learn binds the arguments to the function's signature; this one has words for those that do not fit.
-        """
-        decorate = _validate_params(constraints, prefer_skip_nested_validation=prefer_skip_nested_validation)
-
-        def apply(function):
-            function.__signature__ = signature = _Signature.from_callable(function)
-            signature.function = function.__name__
-            return decorate(function)
-
-        return apply
-
-
-class _Signature(inspect.Signature):
-    """A signature whose errors name the function and the parameters that it has."""
-
-    function = ""
-
-    def bind(self, *args: Any, **kwargs: Any) -> inspect.BoundArguments:
-        try:
-            return super().bind(*args, **kwargs)
-        except TypeError as error:
-            parameters = self.parameters.values()
-            first = [p.name for p in parameters if p.kind is not p.KEYWORD_ONLY]
-            named = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
-            problem = f"got {len(args)} arguments without a name" if len(args) > len(first) else str(error)
-            raise TypeError(
-                f"{self.function}() {problem}: its arguments are {', '.join(first)}, and those that need their name, "
-                f"as in {named[0]}=..., are {', '.join(named)}"
-            ) from None
+    from sklearn.utils._param_validation import validate_params
 
 
 class StrOptions(_StrOptions):
-    """A constraint: one of some words, which errors list in their order; scikit-learn's has that of a set.
-
-    Parameters
-    ----------
-    words : iterable of str
-        The words.
-    """
+    """A constraint: one of some words, listed in errors in their order; scikit-learn lists them as a set."""
 
     def __init__(self, words: Iterable[str]):
         self.words = tuple(words)
@@ -79,22 +40,21 @@ class StrOptions(_StrOptions):
 
 
 class InstanceOf(HasMethods):
-    """A constraint: an instance of a public class, which errors name as users import it.
+    """A constraint: an instance of a class, named in errors as users import it.
 
-    scikit-learn's own names the private module where the class is defined. It accepts constraints of a few classes
-    only, so this is one of them.
+    scikit-learn's own names the private module of the class. It accepts subclasses of its own constraints only.
 
     Parameters
     ----------
     is_one : callable
-        Returns whether a value is an instance.
+        Says whether a value is an instance.
     name : str
-        Its public name.
-    explain : callable
-        Called with what is no instance; may raise a TypeError with a remedy.
+        Public name of the class.
+    explain : callable, optional
+        Called with any other value; may raise a TypeError with a remedy.
     """
 
-    def __init__(self, is_one: Callable[[object], bool], name: str, explain: Callable[[object], None]):
+    def __init__(self, is_one: Callable[[object], bool], name: str, explain: Callable[[object], Any] = lambda _: None):
         super().__init__("__class__")
         self.is_one, self.name, self.explain = is_one, name, explain
 
@@ -111,19 +71,16 @@ class InstanceOf(HasMethods):
         return f"an instance of {self.name!r}"
 
 
-# Newer versions of scikit-learn refuse weights that are all zero, in other words than ours; older ones let them pass.
+# Newer versions of scikit-learn refuse weights that are all zero; older ones let them pass.
 _ZEROS = "allow_all_zero_weights"
 _MAY_BE_ZEROS = {_ZEROS: True} if _ZEROS in inspect.signature(_check_sample_weight).parameters else {}
 
 
 def check_sample_weight(sample_weight: Any, X: np.ndarray) -> np.ndarray:
-    """Return the weights of the rows of X in float64: not negative, and somewhere positive; ones for None."""
+    """Weights of the rows of X in float64, not negative and not all zero; ones for None."""
     weights = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True, **_MAY_BE_ZEROS)
     if not weights.any():
-        raise ValueError(
-            f"sample_weight must be somewhere positive, but the weights of all {len(weights)} samples are zero; leave "
-            "it out for equal ones"
-        )
+        raise ValueError(f"sample_weight must have a positive weight, but all {len(weights)} are zero")
     return weights
 
 
@@ -135,7 +92,7 @@ except ImportError:  # before scikit-learn 1.9
         """Replacement where scikit-learn has no callbacks."""
 
     def with_callbacks(method: Any) -> Any:
-        """Return the method unchanged."""
+        """Leave the method unchanged."""
         return method
 
 
@@ -159,7 +116,7 @@ __all__ = [
 
 
 def callback_context(estimator: Any, n_steps: int | None) -> Any:
-    """Return the context in which an estimator reports to its callbacks; None where it has none."""
+    """The context in which an estimator reports to its callbacks; None if it has none."""
     if not hasattr(estimator, "_init_callback_context"):
         return None
     return estimator._init_callback_context(max_subtasks=n_steps)

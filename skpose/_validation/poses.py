@@ -1,4 +1,4 @@
-"""Checks of arrays of poses that are given by the user."""
+"""Checks of arrays of poses."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from skpose._validation.skeletons import SkeletonLike, check_skeleton, is_skelet
 
 
 def check_poses(X: ArrayLike, skeleton: SkeletonLike | None, name: str) -> np.ndarray:
-    """Return X as an (n_poses, n_dofs) array, float32 if it was and else float64, that fits the skeleton."""
+    """X as an (n_poses, n_dofs) array that fits the skeleton; float32 stays, everything else becomes float64."""
     check_is_array(X, name)
     if skeleton is not None:
         check_skeleton(skeleton)
@@ -25,43 +25,31 @@ def check_poses(X: ArrayLike, skeleton: SkeletonLike | None, name: str) -> np.nd
 
 
 def check_pose(pose: ArrayLike, skeleton: SkeletonLike, name: str) -> np.ndarray:
-    """Return one pose as an (n_dofs,) array of float64; what has names is checked by them.
-
-    Names are those of a pandas Series, or of a data frame of one row: a polars Series has none.
-    """
-    check_is_array(pose, name, one=True)
+    """One pose as an (n_dofs,) array of float64; it may be a pandas Series or a dataframe with one row."""
+    check_is_array(pose, name)
     check_skeleton(skeleton)
     rows: Any = pose
-    if hasattr(rows, "columns"):
-        if len(rows) != 1:
-            raise ValueError(f"{name} must be one pose, got a data frame of {len(rows)} rows")
-    elif hasattr(rows, "to_frame") and hasattr(rows, "index"):  # a pandas Series
+    if hasattr(rows, "to_frame") and hasattr(rows, "index"):  # a pandas Series
         rows = rows.to_frame().T
-    elif np.ndim(rows) != 1:
-        raise ValueError(f"{name} must be one pose of shape ({skeleton.n_dofs},), got shape {np.shape(rows)}")
-    else:
+    elif not hasattr(rows, "columns"):
         rows = np.asarray(rows)[np.newaxis]
+    if len(rows) != 1 or np.ndim(rows) != 2:
+        raise ValueError(f"{name} must be one pose of shape ({skeleton.n_dofs},), got shape {np.shape(pose)}")
     return check_poses(rows, skeleton, name)[0].astype(np.float64)
 
 
-def check_is_array(X: object, name: str, *, one: bool = False) -> None:
-    """Refuse a skeleton, a motion, a dataset, or a list of them, where poses or one pose belong."""
-    expected = f"{name} must be {'one pose' if one else 'an array of poses'}, got a "
+def check_is_array(X: Any, name: str) -> None:
+    """Refuse a skeleton, a motion, a dataset, or a list of these, passed as poses."""
     first = X[0] if isinstance(X, list | tuple) and X else X
-    is_list = first is not X
-    if is_motion(first) and is_list:
-        raise TypeError(f"{expected}{type(X).__name__} of Motions: pass the angles of one, or MotionDataset.poses()[0]")
-    if is_motion(first):
-        raise TypeError(f"{expected}Motion: pass {'a row of ' * one}motion.angles")
     if is_skeleton(first):
-        raise TypeError(f"{expected}{'list of Skeletons' if is_list else 'Skeleton'}: pass it as skeleton=")
+        raise TypeError(f"{name} must be an array of poses, got a {type(first).__name__}: pass it as skeleton=")
+    if is_motion(first):
+        raise TypeError(f"{name} must be an array of poses, got a {type(first).__name__}: pass motion.angles")
     if callable(getattr(type(first), "poses", None)):
-        raise TypeError(f"{expected}{type(first).__name__}: pass {'a row of ' * one}dataset.poses()[0]")
-    if callable(getattr(type(X), "collect", None)) and hasattr(type(X), "columns"):
-        raise TypeError(f"{expected}{type(X).__name__}, which has no values yet: pass {name}.collect()")
+        raise TypeError(f"{name} must be an array of poses, got a {type(first).__name__}: pass dataset.poses()[0]")
 
 
 def check_same_width(X: np.ndarray, Y: np.ndarray) -> None:
-    """Refuse X and Y of different numbers of dofs."""
+    """Refuse X and Y with different numbers of columns."""
     if X.shape[1] != Y.shape[1]:
-        raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; poses of one skeleton have equally many")
+        raise ValueError(f"X has {X.shape[1]} columns and Y has {Y.shape[1]}; they must have equally many")

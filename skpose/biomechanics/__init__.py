@@ -1,33 +1,25 @@
-"""Movements of people in the words of those who measure them: angles of joints, symmetry, gait.
+"""Joint angles, symmetry and gait.
 
-| module             |                                                                                             |
-|--------------------|---------------------------------------------------------------------------------------------|
-| `_joint_angles`    | flexion, adduction, rotation; `_measure` measures each joint, by the formulas of `_angles`  |
-| `_segments`        | the segments of a person and how they are turned; `_axes` has their axes where they stand   |
-| `_seen`            | what of the segments is shown by the positions to which a motion was fitted                 |
-| `_zero`            | the pose in which angles are zero, and whether a person stands in it; `_person` has joints  |
-| `_symmetry`        | the left against the mirrored right, joint by joint                                         |
-| `_gait_events`     | when the feet come down and leave the floor; `_steps` finds it from positions               |
-| `_gait_parameters` | cadence, lengths of steps, shares of stance                                                 |
-| `_feet`            | the joints of hips and feet, where they are in the world, where they travel                 |
-| `_recordings`      | whether two results are of one recording                                                    |
-| `_tables`          | tables of pandas                                                                            |
+| module             | content                                                                             |
+|--------------------|-------------------------------------------------------------------------------------|
+| `_joint_angles`    | flexion, adduction, rotation; `_measure` measures joints with formulas of `_angles` |
+| `_person`          | the joints of a person; `_segments` and `_axes` have the segments between them      |
+| `_seen`            | the segments shown by the positions to which a motion was fitted                    |
+| `_zero`            | the pose in which angles are zero                                                   |
+| `_symmetry`        | the left against the mirrored right, joint by joint                                 |
+| `_gait_events`     | foot contacts and foot offs; `_feet` and `_steps` find them from positions          |
+| `_gait_parameters` | cadence, lengths of steps, shares of stance                                         |
 """
 
-from skpose.biomechanics._gait_events import GaitEvents, gait_events
-from skpose.biomechanics._gait_parameters import GaitParameter, GaitParameters, gait_parameters
-from skpose.biomechanics._joint_angles import JointAngles, joint_angles
-from skpose.biomechanics._symmetry import JointAsymmetry, SymmetryResult, symmetry
+from skpose.biomechanics._gait_events import GaitEvents as GaitEvents
+from skpose.biomechanics._gait_events import gait_events
+from skpose.biomechanics._gait_parameters import GaitParameter as GaitParameter
+from skpose.biomechanics._gait_parameters import GaitParameters as GaitParameters
+from skpose.biomechanics._gait_parameters import gait_parameters
+from skpose.biomechanics._joint_angles import JointAngles as JointAngles
+from skpose.biomechanics._joint_angles import joint_angles
+from skpose.biomechanics._symmetry import JointAsymmetry as JointAsymmetry
+from skpose.biomechanics._symmetry import SymmetryResult as SymmetryResult
+from skpose.biomechanics._symmetry import symmetry
 
-__all__ = [
-    "GaitEvents",
-    "GaitParameter",
-    "GaitParameters",
-    "JointAngles",
-    "JointAsymmetry",
-    "SymmetryResult",
-    "gait_events",
-    "gait_parameters",
-    "joint_angles",
-    "symmetry",
-]
+__all__ = ["gait_events", "gait_parameters", "joint_angles", "symmetry"]

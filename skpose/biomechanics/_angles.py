@@ -1,6 +1,6 @@
 """Angles between the two segments of each joint, and of the pelvis in the world.
 
-Rotations are matrices (n, 3, 3) from the axes of the distal segment to those of the proximal one. They are taken apart
+Rotations are matrices (n, 3, 3) from the axes of the distal segment to the proximal ones. They are taken apart
 as Grood and Suntay (1983) do, about the proximal z, then x, then the distal y. With the axes of the ISB these are
 flexion, adduction and internal rotation of a right limb. Left ones are mirrored, which reverses the last two.
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Bend of a joint, degrees, from which it shows the rotation of the segment before it, and where it begins to. In
+# Bend of a joint, degrees, that shows the rotation of the segment before it, fully and at all. In
 # between a straight limb becomes a bent one without a jump; flexion of a straight limb is measured as if it were not
 # rotated, which is off by less than 1° for rotations of 30°.
 BENT, STRAIGHT = 15.0, 5.0
@@ -23,7 +23,7 @@ HANGING = 0.05  # sine of the elevation below which an arm has no plane of eleva
 
 
 class Three(NamedTuple):
-    """Angles (n,) about three axes, rad; NaN where they are not defined."""
+    """Angles (n,) about three axes, rad; NaN if undefined."""
 
     flexion: np.ndarray
     adduction: np.ndarray
@@ -31,23 +31,23 @@ class Three(NamedTuple):
 
 
 def angles_of(rotations: np.ndarray) -> Three:
-    """Return the angles about z, x and y of rotations (n, 3, 3)."""
+    """The angles about z, x and y of rotations (n, 3, 3)."""
     flexion, adduction = direction_angles(rotations[:, :, 1])
     rotation = np.arctan2(-rotations[:, 2, 0], rotations[:, 2, 2])
     return Three(flexion, adduction, np.where(np.isnan(flexion), np.nan, rotation))
 
 
 def direction_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles about z and then x that take up to directions (n, 3), in the axes of the proximal segment."""
+    """The angles about z and then x that take up to directions (n, 3), in the axes of the proximal segment."""
     flexion = np.arctan2(-y[:, 0], y[:, 1])
     adduction = np.arcsin(np.clip(y[:, 2], -1.0, 1.0))
     return np.where(np.hypot(y[:, 0], y[:, 1]) < LOCKED, np.nan, flexion), adduction
 
 
 def pelvis_angles(rotations: np.ndarray) -> Three:
-    """Return tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
+    """Tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
 
-    The rotation comes first, so that tilt and list are those of the person, in any direction.
+    The rotation comes first, so that tilt and list do not depend on the heading.
     """
     tilt = np.arctan2(rotations[:, 1, 0], rotations[:, 1, 1])
     lean = np.arcsin(np.clip(-rotations[:, 1, 2], -1.0, 1.0))
@@ -57,14 +57,14 @@ def pelvis_angles(rotations: np.ndarray) -> Three:
 
 
 def elevation_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return plane and angle of elevation (Wu 2005) of right arms with y (n, 3), in the axes of the trunk."""
+    """Plane and angle of elevation (Wu 2005) of right arms with y (n, 3), in the axes of the trunk."""
     elevation = np.arctan2(np.hypot(y[:, 0], y[:, 2]), y[:, 1])
     plane = np.arctan2(-y[:, 0], -y[:, 2])
     return np.where(np.hypot(y[:, 0], y[:, 2]) < HANGING, np.nan, plane), elevation
 
 
 def set_upright(y: np.ndarray) -> np.ndarray:
-    """Return axes (n, 3, 3) of segments with these y (n, 3) that have no rotation about them, in proximal axes.
+    """Axes (n, 3, 3) of segments with these y (n, 3) that have no rotation about them, in proximal axes.
 
     Directions to the side, where flexion is not defined, are taken as adduction alone.
     """
@@ -78,9 +78,9 @@ def set_upright(y: np.ndarray) -> np.ndarray:
 
 
 def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rotation of segments about themselves that bends of a hinge show, rad, and the bends, degrees.
+    """The rotation of segments about themselves that bends of a hinge show, rad, and the bends, degrees.
 
-    Axes (n, 3, 3) are those of `set_upright` segments, distal (n, 3) the y of the next ones in the same axes. The sign
+    Axes (n, 3, 3) come from `set_upright`, distal (n, 3) the y of the next ones in the same axes. The sign
     is 1 where a bend goes forward, as of an elbow, and -1 where it goes backward.
     """
     y = axes[:, :, 1]
@@ -91,13 +91,13 @@ def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[
 
 
 def about_y(angles: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) by angles about y."""
+    """The rotations (n, 3, 3) by angles about y."""
     sin, cos, zero = np.sin(angles), np.cos(angles), np.zeros(len(angles))
     rows = [[cos, zero, sin], [zero, zero + 1.0, zero], [-sin, zero, cos]]
     return np.moveaxis(np.array(rows), 2, 0)
 
 
 def partly(bend: np.ndarray) -> np.ndarray:
-    """Return how far a rotation that a bend (n,) shows counts, from 0 for a straight limb to 1 for a bent one."""
+    """How far a rotation that a bend (n,) shows counts, from 0 for a straight limb to 1 for a bent one."""
     t = np.clip((bend - STRAIGHT) / (BENT - STRAIGHT), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)

@@ -1,8 +1,8 @@
-"""The axes of the segments in the reference pose: where a person stands in it, and in which direction.
+"""The axes of the segments in the reference pose.
 
-Two kinds of reference pose. The *rest pose* of a skeleton is made by a program: arms may be held out, knees bent. Each
-segment has axes of its own there, y along a limb; those of a straight limb are parallel, however it is held. In a
-*standing pose* of the person, all joints are at zero by definition: the two segments of a joint have the same axes.
+There are two kinds of reference pose. The *rest pose* of a skeleton is made by a program: arms may be held out, knees
+bent. There each segment has its own axes, with y along a limb, which are parallel in a straight limb. In a *standing
+pose* of the person, all joints are at zero by definition: the two segments of a joint have the same axes.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,6 @@ THUMB_OFF_LINE = (
     0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
 )
 PARALLEL = 1e-6  # sine of the angle between two directions below which they show no axes
-EXCHANGED = "its toes point backward, so that left and right are exchanged, or it is a mirror image"
 BEFORE = {"shank": "thigh", "forearm": "upper_arm", "hand": "forearm"}
 
 
@@ -41,14 +40,14 @@ class Reference(NamedTuple):
     unknown: dict[tuple[str, str], str]
 
     def direction(self, segment: Segment) -> np.ndarray:
-        """Return the direction (3,) of a segment."""
+        """The direction (3,) of a segment."""
         return self.turned.direction(segment)[0]
 
 
 def find_reference(
     skeleton: Skeleton, segments: dict[str, Segment], turned: Turned, up: np.ndarray | None
 ) -> Reference | str:
-    """Return a pose, one frame, as a reference, or in words why nobody stands in it; up is None for the rest pose.
+    """A pose, one frame, as a reference, or why it does not stand; up is None for the rest pose.
 
     The vertical of a rest pose is the axis along which the legs are. Whether a person stands in another pose is to be
     known.
@@ -75,7 +74,7 @@ def find_reference(
     body = np.stack([np.cross(up, z), up, z], axis=1)
     feet = [turned.direction(segments[f"{side}_foot"])[0] for side in SIDES if f"{side}_foot" in segments]
     if feet and all(foot @ body[:, 0] < -0.5 for foot in feet):
-        return EXCHANGED
+        return "toes point backward: exchange left and right in joints=, or mirror the file"
     lines = {}
     for side in SIDES:
         for joint, limb in (("knee", "thigh"), ("ankle", "shank")):
@@ -90,7 +89,7 @@ def find_reference(
 
 
 def rest_axes(reference: Reference, segments: dict[str, Segment]) -> dict[str, np.ndarray]:
-    """Return the axes (3, 3) of each segment in a rest pose."""
+    """The axes (3, 3) of each segment in a rest pose."""
     body = reference.body
     axes: dict[str, np.ndarray] = {name: body for name in ("pelvis", "trunk", "head") if name in segments}
     for side in SIDES:
@@ -111,30 +110,30 @@ def rest_axes(reference: Reference, segments: dict[str, Segment]) -> dict[str, n
 
 
 def joint_axes(reference: Reference, joint: str, distal: Segment | None) -> np.ndarray:
-    """Return the axes (3, 3) of a joint in a standing pose: z is its line, and y along the limb that it moves."""
+    """The axes (3, 3) of a joint in a standing pose: z is its line, and y along the limb that it moves."""
     along = reference.body[:, 1] if distal is None else -reference.direction(distal)
     return _with_line(along, reference.lines.get(joint, reference.body[:, 2]))
 
 
 def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the smallest rotation (3, 3) that takes a direction to another."""
+    """The smallest rotation (3, 3) that takes a direction to another."""
     matrix: np.ndarray = Rotation.align_vectors(b, a)[0].as_matrix()
     return matrix
 
 
 def degrees_between(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the angle between two vectors, degrees."""
+    """The angle between two vectors, degrees."""
     return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
 
 
 def _nearest_axis(vector: np.ndarray) -> np.ndarray:
-    """Return the axis, with its sign, nearest to a vector."""
+    """The axis, with its sign, nearest to a vector."""
     axis = int(np.abs(vector).argmax())
     return np.eye(3)[axis] * np.sign(vector[axis])
 
 
 def _raised_arms(segments: dict[str, Segment], turned: Turned, up: np.ndarray) -> dict[tuple[str, str], str]:
-    """Return the angles that arms which point up in a rest pose give no zero, and why."""
+    """The angles that arms which point up in a rest pose give no zero, and why."""
     unknown: dict[tuple[str, str], str] = {}
     for side in SIDES:
         if (arm := segments.get(f"{side}_upper_arm")) and degrees_between(turned.direction(arm)[0], -up) > RAISED:
@@ -144,7 +143,7 @@ def _raised_arms(segments: dict[str, Segment], turned: Turned, up: np.ndarray) -
 
 
 def _with_line(y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return axes with a given y, whose z is as near to a line as may be; any axes with y if both are parallel."""
+    """Axes with a given y, whose z is as near to a line as may be; any axes with y if both are parallel."""
     x = np.cross(y, z)
     size = np.linalg.norm(x)
     if size < PARALLEL:
@@ -154,7 +153,7 @@ def _with_line(y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _spread(body: np.ndarray, shank: np.ndarray) -> np.ndarray:
-    """Return the axes of the body, rotated about its x as a leg is that is spread to the side."""
+    """The axes of the body, rotated about its x as a leg is that is spread to the side."""
     _, down, right = body.T @ shank
     x, up, z = body.T
     y = -down * up - right * z
@@ -163,7 +162,7 @@ def _spread(body: np.ndarray, shank: np.ndarray) -> np.ndarray:
 
 
 def _heading(body: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return axes, rotated about their y so that x is as near to a direction as may be."""
+    """Axes, rotated about their y so that x is as near to a direction as may be."""
     across = np.cross(along, body[:, 1])
     size = np.linalg.norm(across)
     if size < PARALLEL:
@@ -173,7 +172,7 @@ def _heading(body: np.ndarray, along: np.ndarray) -> np.ndarray:
 
 
 def _thumb_of(skeleton: Skeleton, positions: np.ndarray, hand: Segment) -> np.ndarray | None:
-    """Return the direction from the line of a hand to its thumb; None if there is none."""
+    """The direction from the line of a hand to its thumb; None if there is none."""
     parents, names = skeleton.parents.tolist(), skeleton.joint_names
     for j, name in enumerate(names):
         if "thumb" not in name.lower():
@@ -190,7 +189,7 @@ def _thumb_of(skeleton: Skeleton, positions: np.ndarray, hand: Segment) -> np.nd
 
 
 def _line_of(skeleton: Skeleton, positions: np.ndarray, segment: Segment) -> np.ndarray | None:
-    """Return the direction of the line through two points on both sides of the joint at the end of a segment."""
+    """The direction of the line through two points on both sides of the joint at the end of a segment."""
     parents = skeleton.parents.tolist()
     points = [j for j, bone in enumerate(skeleton.bones) if parents[j] == segment.end and not bone.dofs]
     along = positions[segment.end] - positions[segment.start]

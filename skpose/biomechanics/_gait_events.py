@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skpose.biomechanics._feet import SIDES, check_recording, feet_of, find_feet, to_world
-from skpose.biomechanics._recordings import leg_lengths
 from skpose.biomechanics._steps import Stance, Stride, find_stances, find_strides
-from skpose.biomechanics._tables import frame_of
 from skpose.skeleton import Motion
 
 if TYPE_CHECKING:
@@ -35,8 +33,7 @@ class GaitEvents:
     positions : ndarray of shape (n_events, 3)
         Position of the ankle in the world while the foot stands after a contact, or before a foot off, m.
     strides : ndarray of shape (n_strides, 3) of int
-        Numbers of three events: contact of one foot, of the other foot, and of the first one again. Empty where the
-        motion is no gait.
+        Numbers of three events: contact of one foot, of the other foot, and of the first one again.
     joints : dict of str to str
         The names of the joints that are hips, ankles and toes.
     frame_rate : float
@@ -44,11 +41,9 @@ class GaitEvents:
     up : {"x", "y", "z"}
         The axis of the world that points up.
     reason : str
-        Where there are no events, in words why.
+        The reason if events are missing.
     motion_times : ndarray of shape (n_frames,)
-        Times of the frames of the motion, s, by which what is of another recording is recognised.
-    leg_lengths : ndarray of shape (n_frames, 2) or None
-        Distance from hip to ankle in each frame, left and right, m, by which it is recognised where times are equal.
+        Times of the frames of the motion, s.
 
     Examples
     --------
@@ -58,7 +53,7 @@ class GaitEvents:
     >>> from skpose.datasets import humanoid
     >>> still = Motion(humanoid(), np.zeros((60, 42)), 60, np.linspace([0, 0, 0], [0, 0, 0.05], 60))
     >>> gait_events(still).reason.partition(",")[0]
-    'the pelvis moves along the floor by at most 0.051 m/s'
+    'the pelvis travels at most 0.051 m/s'
     """
 
     feet: np.ndarray
@@ -72,7 +67,6 @@ class GaitEvents:
     up: str
     reason: str
     motion_times: np.ndarray
-    leg_lengths: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.times)
@@ -80,20 +74,12 @@ class GaitEvents:
     def __repr__(self) -> str:
         if not len(self):
             return f"GaitEvents(none: {self.reason})"
-        counts = [
-            f"{np.count_nonzero((self.feet == side) & (self.kinds == kind))} {side}"
-            for kind in (CONTACT, OFF)
-            for side in SIDES
-        ]
-        span = f"{self.times[0]:.2f} to {self.times[-1]:.2f} s"
-        ankles = ", ".join(f"{self.joints[f'{side}_ankle']} and {self.joints[f'{side}_toe']}" for side in SIDES)
-        return (
-            f"GaitEvents(contacts {counts[0]} {counts[1]}, offs {counts[2]} {counts[3]}, {len(self.strides)} strides, "
-            f"{span} at {self.frame_rate:g} Hz, {self.up} up, feet {ankles})"
-        )
+        counts = [np.count_nonzero(self.kinds == kind) for kind in (CONTACT, OFF)]
+        span = f"{self.times[0]:.2f} to {self.times[-1]:.2f} s at {self.frame_rate:g} Hz"
+        return f"GaitEvents({counts[0]} contacts, {counts[1]} offs, {len(self.strides)} strides, {span}, {self.up} up)"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the events as a pandas DataFrame, one row for each.
+        """Convert the events to a pandas DataFrame, one row for each.
 
         Returns
         -------
@@ -105,22 +91,24 @@ class GaitEvents:
         ImportError
             If pandas is not installed.
         """
-        return frame_of({"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times})
+        import pandas
+
+        columns = {"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times}
+        return pandas.DataFrame(columns)
 
 
 def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> GaitEvents:
-    r"""Return when the feet come down and leave the floor, in walking and running.
+    r"""Find when the feet come down and leave the floor in walking and running.
 
-    A foot comes down at about the time when it is farthest ahead of the pelvis in the direction of travel, and leaves
-    the floor when it is farthest behind [1]_. In between it stands, from the first moment to the last at which the
-    ankle is slower than 0.5 of the speed of travel or the front of the foot slower than 0.8 of it [2]_. The part that
-    is slow must also be lower than 0.05 of the length of the leg above its floor, the median of its heights in the half
-    of the rows of that stance in which it is slowest: runners' feet are slow in the air, too.
+    A foot comes down about when it is farthest ahead of the pelvis in the direction of travel, and leaves the floor
+    when it is farthest behind [1]_. In between it stands, from the first to the last moment at which the ankle is
+    slower than 0.5 of the speed of travel or the front of the foot slower than 0.8 of it [2]_. The slow part must also
+    be lower than 0.05 of the length of the leg above its floor, the median height in the slower half of that stance:
+    runners' feet are slow in the air, too.
 
-    Direction and speed of travel are those of the middle between the hips along the floor, averaged over about a step
-    (Gaussian weights, standard deviation 0.25 s), so that turns are followed. Before, each position is the median of
-    three frames, so that a spike in one frame moves no event by more than a frame, and positions are low-pass filtered
-    (Butterworth, second order, 10 Hz, forwards and backwards).
+    Direction and speed of travel of the middle between the hips along the floor are averaged over about a step
+    (Gaussian weights, standard deviation 0.25 s), so that turns are followed. Positions are filtered before: the median
+    of three frames, against spikes, then a low-pass (Butterworth, second order, 10 Hz, forwards and backwards).
 
     Parameters
     ----------
@@ -128,24 +116,23 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
         Walking or running, with the positions of the root, at 25 Hz or more.
     joints : mapping of str to str, default=None
         Names of joints for any of "left_hip", "left_ankle", "left_toe", "right_hip", "right_ankle" and "right_toe",
-        where a toe is any point at the front of the foot. None finds them in rigs whose names are known; of two
-        points at the front it takes the one where the toes begin.
+        where a toe is any point at the front of the foot. The others are found in rigs with known names, as toes the
+        points where they begin.
 
     Returns
     -------
     GaitEvents
-        The events of all strides, of which the first has a swing before it. Where the motion is no gait there are
-        none, and `GaitEvents.reason` states why.
+        The events of all strides; the first has a swing before it. Without gait there are none, and
+        `GaitEvents.reason` states why.
 
     Raises
     ------
     TypeError
-        If `motion` is no Motion.
+        If `motion` is not a Motion.
     ValueError
-        If the root does not move at all, the frame rate is below 25 Hz, more than 0.1 s of frames are missing, people
-        stand along another axis than `Motion.up`, or joints are not known. If the pelvis jumps from a frame to the next
-        one, moving by more than 12 m/s and 1 cm, or turning by more than 2,200°/s and 5°: nobody does, and one
-        recording ends there and another one begins, or frames are missing. The message states where to cut.
+        If the root does not move, the frame rate is below 25 Hz, more than 0.1 s of frames are missing, people stand
+        along another axis than `Motion.up`, or joints are unknown. If the pelvis jumps between frames, by more than
+        12 m/s and 1 cm or 2,200°/s and 5°: another recording begins, or frames are missing.
 
     See Also
     --------
@@ -153,16 +140,16 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
 
     Notes
     -----
-    A stride is three contacts: of one foot, of the other, of the first again. They count if strides take 0.3 to 3 s,
-    the other foot comes down within 30 to 70 % of it, the foot moves by more than 0.35 of the length of the leg and
-    faster than :math:`0.06 \sqrt{g \cdot leg}` (0.18 m/s), at most 45° away from where the pelvis faces, and the
-    pelvis stays above half the length of the leg. So jumps, squats, steps on the spot, walking sideways or backwards
-    and lying down are no gait. Shuffling with shorter strides is not found, either.
+    A stride is three contacts: of one foot, of the other, of the first again. Strides must take 0.3 to 3 s, with the
+    other foot's contact within 30 to 70 %; the foot must move by more than 0.35 of the length of the leg and faster
+    than :math:`0.06 \sqrt{g \cdot leg}` (0.18 m/s), at most 45° from the direction that the pelvis faces, and the
+    pelvis must stay above half the length of the leg. So jumps, squats, steps on the spot, walking sideways or
+    backwards and lying down are not gait, and shuffling with shorter strides is not found.
 
-    The height of 0.05 legs is ours, chosen on one person of CMU and on two walks over force plates. On three other
-    people, six contacts and six foot offs at 60 to 240 Hz, foot contacts were 2 ms early ± 20 ms and foot offs 11 ms
-    early ± 9 ms (mean and standard deviation, ``benchmarks/gait.py``). In walking the height has little effect; the
-    stance of runners, which was not compared with force plates, changes from 30 to 37 % as it goes from 0.03 to 0.06.
+    The height of 0.05 legs was chosen on one person of CMU and on two walks over force plates. On three other people,
+    six contacts and six foot offs at 60 to 240 Hz, contacts were 2 ms early ± 20 ms and foot offs 11 ms early ± 9 ms
+    (mean and standard deviation). In walking the height has little effect; the stance of runners, which was not
+    compared with force plates, changes from 30 to 37 % as it goes from 0.03 to 0.06.
 
     References
     ----------
@@ -207,7 +194,7 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
 def _collect(
     motion: Motion, names: dict[str, str], stances: list[Stance], strides: list[Stride], reason: str
 ) -> GaitEvents:
-    """Return the contacts of strides, and what lifts the feet before and after them."""
+    """Collect the contacts of strides, and the foot offs before and after them."""
     used = {number for stride in strides for number in stride}
     rows: list[tuple[float, int, str, int]] = [(stances[i].contact, stances[i].side, CONTACT, i) for i in used]
     for i, stance in enumerate(stances):
@@ -230,5 +217,4 @@ def _collect(
         up=motion.up,
         reason=reason,
         motion_times=motion.times,
-        leg_lengths=leg_lengths(motion, {mark: motion.skeleton.joint_names.index(one) for mark, one in names.items()}),
     )

@@ -9,7 +9,6 @@ import numpy as np
 from skpose._warnings import warn
 from skpose.biomechanics._feet import SIDES
 from skpose.biomechanics._gait_events import OFF, GaitEvents, gait_events
-from skpose.biomechanics._tables import frame_of
 from skpose.skeleton import Motion
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ UNITS = {
     "stance": "%",
     "double_support": "%",
 }
-# Steps per minute that nobody exceeds: elite sprinters take fewer than five a second, race walkers fewer than four.
+# Largest steps per minute: elite sprinters take fewer than five a second, race walkers fewer than four.
 FASTEST_WALK, FASTEST_RUN = 220.0, 300.0
 
 
@@ -46,7 +45,7 @@ class GaitParameter(NamedTuple):
     std : float
         The standard deviation over the strides, of a sample (divided by n − 1); NaN for fewer than two.
     n_strides : int
-        The strides of which the quantity is known.
+        Number of strides with a known quantity.
 
     Examples
     --------
@@ -68,7 +67,7 @@ class GaitParameters:
     """Spatio-temporal parameters of every stride, as `gait_parameters` finds them.
 
     A stride goes from a contact of a foot to the next contact of that foot, and is that foot's. Its step is the second
-    half: from the contact of the other foot to that of the foot. Lengths are along the floor.
+    half: from the contact of the other foot to its own. Lengths are along the floor.
 
     Attributes
     ----------
@@ -85,14 +84,14 @@ class GaitParameters:
     stride_length : ndarray of shape (n_strides,)
         Distance between the two positions of the foot, m.
     step_length : ndarray of shape (n_strides,)
-        How far the foot comes down ahead of the other foot, along the line between the two positions of the foot, m.
+        Distance of the contact ahead of the other foot, along the line between the two positions of the foot, m.
     step_width : ndarray of shape (n_strides,)
         Distance of the other foot from that line, m; negative where the feet cross.
     stance : ndarray of shape (n_strides,)
-        Share of the stride in which the foot is on the floor, %.
+        Share of the stride with the foot on the floor, %.
     double_support : ndarray of shape (n_strides,)
-        Share of the stride in which both feet are on the floor, %; 0 in running. NaN where the beginning of the other
-        foot's stance, or its end, was not recorded.
+        Share of the stride with both feet on the floor, %; 0 in running. NaN if the beginning or end of the other
+        foot's stance was not recorded.
     events : GaitEvents
         The events from which they are computed.
 
@@ -128,7 +127,7 @@ class GaitParameters:
         return f"GaitParameters({counts} strides at {rate}: {', '.join(words)})"
 
     def summary(self) -> list[GaitParameter]:
-        """Return the mean and the standard deviation over strides of every quantity, left, right and both.
+        """Summarise every quantity by mean and standard deviation over strides, left, right and both.
 
         Returns
         -------
@@ -146,7 +145,7 @@ class GaitParameters:
         return found
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the parameters as a pandas DataFrame, one row for each stride.
+        """Convert the parameters to a pandas DataFrame, one row for each stride.
 
         Returns
         -------
@@ -159,14 +158,16 @@ class GaitParameters:
             If pandas is not installed.
         """
         quantities = {f"{name} [{unit}]": getattr(self, name) for name, unit in UNITS.items()}
-        return frame_of({"foot": self.feet, "start [s]": self.starts, **quantities})
+        import pandas
+
+        return pandas.DataFrame({"foot": self.feet, "start [s]": self.starts, **quantities})
 
 
 def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | None = None) -> GaitParameters:
-    """Return cadence, speed, lengths and widths of steps, and shares of stance, of every stride.
+    """Measure cadence, speed, lengths and widths of steps, and shares of stance, of every stride.
 
     Lengths are measured between the positions of the ankles while the feet stand, along the floor, by the line between
-    two positions of one foot [1]_: so they hold in turns, in every direction of the world.
+    two positions of one foot [1]_, so that they are valid in turns and in every direction.
 
     Parameters
     ----------
@@ -185,18 +186,18 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     TypeError
         If `motion` is neither.
     ValueError
-        If there are no strides, with the reason; for what `gait_events` refuses.
+        If strides are missing, with the reason; see also `gait_events`.
 
     Warns
     -----
     UserWarning
         If cadence, in the median of the strides, is more than 300 steps/min, or 220 where the feet stand for more than
-        half of the stride, as in walking: nobody is as fast (elite sprinters [2]_, race walkers [3]_), and the frame
-        rate is not that of the recording.
+        half of the stride, as in walking: faster than elite sprinters [2]_ and race walkers [3]_, so the frame rate is
+        wrong.
 
     See Also
     --------
-    gait_events : The events, and what they assume.
+    gait_events : The events and their assumptions.
 
     Notes
     -----
@@ -238,39 +239,31 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     """
     if isinstance(motion, GaitEvents):
         if joints is not None:
-            raise ValueError("joints= is for a Motion; these events were found with joints of their own")
+            raise ValueError("joints must be None for events, which were found with their own joints")
         events = motion
     else:
         events = gait_events(motion, joints=joints)
     if not len(events.strides):
-        raise ValueError(f"gait_parameters needs at least one stride of walking or running, got none: {events.reason}")
+        raise ValueError(f"gait_parameters needs at least one stride, got none: {events.reason}")
     rows = [_measure(events, *stride) for stride in events.strides]
     columns = {name: np.array([row[name] for row in rows]) for name in UNITS}
     first = events.strides[:, 0]
     found = GaitParameters(feet=events.feet[first], starts=events.times[first], events=events, **columns)
-    if complaint := _complain_of_cadence(found):
-        warn(complaint)
+    _warn_of_cadence(found)
     return found
 
 
-def _complain_of_cadence(found: GaitParameters) -> str:
-    """Return what speaks against a cadence that people do not have; empty where nothing does."""
+def _warn_of_cadence(found: GaitParameters) -> None:
+    """Warn about an impossible cadence."""
     cadence, known = float(np.median(found.cadence)), found.stance[np.isfinite(found.stance)]
-    stance = float(np.median(known)) if len(known) else np.nan
-    limit = FASTEST_WALK if stance > 50.0 else FASTEST_RUN
-    if cadence <= limit:
-        return ""
-    rate = found.events.frame_rate
-    return (
-        f"cadence is {cadence:.0f} steps/min with a stance of {stance:.0f} %, and nobody "
-        f"{'walks' if stance > 50.0 else 'runs'} with more than {limit:.0f}: is the frame rate of {rate:g} Hz that of "
-        "the recording? If not, times and speeds are wrong: read the file with another frame_rate=, or "
-        "dataclasses.replace(motion, frame_rate=...)"
-    )
+    walks = len(known) > 0 and float(np.median(known)) > 50.0
+    if cadence > (FASTEST_WALK if walks else FASTEST_RUN):
+        rate = found.events.frame_rate
+        warn(f"cadence is {cadence:.0f} steps/min, faster than people: is the frame rate of {rate:g} Hz right?")
 
 
 def _measure(events: GaitEvents, first: int, other: int, last: int) -> dict[str, float]:
-    """Return all quantities of a stride, from the numbers of its three contacts."""
+    """All quantities of a stride, from the numbers of its three contacts."""
     start, between, end = (float(events.times[i]) for i in (first, other, last))
     duration = end - start
     up = np.eye(3)["xyz".index(events.up)]
@@ -297,6 +290,6 @@ def _measure(events: GaitEvents, first: int, other: int, last: int) -> dict[str,
 
 
 def _off_between(events: GaitEvents, foot: str, start: float, end: float) -> float:
-    """Return the last time between two at which a foot leaves the floor; NaN where that is not known."""
+    """The last time between two at which a foot leaves the floor; NaN if unknown."""
     inside = (events.feet == foot) & (events.kinds == OFF) & (events.times > start) & (events.times < end)
     return float(events.times[inside][-1]) if inside.any() else np.nan

@@ -1,4 +1,4 @@
-"""Angles of joints, as those who measure people name them: flexion, adduction, rotation."""
+"""Clinical joint angles: flexion, adduction, rotation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from sklearn import get_config
 
-from skpose._validation.motions import is_motion
 from skpose._validation.names import near_names
-from skpose._warnings import warn
+from skpose._validation.options import check_kind
 from skpose.biomechanics._measure import measure
 from skpose.biomechanics._person import find_person
-from skpose.biomechanics._recordings import leg_lengths
 from skpose.biomechanics._segments import find_segments
 from skpose.biomechanics._zero import find_zero
 from skpose.skeleton import Motion
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointAngles:
-    """Angles of joints in time, with what they rest on.
+    """Joint angles in time, with their zero and the reasons for missing values.
 
     Attributes
     ----------
@@ -37,11 +35,9 @@ class JointAngles:
     zero : str
         The pose in which joints are at zero.
     rig : str
-        The rig by whose names the joints were found.
+        The rig whose names the joints have.
     missing : dict of str to str
-        For each angle that is NaN in some frames, why.
-    leg_lengths : ndarray of shape (n_frames, 2) or None
-        Distance from hip to ankle, left and right, m, by which events of another recording are recognised.
+        The reason for each angle that is NaN in some frames.
 
     Examples
     --------
@@ -62,15 +58,14 @@ class JointAngles:
     zero: str
     rig: str
     missing: dict[str, str]
-    leg_lengths: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.degrees)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return one angle in time, degrees."""
+        """One angle in time, degrees."""
         if name not in self.names:
-            near = near_names(self.names, str(name), f"there are {', '.join(self.names)}")
+            near = near_names(self.names, str(name), "see names")
             raise KeyError(f"there is no angle {name!r}: {near}")
         return self.degrees[:, self.names.index(name)]
 
@@ -82,29 +77,26 @@ class JointAngles:
         return f"JointAngles({len(self)} frames, {len(self.names)} angles{missing}, zero: {self.zero}, {self.rig})"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the angles as a pandas DataFrame, one column for each angle and one row for each frame.
+        """Convert the angles to a pandas DataFrame, one column for each angle and one row for each frame.
 
         Returns
         -------
         pandas.DataFrame of shape (n_frames, n_angles)
-            Angles, degrees; the index is the time of each frame, s. ``attrs`` has what they rest on.
+            Angles, degrees; the index is the time of each frame, s. ``attrs`` has unit, zero, rig and missing.
 
         Raises
         ------
         ImportError
             If pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
+        import pandas
 
         table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time [s]"), list(self.names))
         table.attrs.update(unit="degrees", zero=self.zero, rig=self.rig, missing=dict(self.missing))
         return table
 
     def to_polars(self) -> "polars.DataFrame":
-        """Return the angles as a polars DataFrame, with the time of each frame, s, as its first column.
+        """Convert the angles to a polars DataFrame, with the time of each frame, s, as its first column.
 
         Returns
         -------
@@ -116,10 +108,7 @@ class JointAngles:
         ImportError
             If polars is not installed.
         """
-        try:
-            import polars
-        except ImportError:
-            raise ImportError("to_polars needs polars: pip install polars") from None
+        import polars
 
         columns = zip(self.names, self.degrees.T, strict=True)
         return polars.DataFrame({"time [s]": self.times} | dict(columns))
@@ -128,53 +117,53 @@ class JointAngles:
 def joint_angles(
     motion: Motion, *, zero: int | Motion | None = None, joints: Mapping[str, str] | None = None
 ) -> "JointAngles | pandas.DataFrame | polars.DataFrame":
-    r"""Return the angles of a person's joints as they are measured in biomechanics, in degrees.
+    r"""Measure joint angles as defined in biomechanics, in degrees.
 
     Flexion, adduction and rotation of hip, knee, ankle, shoulder, elbow and wrist, the angles of trunk and neck, and
-    the pelvis in the world. They depend on how the segments of the body are turned, and not on the columns of a file:
-    the order of Euler angles, and what angle zero of the file means, play no part.
+    the pelvis in the world. They depend on the orientations of the segments of the body, and not on the columns of a
+    file: the order of Euler angles and the meaning of angle zero in the file have no effect.
 
     Parameters
     ----------
     motion : Motion
         The motion of a person.
     zero : int or Motion, default=None
-        The anatomical standing pose, at which all angles are zero: the number of a frame of the motion, or a recording
-        on the same skeleton, of which the mean is taken. Legs and trunk must stand in it. None takes the axes of the
-        segments from the rest pose of the skeleton, if that stands, however it holds arms and knees: straight limbs
-        that hang down are at zero, and feet that are flat on the floor.
+        The standing pose with all angles zero: a frame of the motion, or a recording on the same skeleton, whose mean
+        is taken. The person must stand upright in it. None takes the axes of the segments from the rest pose of the
+        skeleton, which must stand, but may hold arms and knees in any way: straight limbs that hang down are at zero,
+        and feet flat on the floor.
     joints : Mapping of str to str, default=None
-        Joints by landmark, such as ``{"left_knee": "KneeL"}``, for skeletons whose names are not known, or to correct
-        what is found. Landmarks are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with "left\_" or
-        "right\_", and head, head_top and head_center.
+        Joints by landmark, such as ``{"left_knee": "KneeL"}``, for skeletons with unknown names, or to correct the
+        joints found by name. Landmarks are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with
+        "left\_" or "right\_", and head, head_top and head_center.
 
     Returns
     -------
     JointAngles
         A column for each angle that the skeleton has. With ``sklearn.set_config(transform_output="pandas")`` or
-        "polars" it is a data frame of that library, see `JointAngles.to_pandas`.
+        "polars" it is a dataframe of that library, see `JointAngles.to_pandas`.
 
     Raises
     ------
     TypeError
-        For what is no motion, no zero or no mapping of joints.
+        If `motion` is not a Motion, or `zero` neither a frame nor a Motion.
     ValueError
-        If the motion has no frames. If the joints of the legs are not known, or `joints` are not those of a person: a
-        knee that does not come after the hip, one joint for two landmarks, sides that are exchanged. If nobody stands
-        in the rest pose and there is no `zero`; if nobody stands in `zero`, or it has another skeleton.
+        If the motion has no frames. If the joints of the legs are unknown, or `joints` do not fit a person: a knee that
+        is not below the hip, one joint for two landmarks, exchanged sides. If the rest pose does not stand upright and
+        there is no `zero`; if `zero` does not stand upright, or has another skeleton.
 
     Warns
     -----
     UserWarning
-        If the person moves in the recording `zero`, or limbs are bent in it by 12° and more. If arms do not hang in
+        If the person moves in the recording `zero`, or limbs are bent in it by 12° or more. If arms do not hang in
         `zero`: angles of shoulder and elbow, or of the elbow alone, are NaN.
     UserWarning
         If the skeleton is one of `fit_skeleton`, and there is no `zero`: its rest pose is the layout's.
     UserWarning
-        If in nearly all frames the person stands along another axis than ``motion.up``, and there is no `zero`.
+        If the person stands along another axis than ``motion.up`` in nearly all frames, and there is no `zero`.
     UserWarning
-        If positions show of the pelvis only the line of the hips: its tilt is NaN, and the hips' angles are relative
-        to the trunk.
+        If positions show only the line of the hips of the pelvis: its tilt is NaN, and the hips' angles are relative to
+        the trunk.
 
     See Also
     --------
@@ -183,21 +172,21 @@ def joint_angles(
     Notes
     -----
     *Axes.* Each segment has the axes of the ISB [2]_ [3]_: x forward, y up, along limbs, z to the right. z is the line
-    of the hips, and at knees and ankles the line through two points on both sides of the joint, where the skeleton has
+    of the hips, and at knees and ankles the line through two points on both sides of the joint if the skeleton has
     them, such as markers of the epicondyles.
 
     *Angles.* Those of Grood and Suntay [1]_: flexion about z of the proximal segment, rotation about y of the distal
     one, adduction about the axis that is perpendicular to both. With :math:`R = R_z(\varphi) R_x(\psi) R_y(\rho)` they
     are :math:`\varphi, \psi, \rho` for the right side. Left limbs are mirrored, so that mirrored movements have equal
-    angles. Rotation of the pelvis comes first, then list, then tilt [4]_, so that they do not depend on where the
-    person is headed. The shoulder has, besides these, the plane of elevation and the elevation [3]_.
+    angles. Rotation of the pelvis comes first, then list, then tilt [4]_, so that they do not depend on the heading.
+    The shoulder also has the plane of elevation and the elevation [3]_.
 
     ================================  ====================================================
     positive                          is
     ================================  ====================================================
     ``pelvis_tilt``                   backward (posterior); OpenSim's sign
     ``pelvis_list``                   its right side down
-    ``pelvis_rotation``               to the left, from where the person faces at zero
+    ``pelvis_rotation``               to the left, relative to zero
     ``trunk_extension``, ``neck_``    backward
     ``trunk_bending``, ``neck_``      to the right
     ``trunk_rotation``, ``neck_``     to the left
@@ -214,18 +203,18 @@ def joint_angles(
     ``shoulder_plane``                of the elevation: 0 to the side, 90 to the front
     ================================  ====================================================
 
-    *Zero.* In nine tenths of the frames of `zero` thighs and shanks are within 25° of down, the knees bent by no more,
-    thighs no further apart, and the trunk as upright; upper arms within 25° of the trunk, elbows bent by no more than
-    45°. Of 5,082 frames of CMU's walks and runs none is so. A rest pose may hold the arms out, as T-poses do: at zero
-    is then the straight arm that hangs, as it would be rotated if it were lowered by the shortest path. If it is wrong
-    by an angle, rotation of the shoulder is off by that angle, by 30° in CMU's files, and the elbow bends about
-    another axis. Where arms point up at rest, that path is not known: these angles are NaN.
+    *Zero.* In nine tenths of the frames of `zero` thighs, shanks and trunk must be within 25° of the vertical, knees
+    bent and thighs apart by at most 25°, upper arms within 25° of the trunk, and elbows bent by at most 45°. None of
+    5,082 frames of CMU's walks and runs satisfies this. A rest pose may hold the arms out, as T-poses do: zero is then
+    the straight arm lowered by the shortest path. If the path is wrong by an angle, so is the rotation of the shoulder,
+    by 30° in CMU's files, and the elbow bends about another axis. If arms point up at rest, the path is unknown, and
+    these angles are NaN.
 
-    *What is not shown is NaN.* Where two axes are parallel (within 3°), as of an arm held out to the side, flexion and
-    rotation are one. A motion that is ``fitted`` to positions shows how a segment is rotated about itself only by
-    points off its line, or where the next joint is bent by 15° and more, if that is a hinge: knees and elbows are
-    taken for hinges there. Else rotations are NaN. Files of rotations have them all; whether they were measured is not
-    known, and BVH files of pose estimators have them too.
+    *Missing values.* If two axes are parallel (within 3°), as for an arm held out to the side, flexion and rotation are
+    indistinguishable. In a motion that is ``fitted`` to positions the rotation of a segment about itself is shown only
+    by points off its line, or by the next joint if it is bent by 15° or more and a hinge: knees and elbows are taken
+    for hinges. Otherwise rotations are NaN. Files of rotations have all of them, measured or not; BVH files of pose
+    estimators have them too.
 
     Every call computes the forward kinematics of all frames, and a rotation for each joint: some 80 µs a frame.
 
@@ -254,24 +243,16 @@ def joint_angles(
     >>> angles["knee_flexion_left"].round(6)
     array([ 0., 60.])
     """
-    if not is_motion(motion):
-        raise TypeError(
-            f"joint_angles needs a skpose.Motion, got {type(motion).__name__}: Motion(skeleton, poses, frame_rate) "
-            "makes one of poses; positions of points become one by skpose.keypoints.fit_skeleton and "
-            "skpose.inverse_kinematics"
-        )
+    check_kind(motion, Motion, "motion", "Motion(skeleton, poses, frame_rate) makes one of poses")
     if not len(motion):
-        raise ValueError("joint_angles needs at least one frame, got a motion of 0 frames")
+        raise ValueError("joint_angles needs at least one frame, got none")
     person = find_person(motion.skeleton, joints)
     segments = find_segments(motion.skeleton, person)
     reference, words = find_zero(motion, zero, segments)
-    found = measure(motion, segments, reference)
-    for message in found.warnings:
-        warn(message)
-    names = tuple(found.columns)
-    degrees = np.degrees(np.stack([found.columns[name] for name in names], axis=1))
-    missing = {name: found.reasons[name] for name in names if np.isnan(found.columns[name]).any()}
-    rig, legs = person.rig or "the given joints", leg_lengths(motion, person.joints)
-    angles = JointAngles(names, degrees, motion.times, words, rig, missing, legs)
+    columns, reasons = measure(motion, segments, reference)
+    names = tuple(columns)
+    degrees = np.degrees(np.stack([columns[name] for name in names], axis=1))
+    missing = {name: reasons[name] for name in names if np.isnan(columns[name]).any()}
+    angles = JointAngles(names, degrees, motion.times, words, person.rig or "the given joints", missing)
     output = get_config()["transform_output"]
     return {"pandas": angles.to_pandas, "polars": angles.to_polars}.get(output, lambda: angles)()

@@ -1,9 +1,10 @@
-"""Measure the angles of all joints: which segments a joint is between, and what its angles are called."""
+"""Measure the angles of all joints."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from skpose._warnings import warn
 from skpose.biomechanics._angles import (
     BENT,
     HANGING,
@@ -24,7 +25,7 @@ from skpose.skeleton import Motion
 
 
 class Joint(NamedTuple):
-    """A joint between two segments, with the names of its three angles and the direction of the first."""
+    """A joint between two segments, with the names of its three angles and the sign of the first."""
 
     name: str
     proximal: str
@@ -33,7 +34,7 @@ class Joint(NamedTuple):
     sign: float = 1.0
 
     def segments(self, side: str) -> tuple[str, str]:
-        """Return the names of its segments, the proximal one first; side is "" in the middle."""
+        """The names of its segments, the proximal one first; side is "" in the middle."""
         proximal, distal = (
             name if name in ("pelvis", "trunk", "head") else f"{side}_{name}" for name in (self.proximal, self.distal)
         )
@@ -52,32 +53,24 @@ OF_SIDES = (
     Joint("elbow", "upper_arm", "forearm", ("flexion", "adduction", "pronation")),
     Joint("wrist", "forearm", "hand", ("flexion", "ulnar_deviation", "rotation")),
 )
-HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next segment, and where it bends
+HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next segment, and the sign of its bend
 
 LOCKED = "flexion and rotation are one where the limb points to the side"
 HANGS = f"an arm that hangs within {np.degrees(HANGING):.0f}° of the trunk has no plane of elevation"
 STRAIGHT = f"positions do not show it; the next joint does where it is bent by {BENT:.0f}° and more"
 NO_POINTS = "positions show it only by points off the line of the segment"
 PALM = "no thumb next to the line of the hand shows where the palm is"
-HINGE = "positions do not show it without points off the line of the limb before, and the joint is taken for a hinge"
+HINGE = "positions do not show it without points off the line of the limb above; the joint is taken for a hinge"
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 UNSEEN = "positions of its points are not seen"
-NO_TILT = "positions show of the pelvis only the line of the hips"
-
-
-class Measured(NamedTuple):
-    """Angles by name, and what is to be said of them."""
-
-    columns: dict[str, np.ndarray]  # (n_frames,) rad
-    reasons: dict[str, str]  # why NaN, where there is
-    warnings: list[str]
+NO_TILT = "positions show only the line of the hips"
 
 
 class _Joints:
-    """The joints of a motion, measured one after the other from the pelvis outward.
+    """The joints of a motion, measured from the pelvis outward.
 
-    `since` has the rotations (n_frames, 3, 3) of each segment since the reference, in the world. Those of segments that
-    are lines in a motion fitted to positions are made of their directions.
+    `since` has the rotations (n_frames, 3, 3) of each segment since the reference, in the world. For segments that are
+    lines in a motion fitted to positions, they are made of directions.
     """
 
     def __init__(self, motion: Motion, segments: dict[str, Segment], reference: Reference):
@@ -87,7 +80,6 @@ class _Joints:
         self.axes = rest_axes(reference, segments) if reference.is_rest else {}
         self.columns: dict[str, np.ndarray] = {}
         self.reasons: dict[str, str] = {}
-        self.warnings: list[str] = []
         at_reference = reference.turned.since_zero
         self.since = {
             name: rotations @ at_reference[name].transpose(0, 2, 1)
@@ -103,7 +95,7 @@ class _Joints:
             self.since[name] = _axes_by_lines(self.turned, segments, name) @ before.transpose(0, 2, 1)
 
     def add(self, name: str, angles: np.ndarray, reason: str, *segments: str) -> None:
-        """Add a column, rad, with the reason where it is NaN; it is so too where one of its segments is not seen."""
+        """Add a column, rad, with the reason for NaN; it is also NaN if one of its segments is not seen."""
         seen = np.logical_and.reduce([np.ones(len(angles), bool), *(self.seen[segment] for segment in segments)])
         if not seen.all():
             reason = f"{reason}; {UNSEEN}" if np.isnan(angles[seen]).any() else UNSEEN
@@ -114,16 +106,12 @@ class _Joints:
         self.add(name, np.full(len(self.turned.positions), np.nan), reason)
 
     def pelvis(self, world: np.ndarray) -> None:
-        """Measure the pelvis; world are the axes (3, 3) at which it has no rotation."""
+        """Measure the pelvis relative to axes (3, 3) of the world."""
         body = self.reference.body
-        if "pelvis" in self.lines:
-            self.warnings.append(
-                f"{NO_TILT}: pelvis_tilt and trunk_extension are NaN, and flexion of the hips is that of the thighs "
-                "relative to the trunk"
-            )
         three = pelvis_angles(world.T @ self.since["pelvis"] @ body)
         shown_by = self._shown_by("pelvis")
         if "pelvis" in self.lines:
+            warn(f"{NO_TILT}: pelvis_tilt and trunk_extension are NaN, and hip flexion is relative to the trunk")
             self.missing("pelvis_tilt", NO_TILT)
         else:
             self.add("pelvis_tilt", three.flexion, UPRIGHT_PELVIS, *shown_by)
@@ -131,7 +119,7 @@ class _Joints:
         self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS, *shown_by)
 
     def _shown_by(self, *names: str) -> list[str]:
-        """Return the segments that must be seen to know others: with lines of hips or shoulders there go both."""
+        """The segments that must be seen to know others."""
         return [*names, "pelvis", "trunk"] if self.by_ends & {*names} else list(names)
 
     def measure(self, joint: Joint, side: str) -> None:
@@ -152,9 +140,9 @@ class _Joints:
         else:
             three, reasons = angles_of(before.transpose(0, 2, 1) @ self.since[distal] @ at_distal), [LOCKED] * 3
         if proximal in self.lines:
-            three, reasons = self._less_what_is_not_shown(joint, three, reasons)
+            three, reasons = self._mask_unshown_angles(joint, three, reasons)
         if joint.name in ("elbow", "wrist") and f"{side}_wrist" not in self.reference.lines:
-            three, reasons = self._less_what_the_palm_shows(joint, three, reasons)
+            three, reasons = self._mask_palm_angles(joint, three, reasons)
         if joint.name == "trunk" and "pelvis" in self.lines:
             three, reasons[0] = three._replace(flexion=np.full_like(three.flexion, np.nan)), NO_TILT
         mirror = -1.0 if side == "left" else 1.0
@@ -171,7 +159,7 @@ class _Joints:
             self.add(f"shoulder_elevation_{side}", elevation, HANGS, *shown_by)
 
     def _axes_of(self, joint: Joint, side: str, proximal: str, distal: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the axes of both segments of a joint in the reference pose."""
+        """The axes of both segments of a joint in the reference pose."""
         if self.reference.is_rest:
             at_proximal, at_distal = self.axes[proximal], self.axes[distal]
             if joint.distal == "head" and distal in self.lines:  # its line need not be vertical at rest
@@ -185,13 +173,13 @@ class _Joints:
         return both, both
 
     def _upward(self, turned: Turned, name: str) -> np.ndarray:
-        """Return the directions (n, 3) of y of a segment that is a line: up the head, and up a limb that hangs."""
+        """The directions (n, 3) of y of a segment that is a line: up the head, and up a hanging limb."""
         return turned.direction(self.segments[name]) * (1.0 if name == "head" else -1.0)
 
     def _measure_line(
         self, joint: Joint, side: str, before: np.ndarray, at_distal: np.ndarray, distal: str
     ) -> tuple[Three, list[str]]:
-        """Measure a joint whose distal segment is a line; its rotation is that which the next joint shows, or NaN."""
+        """Measure a joint whose distal segment is a line; the next joint may show its rotation."""
         y = np.einsum("nji,nj->ni", before, self._upward(self.turned, distal))
         axes = set_upright(y)
         flexion, adduction = direction_angles(y)
@@ -206,7 +194,7 @@ class _Joints:
         return Three(flexion, adduction, rotation), [LOCKED, LOCKED, reason]
 
     def _measure_foot(self, before: np.ndarray, at_proximal: np.ndarray, distal: str) -> Three:
-        """Measure an ankle whose foot is a line: how far the toes are up, from where they are in the reference pose."""
+        """Measure the dorsiflexion of an ankle whose foot is a line, relative to the reference pose."""
         along = np.einsum("nji,nj->ni", before, self.turned.direction(self.segments[distal]))
         # At rest relative to a shank that is vertical on a horizontal sole.
         axes = self.axes[distal] if self.reference.is_rest else at_proximal
@@ -215,8 +203,8 @@ class _Joints:
         nothing = np.full(len(up), np.nan)
         return Three((up + np.pi) % (2.0 * np.pi) - np.pi, nothing, nothing)
 
-    def _less_what_the_palm_shows(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
-        """Return the angles of elbow or wrist without those that need to know where the palm is in the reference."""
+    def _mask_palm_angles(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
+        """Mask the angles of elbow or wrist that need the direction of the palm in the reference."""
         nothing = np.full_like(three.flexion, np.nan)
         if joint.name == "wrist":
             return Three(nothing, nothing, nothing), [PALM] * 3
@@ -224,29 +212,28 @@ class _Joints:
             return three._replace(rotation=nothing), [*reasons[:2], PALM]
         return three, reasons
 
-    def _less_what_is_not_shown(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
-        """Return the angles of a joint whose proximal segment is a line, without those that follow from assumptions."""
+    def _mask_unshown_angles(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
+        """Mask the angles of a joint whose proximal segment is a line that depend on the twist of that line."""
         nothing = np.full_like(three.flexion, np.nan)
-        if joint.name == "wrist":  # needs the rotation of the forearm
+        if joint.name == "wrist":
             return Three(nothing, nothing, nothing), [NO_POINTS] * 3
-        if joint.name in ("knee", "elbow"):
-            return Three(three.flexion, nothing, nothing), [reasons[0], HINGE, HINGE]
-        if joint.name == "ankle":
-            return Three(three.flexion, nothing, nothing), [reasons[0], NO_POINTS, NO_POINTS]
+        if joint.name in ("knee", "elbow", "ankle"):
+            reason = NO_POINTS if joint.name == "ankle" else HINGE
+            return Three(three.flexion, nothing, nothing), [reasons[0], reason, reason]
         return three, reasons
 
 
 def _unwrap(angles: np.ndarray) -> np.ndarray:
-    """Return angles without jumps by whole turns; NaN stays."""
+    """Remove jumps by whole turns; NaN stays."""
     known, out = ~np.isnan(angles), angles.copy()
     out[known] = np.unwrap(angles[known])
     return out
 
 
 def _axes_by_lines(turned: Turned, segments: dict[str, Segment], name: str) -> np.ndarray:
-    """Return axes (n, 3, 3) of a pelvis or a trunk of which the line of hips or shoulders is known.
+    """Axes (n, 3, 3) of a pelvis or trunk by the line of hips or shoulders.
 
-    y is from the hips to the shoulders; without these away from the knees, for what is measured relative to the thighs.
+    y is from the hips to the shoulders, or away from the knees without shoulders.
     """
     z = turned.direction(segments[name])
     hips = turned.positions[:, segments["pelvis"].start] + turned.positions[:, segments["pelvis"].end]
@@ -260,10 +247,13 @@ def _axes_by_lines(turned: Turned, segments: dict[str, Segment], name: str) -> n
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def measure(motion: Motion, segments: dict[str, Segment], reference: Reference) -> Measured:
-    """Return the angles of all joints of a motion, relative to a reference pose."""
+def measure(
+    motion: Motion, segments: dict[str, Segment], reference: Reference
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """The angles (n_frames,) of all joints by name, rad, relative to a reference pose, and the reasons for NaN."""
     joints = _Joints(motion, segments, reference)
-    joints.pelvis(_world(motion.up, reference))
+    vertical = np.eye(3)["xyz".index(motion.up)]
+    joints.pelvis(rotation_onto(reference.body[:, 1], vertical) @ reference.body)
     for joint in MIDDLE:
         joints.measure(joint, "")
     for joint in OF_SIDES:
@@ -273,10 +263,4 @@ def measure(motion: Motion, segments: dict[str, Segment], reference: Reference) 
         for name in joints.columns:
             if name.startswith(start) and name.endswith(side):
                 joints.missing(name, reason)
-    return Measured(joints.columns, joints.reasons, joints.warnings)
-
-
-def _world(up: str, reference: Reference) -> np.ndarray:
-    """Return the axes (3, 3) of the world: those of the body at the reference, upright."""
-    vertical = np.eye(3)["xyz".index(up)]
-    return rotation_onto(reference.body[:, 1], vertical) @ reference.body
+    return joints.columns, joints.reasons

@@ -10,11 +10,11 @@ from skpose.kinematics._shared import find_carriers
 from skpose.skeleton import Motion
 from skpose.skeleton._shared import positions_at_zero
 
-# Distance of a point from the line of its segment, relative to the length of that, from which the point shows how the
+# Least distance of a point from the line of its segment, relative to its length, if the point shows how the
 # segment is rotated about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
 OFF_LINE = 0.05
 SPREAD = 0.1  # the same of some of the points, about their own line, as a root of a sum of squares
-APART = 0.5  # distance of two points, likewise, from which they show the direction of the line
+APART = 0.5  # least distance of two points that show the direction of the line, likewise
 NOTHING, DIRECTION, ROTATION = 0, 1, 2
 
 
@@ -26,7 +26,7 @@ class Seen(NamedTuple):
 
 
 def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
-    """Return what the positions show to which a motion was fitted."""
+    """The segments shown by the positions to which a motion was fitted."""
     if motion.seen is None:
         return Seen(set(), {name: np.ones(len(motion), dtype=bool) for name in segments})
     known = find_shown(motion, range(motion.skeleton.n_joints))
@@ -43,7 +43,7 @@ def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
 
 
 def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:
-    """Return in which frames the places of joints are known, (n_frames, n): the joint, or what it is fixed to, is seen.
+    """In which frames the places of joints are known, (n_frames, n): the joint, or what it is fixed to, is seen.
 
     Three points that are not on one line show where everything is that is fixed to them.
     """
@@ -62,12 +62,12 @@ def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:
 
 
 def _is_spread(points: np.ndarray, size: float) -> bool:
-    """Return whether points (n, 3) of a segment of some size, m, are not on one line."""
+    """Whether points (n, 3) of a segment of some size, m, are not on one line."""
     return len(points) > 2 and bool(np.linalg.svd(points - points.mean(axis=0))[1][1] > SPREAD * size)
 
 
 def _seen_points(motion: Motion, known: np.ndarray, segment: Segment) -> np.ndarray:
-    """Return which points of a segment, its start and its end are known, (n_frames, n_points + 2).
+    """Which points of a segment, its start and its end are known, (n_frames, n_points + 2).
 
     The root has no position of its own. It is where a joint of no length is, or as far from a joint that another
     segment carries as their bone is long.
@@ -86,7 +86,7 @@ def _seen_points(motion: Motion, known: np.ndarray, segment: Segment) -> np.ndar
 
 
 def _shows(segment: Segment, seen: np.ndarray) -> int:
-    """Return what the points of a segment that are known, and its ends, (n_points + 2,) of bool, show of it."""
+    """How much of a segment is shown by its known points and ends, (n_points + 2,) of bool."""
     length = float(np.linalg.norm(segment.along))
     (*_, start, end), fixed = seen, seen[:-2]
     points = segment.at_zero[fixed]

@@ -1,7 +1,7 @@
 """The segments of a person: which joint carries each, how it is turned, and whether positions show that.
 
 A segment is what is rigid between two joints: the thigh, the trunk. It is found by the landmarks of its skeleton, the
-joints of which the names are known. Its *axes* are those of the ISB: x forward, y up, z to the right, where the person
+joints with known names. Its *axes* follow the ISB: x forward, y up, z to the right, where the person
 stands with hanging arms.
 """
 
@@ -51,7 +51,7 @@ class Segment(NamedTuple):
 
 
 def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
-    """Return the segments that a skeleton has, by name: "pelvis", "left_thigh" and so on."""
+    """The segments that a skeleton has, by name: "pelvis", "left_thigh" and so on."""
     carriers, movers, joints = find_carriers(skeleton), find_movers(skeleton), person.joints
     zero = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
     zero = np.concatenate([zero, np.zeros((1, 3))])  # the root
@@ -88,7 +88,7 @@ def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
 
 
 def pair(person: Landmarks, mark: str) -> tuple[int, int] | None:
-    """Return the joints of a landmark on both sides, left first; None if one is not known."""
+    """The joints of a landmark on both sides, left first; None if one is not known."""
     names = [f"{side}_{mark}" for side in SIDES]
     return (person.joints[names[0]], person.joints[names[1]]) if all(name in person.joints for name in names) else None
 
@@ -100,17 +100,17 @@ class Turned(NamedTuple):
     positions: np.ndarray  # (n_frames, n_joints + 1, 3) of the joints in the axes of the world, the root the last, m
 
     def direction(self, segment: Segment) -> np.ndarray:
-        """Return the directions (n_frames, 3) from the start of a segment to its end; zeros where it has no length."""
+        """The directions (n_frames, 3) from the start of a segment to its end; zeros without length."""
         along = self.positions[:, segment.end] - self.positions[:, segment.start]
         sizes = np.linalg.norm(along, axis=1, keepdims=True)
         return np.divide(along, sizes, out=np.zeros_like(along), where=sizes > 0.0)
 
     def choose(self, frames: np.ndarray) -> "Turned":
-        """Return some of the frames, (n_frames,) of bool."""
+        """Some of the frames, (n_frames,) of bool."""
         return Turned({name: each[frames] for name, each in self.since_zero.items()}, self.positions[frames])
 
     def mean(self) -> "Turned":
-        """Return the mean of the frames, as one."""
+        """The mean of the frames, as one."""
         rotations = {
             name: Rotation.from_matrix(each).mean().as_matrix()[None] for name, each in self.since_zero.items()
         }
@@ -118,7 +118,7 @@ class Turned(NamedTuple):
 
 
 def turn_segments(motion: Motion, segments: dict[str, Segment]) -> Turned:
-    """Return how the segments of a motion are turned."""
+    """How the segments of a motion are turned."""
     root = root_orientations(motion.root_angles, motion.root_axes)
     rotations = rotations_since_zero(motion.skeleton, motion.angles, root)
     joints = forward_kinematics(motion.angles, motion.skeleton)

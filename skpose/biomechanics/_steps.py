@@ -1,9 +1,9 @@
-"""Contacts of the feet with the floor, and the strides that they make: of positions alone, up last.
+"""Contacts of the feet with the floor and strides, from positions with up last.
 
-A foot is ahead of the pelvis as far as it gets at about the time when it comes down, and behind it when it lifts off
-(Zeni et al.). Between these two it stands: from the first moment to the last at which the ankle is slower than half the
-speed of travel, or the front of the foot slower than 0.8 of it (Bonci et al.). In running, where the foot is that slow
-in the air too, the part that is slow must also be about as low as where it is slowest.
+A foot is farthest ahead of the pelvis about when it comes down, and farthest behind when it lifts off (Zeni et al.).
+In between it stands: from the first to the last moment at which the ankle is slower than half the speed of travel, or
+the front of the foot slower than 0.8 of it (Bonci et al.). A runner's foot is that slow in the air too, so the slow
+part must also be about as low as at its slowest moment.
 """
 
 from typing import NamedTuple
@@ -13,17 +13,17 @@ from scipy.signal import find_peaks
 
 from skpose.biomechanics._feet import Feet
 
-ANKLE, TOE = 0.5, 0.8  # of the speed of travel, below which a part of the foot stands
-LOW = 0.05  # of the length of the leg, above the height at which a part of the foot stands still, below which it stands
+ANKLE, TOE = 0.5, 0.8  # of the speed of travel; slower parts of the foot stand
+LOW = 0.05  # of the length of the leg; parts of the foot that are lower above their floor stand
 SWING = 0.1  # of the length of the leg: a foot moves to and fro by at least this, relative to the pelvis
-LEAST_SPEED = 0.06  # of √(g · leg), 0.18 m/s for a leg of 0.9 m, above which one travels
+LEAST_SPEED = 0.06  # of √(g · leg), 0.18 m/s for a leg of 0.9 m
 GRAVITY = 9.81  # m/s²
 PHASES = (0.3, 0.7)  # of a stride, between which the other foot comes down
 STRIDE_TIMES = (0.3, 3.0)  # s
 SIDEWAYS = 45.0  # degrees between the direction of a stride and that in which the pelvis faces
 FORWARD = 0.35  # of the length of the leg: shorter strides are steps on the spot
 SLIDES = 0.33  # of the speed of travel: a foot on the floor is slower in half of its stance; 0.23 in recordings
-UPRIGHT = 0.5  # of the length of the leg, by which the pelvis is above the lower ankle, at least
+UPRIGHT = 0.5  # of the length of the leg, least height of the pelvis above the lower ankle
 
 
 class Stance(NamedTuple):
@@ -45,12 +45,12 @@ class Stride(NamedTuple):
 
 
 def least_speed_of(feet: Feet) -> float:
-    """Return the speed above which one travels, m/s: speeds of people of all sizes compare by √(g · leg)."""
+    """The least speed of gait, m/s, proportional to √(g · leg) for people of all sizes."""
     return LEAST_SPEED * float(np.sqrt(GRAVITY * feet.leg))
 
 
 def find_stances(feet: Feet) -> list[Stance]:
-    """Return each time in which a foot is on the floor after a swing or before one, in order of contacts."""
+    """All stances after a swing or before one, in order of contacts."""
     speed = np.linalg.norm(feet.travel, axis=1)
     ahead = feet.travel / np.maximum(speed, 1e-12)[:, None]
     speed = np.maximum(speed, least_speed_of(feet))
@@ -63,7 +63,7 @@ def find_stances(feet: Feet) -> list[Stance]:
         for rows in _supports(fore, aft, SWING * feet.leg):
             floors = [_floor(part[rows, 2], own[rows]) for part, own in zip(parts, slow, strict=True)]
             heights = [(part[:, 2] - floor) / (LOW * feet.leg) for part, floor in zip(parts, floors, strict=True)]
-            # A part stands below 1, where it is slow and low; the foot stands where one of them does.
+            # A part stands below 1, if it is slow and low; the foot stands if one of them does.
             unrest = np.minimum(*(np.maximum(*both) for both in zip(slow, heights, strict=True)))
             middle = rows.start + int(unrest[rows].argmin())
             if unrest[middle] < 1.0:
@@ -77,12 +77,12 @@ def _speed_of(positions: np.ndarray, step: float) -> np.ndarray:
 
 
 def _floor(heights: np.ndarray, slow: np.ndarray) -> float:
-    """Return the height at which a part of a foot stands: the median of the half of the rows in which it is slowest."""
+    """The height at which a part of a foot stands: the median of the slower half of the rows."""
     return float(np.median(heights[slow <= np.median(slow)]))
 
 
 def _supports(fore: np.ndarray, aft: np.ndarray, least: float) -> list[slice]:
-    """Return rows from where a foot is foremost, relative to the pelvis, to where it is hindmost."""
+    """Rows from the foremost position of a foot, relative to the pelvis, to the hindmost."""
     peaks = find_peaks(fore, prominence=least)[0].tolist()
     troughs = find_peaks(-aft, prominence=least)[0].tolist()
     supports = []
@@ -93,7 +93,7 @@ def _supports(fore: np.ndarray, aft: np.ndarray, least: float) -> list[slice]:
 
 
 def _stance(side: int, unrest: np.ndarray, middle: int, ankle: np.ndarray, speeds: list[np.ndarray]) -> Stance:
-    """Return the time around a moment in which a foot stands; between frames by a line."""
+    """The stance around a moment; its ends are interpolated between frames."""
     moving = np.flatnonzero(unrest >= 1.0)
     before, after = moving[moving < middle], moving[moving > middle]
     contact, off = np.nan, np.nan
@@ -111,13 +111,10 @@ def _stance(side: int, unrest: np.ndarray, middle: int, ankle: np.ndarray, speed
 
 
 def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], str]:
-    """Return the strides of walking or running; where there are none, in words why."""
+    """The strides of walking or running, or why there are none."""
     fastest = np.linalg.norm(feet.travel, axis=1).max()
     if fastest < least_speed_of(feet):
-        return [], (
-            f"the pelvis moves along the floor by at most {fastest:.2g} m/s, averaged over a step, and gait begins at "
-            f"{least_speed_of(feet):.2g} m/s. On a treadmill add what the belt moves to root_positions"
-        )
+        return [], f"the pelvis travels at most {fastest:.2g} m/s, and gait begins at {least_speed_of(feet):.2g} m/s"
     numbers = [i for i, stance in enumerate(stances) if np.isfinite(stance.contact)]
     triples = list(zip(numbers, numbers[1:], numbers[2:], strict=False))
     complaints = [_complaint(feet, *(stances[i] for i in triple)) for triple in triples]
@@ -125,34 +122,31 @@ def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], str]:
     if strides:
         return strides, ""
     if not complaints:
-        return [], (
-            f"in {feet.times[-1] - feet.times[0]:.2g} s the feet come down {len(numbers)} times after a swing, and a "
-            "stride needs three: of one foot, of the other, of the first again"
-        )
+        return [], f"a stride needs three contacts after a swing, and there are {len(numbers)}"
     return [], max(complaints, key=complaints.count)
 
 
 def _complaint(feet: Feet, first: Stance, other: Stance, last: Stance) -> str:
-    """Return in words why three contacts are no stride; empty if they are one."""
+    """Why three contacts are not a stride; empty if they are."""
     if not first.side == last.side != other.side:
         return "left and right foot do not come down in turn"
     duration = last.contact - first.contact
     if not STRIDE_TIMES[0] <= duration * feet.step <= STRIDE_TIMES[1]:
-        return f"a foot comes down after {duration * feet.step:.2g} s, and strides take {STRIDE_TIMES[0]:g} to 3 s"
+        return f"a foot comes down again after {duration * feet.step:.2g} s, and strides take 0.3 to 3 s"
     if not PHASES[0] <= (other.contact - first.contact) / duration <= PHASES[1]:
-        return "left and right foot do not come down half a stride apart, but nearly together, as in jumps"
+        return "left and right foot come down nearly together, as in jumps"
     along = (last.position - first.position)[:2]
     length = float(np.linalg.norm(along))
     if length < max(least_speed_of(feet) * duration * feet.step, FORWARD * feet.leg):
-        return f"the feet come down within {length:.2g} m of where they were, as in steps on the spot"
+        return f"the feet move by {length:.2g} m only, as in steps on the spot"
     slide = max(one.slide for one in (first, other, last) if np.isfinite(one.off))
     if slide > SLIDES:
-        return f"the feet slide, at {slide:.2g} of the speed of travel, while they should stand"
+        return f"the feet slide at {slide:.2g} of the speed of travel while they should stand"
     rows = slice(int(first.contact), int(last.contact) + 1)
     if (feet.pelvis[rows, 2] - feet.ankles[:, rows, 2].min(axis=0)).min() < UPRIGHT * feet.leg:
-        return "the pelvis comes down to less than half the length of the legs above the feet, as in sitting and lying"
+        return "the pelvis is less than half the length of the legs above the feet, as in sitting"
     facing = feet.facing[rows].mean(axis=0)
     angle = np.degrees(np.arctan2(abs(facing[0] * along[1] - facing[1] * along[0]), facing @ along))
     if angle > SIDEWAYS:
-        return f"the feet move in a direction {angle:.0f}° away from that in which the pelvis faces"
+        return f"the feet move {angle:.0f}° away from the direction that the pelvis faces"
     return ""

@@ -8,25 +8,23 @@ import numpy as np
 from skpose._validation.options import check_choice, check_kind
 from skpose._warnings import warn
 from skpose.biomechanics._seen import find_shown
-from skpose.biomechanics._tables import frame_of
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import NO_DIRECTION, interpolate_poses, partners, rotations_of
+from skpose.skeleton._shared import NO_DIRECTION, interpolate_poses, partners, rotations_of, with_columns
 
 if TYPE_CHECKING:
     import pandas
 
 NONE, HALF = "none", "half cycle"
 CLOSED = 0.2  # of the farthest distance from the first pose, within which the last pose of a cycle is
-# Of a cycle: by how much it may be too short or too long, as its poses move at both ends, and half a frame, to which
-# events are rounded. Of the strides from contact to contact in CMU's walks 98 % pass, as without this limit; of those
-# that lack 11 % of a stride 5 %, and 26 % without it; that lack 15 % none.
+# Of a cycle that may be missing or too much, besides half a frame, to which events are rounded. 98 % of the strides of
+# CMU's walks pass, as without this limit; 5 % of those without 11 % of a stride, 26 % without it; none without 15 %.
 LATE = 0.06
 ENDS = 0.04  # of the cycle, at each end, over which its velocity is averaged
 MOVING = 0.35  # of the usual speed: what is slower at both ends, as squats are, does not show how late it ends
-NEAR = 0.15  # of the motion, by which the lag of the two sides may differ from none or half
-BETTER = 0.7  # of the distance without a shift, below which another lag is the better one
-AS_GOOD = 1.3  # times the distance at half a cycle, below which another lag is as good: that of several cycles
+NEAR = 0.15  # of the motion, tolerance of the lag of the two sides from none or half
+BETTER = 0.7  # of the distance without a shift; a lag with less is better
+AS_GOOD = 1.3  # times the distance at half a cycle; a lag with less is as good, as in several cycles
 EQUAL = 1e-9  # m, of rounding
 LAGS = 60  # that are compared
 MOST_NAMES = 5  # of joints in a message
@@ -63,7 +61,7 @@ class JointAsymmetry(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SymmetryResult:
-    """Deviations of each joint from the mirrored joint of the other side, as `symmetry` finds them.
+    """Deviations of each joint from the mirrored joint of the other side.
 
     Attributes
     ----------
@@ -74,7 +72,7 @@ class SymmetryResult:
     phases : ndarray of shape (n_frames,)
         Share of the motion, from 0 to 100 %.
     positions : ndarray of shape (n_frames, n_joints)
-        Distance between the position of the joint and the mirror image of that of its partner, the root at the origin
+        Distance between the joint and the mirror image of its partner, the root at the origin
         in its own axes, m.
     directions : ndarray of shape (n_frames, n_joints)
         Angle between the direction of the bone to the joint and the mirrored one of its partner, in the axes of the
@@ -83,10 +81,10 @@ class SymmetryResult:
         Angle between the rotation of the joint relative to its parent and the mirrored one of its partner, degrees;
         NaN for joints without dofs.
     shift : {"none", "half cycle"}
-        How much later the other side does the same.
+        Time shift of the other side.
     distances : dict of str to float
-        Mean deviation of positions without a shift, "none", and with one of half a cycle, m; NaN for the latter where
-        the motion is no cycle.
+        Mean deviation of positions without a shift, "none", and with one of half a cycle, m; NaN for the latter if the
+        motion is not a cycle.
     frame_rate : float
         Frame rate of the motion, Hz.
     axis : {"x", "y", "z"}
@@ -114,30 +112,24 @@ class SymmetryResult:
 
     def __repr__(self) -> str:
         most = self.joint_asymmetries("position")[0]
-        differs = "no joint differs"
-        if most.largest > EQUAL:
-            differs = f"{most.joint} differs most: by {most.largest:.3g} m at {most.phase:.0f} %"
-        other = HALF if self.shift == NONE else NONE
-        means = ""
-        if np.isfinite(self.distances[other]) and max(self.distances.values()) > EQUAL:
-            means = f" (mean {self.distances[self.shift]:.2g} m, shift {other} {self.distances[other]:.2g} m)"
+        differs = f"largest {most.largest:.3g} m at {most.joint}" if most.largest > EQUAL else "no joint differs"
         return (
             f"SymmetryResult({len(self.phases)} frames at {self.frame_rate:g} Hz, {len(self.joints)} joints mirrored "
-            f"across {self.axis}, shift {self.shift}{means}, {differs})"
+            f"across {self.axis}, shift {self.shift}, {differs})"
         )
 
     def joint_asymmetries(self, quantity: Quantity = "rotation") -> list[JointAsymmetry]:
-        """Return which joint differs from the other side, when, and by how much.
+        """Rank the joints by their largest deviation.
 
         Parameters
         ----------
         quantity : {"position", "direction", "rotation"}, default="rotation"
-            Which deviation. A hip that rotates otherwise moves knee and foot too; its rotation alone shows the hip.
+            The deviation. A different rotation of a hip moves knee and foot too; only rotations locate it at the hip.
 
         Returns
         -------
         list of JointAsymmetry
-            One for each joint that has the quantity, that of the largest deviation first.
+            One for each joint that has the quantity, the largest deviation first.
 
         Raises
         ------
@@ -154,7 +146,7 @@ class SymmetryResult:
         return sorted(found, key=lambda one: -one.largest)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the deviations as a pandas DataFrame, one row for each joint and frame.
+        """Convert the deviations to a pandas DataFrame, one row for each joint and frame.
 
         Returns
         -------
@@ -167,7 +159,9 @@ class SymmetryResult:
             If pandas is not installed.
         """
         n_frames, n_joints = self.positions.shape
-        return frame_of(
+        import pandas
+
+        return pandas.DataFrame(
             {
                 "joint": np.repeat(self.joints, n_frames),
                 "partner": np.repeat(self.partners, n_frames),
@@ -187,58 +181,52 @@ def symmetry(
 ) -> SymmetryResult:
     r"""Compare the left with the mirrored right, joint by joint, over one cycle of a movement.
 
-    With m the motion and m' its mirror image, see `Motion.mirrored`, joint j at phase φ is compared with the same joint
-    of m' at φ + s. The shift s is none for movements that both sides do at once, such as squats, and half a cycle for
-    those that they do in turn, such as strides. Time is not warped: a limp, in which one step takes longer, is a
-    deviation.
+    Let m be the motion and m' its mirror image, see `Motion.mirrored`. Joint j at phase φ is compared with the same
+    joint of m' at φ + s. The shift s is zero for simultaneous movements of both sides, such as squats, and half a cycle
+    for alternating ones, such as strides. Time is not warped: a limp, in which one step takes longer, is a deviation.
 
     Parameters
     ----------
     motion : Motion
-        One movement with its first and last frame: a squat, or a stride from a contact of a foot to its next, both
-        included.
+        One movement: a squat, or a stride from a contact of a foot to its next, both frames included.
     shift : {"auto", "none", "half cycle"}, default="auto"
-        "auto" takes the shift at which the two sides differ less, half a cycle only if the motion ends about where it
-        begins.
+        "auto" takes the shift with the smaller deviation, half a cycle only if the motion is a cycle.
     axis : {"x", "y", "z"}, default="x"
         The axis that points to the left or to the right at angle zero, see `Motion.mirrored`.
 
     Returns
     -------
     SymmetryResult
-        Deviations in m and degrees, of each joint at each phase, the shift, and how far both shifts are.
+        Deviations in m and degrees, of each joint at each phase, the shift, and the mean deviations of both shifts.
 
     Raises
     ------
     TypeError
-        If `motion` is no Motion.
+        If `motion` is not a Motion.
     ValueError
-        For what `Motion.mirrored` refuses, such as a side without a partner; for fewer than three frames; with "auto"
-        if the sides resemble each other most at a time that is neither none nor half of the motion, which then is no
-        cycle or several; with "half cycle" if the motion is no cycle: if it ends elsewhere than it begins, by a fifth
-        of its farthest pose, or by the velocity at both ends more than 6 % of its length before or after its first one.
+        If `Motion.mirrored` raises it, such as for a side without a partner; for fewer than three frames; with "auto"
+        if the sides are most alike at another shift, as in a motion of several cycles; with "half cycle" if the motion
+        is not a cycle: if its end is a fifth as far from the first pose as the farthest pose, or by the velocity at
+        both ends more than 6 % of its length too early or too late.
 
     Warns
     -----
     UserWarning
-        If positions to which the motion was fitted do not show all joints in all frames, see `Motion`.
+        If the positions to which the motion was fitted do not show all joints in all frames, see `Motion`.
 
     See Also
     --------
     gait_events : Strides of a walk.
     skpose.motions.segment_repetitions : Repetitions of a movement.
-    skpose.motions.mean_motion : The typical repetition, of which the deviations are systematic.
+    skpose.motions.mean_motion : The typical repetition, for systematic deviations.
 
     Notes
     -----
-    The root is no part of it: positions and directions are in its axes, so that a pelvis that drops on one side is
-    not seen. ``symmetry(motion.with_root("tilt"))`` makes its tilt a joint as others. A mirrored limb keeps the lengths
-    of its side, so that legs of different lengths are no asymmetry.
+    Positions and directions are in the axes of the root, so that a pelvis that drops on one side is not seen;
+    ``symmetry(motion.with_root("tilt"))`` adds its tilt as a joint. A mirrored limb keeps the lengths of its side, so
+    that legs of different lengths are not an asymmetry.
 
-    Directions are shown by positions alone. Rotations have twists about bones too, which poses that were fitted to
-    positions of keypoints do not show where a limb is straight: use directions there.
-
-    Time and memory O(frames · joints), and once that many for each of 60 lags.
+    Rotations include twists about bones, which keypoints do not show for a straight limb: use directions there.
 
     Examples
     --------
@@ -256,25 +244,23 @@ def symmetry(
     ...         angles[:, person.dof_names.index(f"{side}_{name}")] = np.radians(degrees) * depth
     >>> angles[:, person.dof_names.index("left_shank_rx")] += np.radians(10) * depth
     >>> result = symmetry(Motion(person, angles, frame_rate=50))
-    >>> result  # doctest: +NORMALIZE_WHITESPACE
-    SymmetryResult(101 frames at 50 Hz, 22 joints mirrored across x, shift none (mean 0.011 m, shift half cycle 0.11 m),
-                   left_toes differs most: by 0.0822 m at 50 %)
+    >>> result
+    SymmetryResult(101 frames at 50 Hz, 22 joints mirrored across x, shift none, largest 0.0822 m at left_toes)
     >>> most = result.joint_asymmetries("rotation")[0]
     >>> most.joint, round(most.largest, 3), most.phase
     ('left_shank', 10.0, 50.0)
     """
-    check_kind(motion, Motion, "motion", "the frames of one movement, with the skeleton that has left and right")
+    check_kind(motion, Motion, "motion", "pass the frames of one movement")
     check_choice("shift", shift, ("auto", NONE, HALF))
     if len(motion) < 3:
-        raise ValueError(f"symmetry compares the frames of a movement and needs at least 3, got {len(motion)}")
+        raise ValueError(f"symmetry needs at least 3 frames, got {len(motion)}")
     mirror = motion.mirrored(axis)
     _warn_of_unseen(motion)
     there, image = (forward_kinematics(one.angles, motion.skeleton) for one in (motion, mirror))
     numbers = motion.frame_numbers - motion.frame_numbers[0]
-    opening = _find_opening(there, numbers, motion.frame_rate)
-    is_closed = not opening
+    is_closed = _is_cycle(there, numbers)
     if shift == HALF and not is_closed:
-        raise ValueError(f'shift="half cycle" needs a cycle, whose last pose is about its first one, but {opening}')
+        raise ValueError(f"shift={HALF!r} needs one cycle, motion[start : stop + 1], but the ends are different poses")
     by_half = interpolate_poses(motion.skeleton.bones, mirror.angles, _rows_after(numbers, 0.5))
     image_by_half = forward_kinematics(by_half, motion.skeleton)
     distances = {
@@ -284,7 +270,7 @@ def symmetry(
     chosen: str = shift
     if shift == "auto":
         chosen = HALF if distances[HALF] < distances[NONE] - EQUAL else NONE
-        _check_lag(there, image, opening, distances, chosen, motion)
+        _check_lag(there, image, is_closed, distances, chosen)
     others, its_angles = (image, mirror.angles) if chosen == NONE else (image_by_half, by_half)
     skeleton = motion.skeleton
     return SymmetryResult(
@@ -302,41 +288,33 @@ def symmetry(
 
 
 def _warn_of_unseen(motion: Motion) -> None:
-    """Warn of joints whose positions are not known in all frames: what they are compared with is a guess."""
-    names = motion.skeleton.joint_names
-    frames = (~find_shown(motion, range(len(names)))).sum(axis=0)
-    if frames.any():
-        unseen = [f"{name} in {n}" for name, n in zip(names, frames, strict=True) if n]
-        more = f" and {len(unseen) - MOST_NAMES} more joints" if len(unseen) > MOST_NAMES else ""
+    """Warn about joints whose positions are not known in all frames."""
+    shown = np.asarray(find_shown(motion, range(motion.skeleton.n_joints)).all(axis=0))
+    if not shown.all():
+        names = [name for name, seen in zip(motion.skeleton.joint_names, shown, strict=True) if not seen]
+        some = ", ".join(names[:MOST_NAMES]) + (
+            f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+        )
         warn(
-            f"positions are not seen in some of the {len(motion)} frames: of {', '.join(unseen[:MOST_NAMES])}{more}. "
-            "There the fit has a pose that nobody measured, and what symmetry finds of these joints, of their partners "
-            "and of the mean rests on it: leave them out, motion.select(drop=...), or choose frames that show them"
+            f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out with select"
         )
 
 
 def _rows_after(numbers: np.ndarray, share: float) -> np.ndarray:
-    """Return the rows, not whole, of each frame's time and a share of the motion, which goes round."""
+    """The rows, not whole, at each frame's time plus a share of the motion, which is periodic."""
     later = numbers + share * numbers[-1]
     later = np.where(later > numbers[-1], later - numbers[-1], later)
     return np.interp(later, numbers, np.arange(len(numbers)))
 
 
-def _find_opening(positions: np.ndarray, numbers: np.ndarray, frame_rate: float) -> str:
-    """Return in words why a motion is no cycle, whose last pose is about its first one; empty if it is."""
-    remedy = "cut it from an event to the next one of its kind, both frames included, motion[start : stop + 1]"
+def _is_cycle(positions: np.ndarray, numbers: np.ndarray) -> bool:
+    """Whether the last pose of a motion is about its first one."""
     away = np.sqrt(np.square(positions - positions[0]).sum(axis=(1, 2)))
-    if away[-1] > CLOSED * away.max():
-        return f"the motion ends elsewhere than it begins: {remedy}"
-    late = _frames_late(positions, numbers)
-    if abs(late) > LATE * numbers[-1] + 0.5:
-        when = "after" if late > 0.0 else "before"
-        return f"the motion ends {abs(late) / frame_rate:.2g} s {when} it is at its first pose again: {remedy}"
-    return ""
+    return bool(away[-1] <= CLOSED * away.max() and abs(_frames_late(positions, numbers)) <= LATE * numbers[-1] + 0.5)
 
 
 def _frames_late(positions: np.ndarray, numbers: np.ndarray) -> float:
-    """Return by how many frames the last pose is behind the first one, by the velocity at both ends; 0 if slow."""
+    """The number of frames between the first pose and the last, by the velocity at both ends; 0 if slow."""
     few = max(1, round(ENDS * len(positions)))
     span = numbers[few] + numbers[-1] - numbers[-1 - few]
     velocity = (positions[few] - positions[0] + positions[-1] - positions[-1 - few]) / span
@@ -349,15 +327,13 @@ def _frames_late(positions: np.ndarray, numbers: np.ndarray) -> float:
 
 
 def _distances(positions: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return distances (n, n_joints), m."""
+    """Distances (n, n_joints), m."""
     return np.linalg.norm(positions - others, axis=2)
 
 
-def _check_lag(
-    there: np.ndarray, image: np.ndarray, opening: str, distances: dict[str, float], shift: str, motion: Motion
-) -> None:
-    """Refuse a motion in which the sides do the same at another lag than none and half: no cycle, or several."""
-    n, is_closed = len(there), not opening
+def _check_lag(there: np.ndarray, image: np.ndarray, is_closed: bool, distances: dict[str, float], shift: str) -> None:
+    """Refuse a motion whose sides do the same at another lag than none and half: no cycle, or several."""
+    n = len(there)
     lags = np.unique(np.linspace(0, n - 1 if is_closed else n // 2, LAGS).astype(int))
     lags = lags[(lags > NEAR * n) & ~(is_closed & (np.abs(lags - n / 2) < NEAR * n)) & (lags < (1 - NEAR) * n)]
     best, nearest = 0, np.inf
@@ -368,28 +344,19 @@ def _check_lag(
             best, nearest = lag, mean
     as_good = shift == NONE or nearest < AS_GOOD * distances[HALF]
     if as_good and nearest < BETTER * distances[NONE] - EQUAL:
-        seconds, whole = best / motion.frame_rate, (n - 1) / motion.frame_rate
-        words = (
-            f"the other side does the same {seconds:.2g} s later (mean deviation {nearest:.2g} m, against "
-            f"{distances[NONE]:.2g} m at once), which is"
-        )
-        if opening and abs(best - n / 2) < NEAR * n:
-            raise ValueError(f"{words} about half of the motion of {whole:.2g} s, but {opening}")
         raise ValueError(
-            f"{words} neither none nor half of the motion of {whole:.2g} s: symmetry needs one cycle, such as "
-            'motion[start : stop + 1] from a contact of a foot to its next, or shift="none" for what both sides do at '
-            "once"
+            f"the sides are alike {best} frames apart, so it is not one cycle: cut it, or pass shift={NONE!r}"
         )
 
 
 def _bones(positions: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the vectors (n, n_joints, 3) from the parents to the joints."""
+    """The vectors (n, n_joints, 3) from the parents to the joints."""
     padded = np.concatenate([positions, np.zeros_like(positions[:, :1])], axis=1)
     return positions - padded[:, skeleton.parents]
 
 
 def _angles_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the angles (n, n_joints) between bones, degrees; NaN for those of no length."""
+    """The angles (n, n_joints) between bones, degrees; NaN without length."""
     sine, cosine = np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)
     angles = np.degrees(np.arctan2(sine, cosine))
     angles[:, np.linalg.norm(skeleton.offsets, axis=1) <= NO_DIRECTION] = np.nan
@@ -397,10 +364,9 @@ def _angles_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndar
 
 
 def _rotations_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the angles (n, n_joints) between rotations relative to parents, degrees; NaN without dofs."""
-    angles, first = np.full((len(a), skeleton.n_joints), np.nan), 0
-    for j, bone in enumerate(skeleton.bones):
-        columns, first = slice(first, first + bone.n_dofs), first + bone.n_dofs
+    """The angles (n, n_joints) between rotations relative to parents, degrees; NaN without dofs."""
+    angles = np.full((len(a), skeleton.n_joints), np.nan)
+    for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
         if bone.dofs:
             here, there = (rotations_of(bone, poses[:, columns]) for poses in (a, b))
             angles[:, j] = np.degrees((here.inv() * there).magnitude())

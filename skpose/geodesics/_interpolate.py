@@ -13,7 +13,7 @@ from skpose._parallel.threads import in_threads
 from skpose._typing import ArrayLike
 from skpose._validation.limits import check_limits
 from skpose._validation.motions import check_frame_rate
-from skpose._validation.numbers import check_numbers
+from skpose._validation.numbers import as_numbers
 from skpose._validation.poses import check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
@@ -215,7 +215,7 @@ def _check_keys(
 
 def _check_times(times: ArrayLike, n_poses: int, frame_rate: float) -> np.ndarray:
     """Return the times of the keys as an array that increases."""
-    at = check_numbers(times, "times")
+    at = as_numbers(times, "times")
     if at.shape != (n_poses,):
         raise ValueError(f"times must have shape ({n_poses},), one for each of the poses, got {at.shape}")
     if not (np.diff(at) * frame_rate > 2.0 * ON_KEY).all():  # NaN too

@@ -8,7 +8,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compat.sklearn import validate_params
 from skpose._typing import ArrayLike
-from skpose._validation.numbers import check_numbers
+from skpose._validation.numbers import as_numbers
 from skpose._validation.poses import check_is_array, check_pose, check_poses
 from skpose._validation.units import warn_of_degrees
 from skpose._warnings import warn
@@ -215,7 +215,7 @@ def exp_map(
     first = check_pose(base, skeleton, "base")
     warn_of_degrees(None, skeleton, base=first[None])
     check_is_array(velocities, "velocities")
-    given = check_numbers(velocities, "velocities")
+    given = as_numbers(velocities, "velocities")
     expected = (skeleton.n_joints, 3)
     if given.ndim != 3 or given.shape[1:] != expected:
         raise ValueError(f"velocities must have shape (n_poses, {expected[0]}, 3) for this skeleton, got {given.shape}")

@@ -8,7 +8,7 @@ from joblib import effective_n_jobs
 
 from skpose._compat.sklearn import Interval
 from skpose._typing import ArrayLike
-from skpose._validation.numbers import check_numbers
+from skpose._validation.numbers import as_numbers
 from skpose.geodesics._descent import Spread, descend
 from skpose.geodesics._quasi_newton import minimise_sum
 from skpose.metrics import Metric
@@ -58,7 +58,7 @@ def _check_weights(sample_weight: ArrayLike | None, n_poses: int) -> np.ndarray:
     """Return weights whose sum is one."""
     if sample_weight is None:
         return np.full(n_poses, 1.0 / n_poses)
-    weights = check_numbers(sample_weight, "sample_weight")
+    weights = as_numbers(sample_weight, "sample_weight")
     if weights.shape != (n_poses,):
         raise ValueError(f"sample_weight must have shape ({n_poses},), one for each pose, got {weights.shape}")
     if not (np.isfinite(weights).all() and (weights >= 0).all() and weights.any()):

@@ -1,9 +1,7 @@
 """Keypoints: positions of named points in time, some of them not seen."""
 
-from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
@@ -11,24 +9,20 @@ import numpy as np
 from skpose._displays import Page, displays
 from skpose._typing import ArrayLike
 from skpose._validation.motions import check_frame_rate, check_up
+from skpose._validation.names import near_names
 from skpose._validation.numbers import as_numbers
 from skpose._validation.positions import check_positions
 from skpose._warnings import is_called_by_user
+from skpose.keypoints._checks import warn_of_positions
 from skpose.keypoints._pictures import refuse_pictures
-from skpose.keypoints._watch import warn_of_positions
 
 if TYPE_CHECKING:
     import pandas
 
-REMEDIES = {
-    "frame_rate": "keypoints[::2] has half of the rate; fit_skeleton takes recordings of several rates in a list",
-    "up": "rotate the positions of one into the axes of the other",
-}
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Keypoints:
-    """Positions of named points at a constant frame rate, such as those of a pose estimator or of markers.
+    """Positions of named points at a constant frame rate, such as keypoints of a pose estimator or markers.
 
     Parameters
     ----------
@@ -39,7 +33,7 @@ class Keypoints:
     frame_rate : float
         Frames per second, Hz.
     confidences : array-like of shape (n_frames, n_points), default=None
-        How sure each position is, from 0, not seen, to 1; the weights in `skpose.inverse_kinematics`. None is 1 for
+        Confidence of each position, from 0, not seen, to 1; the weights in `skpose.inverse_kinematics`. None is 1 for
         every point that is seen.
     up : {"x", "y", "z"}, default="y"
         The axis of the world that points up.
@@ -52,17 +46,17 @@ class Keypoints:
     Raises
     ------
     ValueError
-        For shapes that do not fit each other, such as positions in two dimensions, infinite positions, names given
-        twice, confidences below 0 or above 1, a frame rate that is not positive. For eight points or more, or six with
-        left and right, that are in two dimensions by their numbers: in one plane in all frames, such as z = 0, or with
-        COCO's visibility, 0, 1 or 2, or the score of pixels in the place of z, or a z of another unit than x and y.
+        For shapes that do not fit each other, such as positions in two dimensions, infinite positions, duplicate names,
+        confidences below 0 or above 1, a frame rate that is not positive. For eight points or more, or six with left
+        and right, if they are keypoints in two dimensions: all in one plane, such as z = 0, or with COCO's visibility,
+        0, 1 or 2, a score, or a depth in another unit instead of z.
 
     Warns
     -----
     UserWarning
-        If points are at exactly (0, 0, 0), as some programs write lost points: but for one that is there in every
-        frame, as the pelvis of positions relative to it. If the numbers may be those of a picture, x and y from 0 to 1
-        or pixels. If, by the names of points, heads are not up from feet along the axis `up`, but along another one.
+        If points are at exactly (0, 0, 0), as some programs write lost points, except for a point that is there in
+        every frame, such as the pelvis in positions relative to it. If x and y may be in units of a picture, from 0 to
+        1 or pixels. If, by the names of points, heads are above feet along another axis than `up`.
 
     See Also
     --------
@@ -70,7 +64,7 @@ class Keypoints:
 
     Notes
     -----
-    Where a point is not seen its confidence becomes 0, and where its confidence is 0 its position is NaN.
+    The confidence of a point that is not seen becomes 0, and the position of a point with confidence 0 becomes NaN.
 
     Examples
     --------
@@ -103,15 +97,9 @@ class Keypoints:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        if isinstance(self.names, str):
-            raise TypeError(f"names must be a sequence of strings, got one string, {self.names!r}")
         names = tuple(self.names)
-        for name in names:
-            if not isinstance(name, str) or not name:
-                raise ValueError(f"names must be non-empty strings, got {name!r}")
-        name, times = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
-        if times > 1:
-            raise ValueError(f"names must differ, got {name!r} {times} times")
+        if len(set(names)) < len(names) or not all(isinstance(name, str) and name for name in names):
+            raise ValueError(f"names must be different, non-empty strings, got {names}")
         check_frame_rate(self.frame_rate)
         check_up(self.up)
         positions = check_positions(self.positions, len(names), "positions")
@@ -120,9 +108,9 @@ class Keypoints:
         if self.confidences is not None:
             confidences = as_numbers(self.confidences, "confidences", masked=0.0)
         if confidences.shape != seen.shape:
-            raise ValueError(f"confidences must have shape {seen.shape}, one a position, got {confidences.shape}")
-        if np.isnan(confidences[seen]).any() or (confidences[seen] < 0.0).any() or (confidences[seen] > 1.0).any():
-            raise ValueError("confidences must be from 0, not seen, to 1, where a point is seen")
+            raise ValueError(f"confidences must have shape {seen.shape}, got {confidences.shape}")
+        if not ((confidences[seen] >= 0.0) & (confidences[seen] <= 1.0)).all():
+            raise ValueError("confidences must be from 0, not seen, to 1")
         confidences[~seen] = 0.0
         positions[confidences == 0.0] = np.nan
         refuse_pictures(positions, names, "positions")
@@ -140,12 +128,12 @@ class Keypoints:
         return len(self.positions)
 
     def __getitem__(self, frames: slice) -> "Keypoints":
-        """Return a range of frames: ``keypoints[100:200]``; with a step, at a lower frame rate."""
-        if not isinstance(frames, slice):
-            raise TypeError(f"keypoints have ranges of frames, such as keypoints[0:10], got {frames!r}")
-        step = 1 if frames.step is None else frames.step
-        if step < 1:
-            raise ValueError(f"the step of a range of frames must be 1 or more, got {step}")
+        """Select a range of frames: ``keypoints[100:200]``; with a step, at a lower frame rate."""
+        step = getattr(frames, "step", 0) or 1
+        if not isinstance(frames, slice) or step < 1:
+            raise TypeError(
+                f"keypoints are indexed by slices with a positive step, such as keypoints[0:10], got {frames}"
+            )
         return replace(
             self,
             positions=self.positions[frames],
@@ -154,7 +142,7 @@ class Keypoints:
         )
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
-        raise TypeError("Keypoints are no array: pass their positions, keypoints.positions")
+        raise TypeError("Keypoints are not an array: pass keypoints.positions")
 
     def __repr__(self) -> str:
         lost = f", {np.mean(self.confidences == 0.0):.1%} not seen" if (self.confidences == 0.0).any() else ""
@@ -164,15 +152,15 @@ class Keypoints:
 
     @staticmethod
     def concatenate(recordings: Iterable["Keypoints"]) -> "Keypoints":
-        """Return recordings one after another, as one.
+        """Concatenate recordings in time.
 
-        Nothing is moved: where one recording ends elsewhere than the next begins, there is a jump. `fit_skeleton`
-        takes several recordings of a person as they are, at any frame rates.
+        Points are not moved: there is a jump if one recording ends elsewhere than the next begins. `fit_skeleton` takes
+        several recordings of a person without concatenation, at any frame rates.
 
         Parameters
         ----------
         recordings : iterable of Keypoints
-            At least one; with the same points, frame rate and axis that points up.
+            At least one; with the same points, frame rate and up axis.
 
         Returns
         -------
@@ -182,7 +170,7 @@ class Keypoints:
         Raises
         ------
         ValueError
-            If the recordings differ in one of these; the message states in which.
+            If the recordings differ in one of these.
 
         Examples
         --------
@@ -192,25 +180,17 @@ class Keypoints:
         >>> Keypoints.concatenate([one, other])
         Keypoints(25 frames at 25 Hz, 1.0 s, 1 points)
         """
-        if isinstance(recordings, Keypoints):
-            raise TypeError("recordings must be a sequence of Keypoints, got Keypoints: put them into a list")
         parts = list(recordings)
         if not parts:
             raise ValueError("concatenate needs at least one recording, got none")
         first = parts[0]
         for i, part in enumerate(parts):
-            if not isinstance(part, Keypoints):
-                raise TypeError(f"recordings[{i}] must be Keypoints, got {type(part).__name__}")
-            alone = sorted(set(first.names) ^ set(part.names))
-            if alone:
+            if alone := sorted(set(first.names) ^ set(part.names)):
                 raise ValueError(
-                    f"recordings[{i}] has other points than recordings[0]: only one of them has {alone[0]!r}. Select "
-                    "the points that all have, keypoints.select(names)"
+                    f"recordings[{i}] has other points than recordings[0], such as {alone[0]!r}: use select"
                 )
-            for name, remedy in REMEDIES.items():
-                if getattr(part, name) != getattr(first, name):
-                    values = f"{getattr(part, name)!r}, but recordings[0] {getattr(first, name)!r}"
-                    raise ValueError(f"recordings[{i}] has {name} {values}: {remedy}")
+            if (part.frame_rate, part.up) != (first.frame_rate, first.up):
+                raise ValueError(f"recordings[{i}] differs from recordings[0] in frame_rate or up")
         chosen = [part.select(first.names) for part in parts]
         positions, confidences = (
             np.concatenate([getattr(part, name) for part in chosen]) for name in ("positions", "confidences")
@@ -218,12 +198,12 @@ class Keypoints:
         return replace(first, positions=positions, confidences=confidences)
 
     def select(self, names: Iterable[str]) -> "Keypoints":
-        """Return some of the points, in the given order.
+        """Select points, in the given order.
 
         Parameters
         ----------
         names : iterable of str
-            Names of points, each once.
+            Names of points.
 
         Returns
         -------
@@ -233,29 +213,29 @@ class Keypoints:
         Raises
         ------
         KeyError
-            For a name that no point has.
+            For an unknown name.
         """
         names = (names,) if isinstance(names, str) else tuple(names)
         missing = [name for name in names if name not in self.names]
         if missing:
-            raise KeyError(f"there is no point named {missing[0]!r}; the points are {', '.join(self.names)}")
+            raise KeyError(f"there is no point {missing[0]!r}: {near_names(self.names, missing[0], 'see names')}")
         chosen = [self.names.index(name) for name in names]
         return replace(self, positions=self.positions[:, chosen], names=names, confidences=self.confidences[:, chosen])
 
     def fill_gaps(self, longest: float | None = None, *, confidence: float = 0.1) -> "Keypoints":
-        """Return the keypoints with gaps filled by straight lines in time, from the frame before to the one after.
+        """Fill gaps by linear interpolation in time.
 
         Parameters
         ----------
         longest : float, default=None
-            Longest gap that is filled, s; None fills gaps of any length.
+            Longest gap to fill, s; None fills gaps of any length.
         confidence : float, default=0.1
-            Confidence of the positions that are filled in, above 0 and at most 1.
+            Confidence of the interpolated positions, above 0 and at most 1.
 
         Returns
         -------
         Keypoints
-            Points that are not seen before or after a gap stay as they are: nothing is extrapolated.
+            Gaps at the beginning and the end stay: positions are not extrapolated.
 
         Raises
         ------
@@ -271,9 +251,10 @@ class Keypoints:
         >>> seen.fill_gaps().positions[:, 0, 0]
         array([0. , 0.1, 0.2, 0.3, nan])
         """
-        if longest is not None and not (isinstance(longest, Real) and longest >= 0.0):
-            raise ValueError(f"longest must be a time in s, zero or more, or None for any, got {longest!r}")
-        if not (isinstance(confidence, Real) and 0.0 < confidence <= 1.0):
+        longest = np.inf if longest is None else longest
+        if not longest >= 0.0:
+            raise ValueError(f"longest must be zero or more, got {longest!r}")
+        if not 0.0 < confidence <= 1.0:
             raise ValueError(f"confidence must be above 0 and at most 1, got {confidence!r}")
         positions, confidences, frames = self.positions.copy(), self.confidences.copy(), np.arange(len(self))
         for point in range(len(self.names)):
@@ -283,15 +264,14 @@ class Keypoints:
             after = np.searchsorted(seen, frames)
             inside = (after > 0) & (after < len(seen)) & (self.confidences[:, point] == 0.0)
             after = after.clip(1, len(seen) - 1)
-            if longest is not None:
-                inside &= (seen[after] - seen[after - 1] - 1) / self.frame_rate <= longest * (1.0 + 1e-9)
+            inside &= (seen[after] - seen[after - 1] - 1) / self.frame_rate <= longest * (1.0 + 1e-9)
             for axis in range(3):
                 positions[inside, point, axis] = np.interp(frames[inside], seen, self.positions[seen, point, axis])
             confidences[inside, point] = confidence
         return replace(self, positions=positions, confidences=confidences)
 
     def play(self, layout: Any = None) -> Page:
-        """Return a page that plays the points: ``skpose.view.player(keypoints)``.
+        """Make a page that plays the points: ``skpose.view.player(keypoints)``.
 
         Points that are not seen are not drawn. The player has options, and shows several recordings side by side.
 
@@ -299,8 +279,8 @@ class Keypoints:
         ----------
         layout : Layout or str, default=None
             The layout, or the name of one, whose bones are drawn between the points, see `skpose.view.player`. None is
-            the one of `skpose.keypoints.layouts` whose points are all there by their names; where there is none, points
-            are drawn without bones.
+            the one of `skpose.keypoints.layouts` whose points are all present by name; without one, points are drawn
+            without bones.
 
         Returns
         -------
@@ -311,7 +291,7 @@ class Keypoints:
         Raises
         ------
         ValueError
-            If no point is seen in any frame, or the layout has a point that the keypoints have not.
+            If no point is seen in any frame, or the layout has a point that the keypoints lack.
 
         See Also
         --------
@@ -329,16 +309,16 @@ class Keypoints:
         return displays.player(self, layout=layout)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the positions as a pandas DataFrame, three columns for each point and one row for each frame.
+        """Convert the positions to a pandas DataFrame, three columns for each point and one row for each frame.
 
-        Written by ``to_csv``, it is a table that `skpose.io.load_keypoints` reads with ``frame_rate=``, and ``up=``
-        where that is not y: the file states neither. `skpose.io.save_csv` writes them too.
+        `skpose.io.load_keypoints` reads a table written by ``to_csv`` with ``frame_rate=``, and ``up=`` if that is not
+        y: the file states neither. `skpose.io.save_csv` writes them too.
 
         Returns
         -------
         pandas.DataFrame of shape (n_frames, 3 * n_points) or (n_frames, 4 * n_points)
-            Positions, m, in the columns ``NAME_x``, ``NAME_y``, ``NAME_z`` of each point, NaN where it is not seen;
-            index the time of each frame, s. Where any confidence is between 0 and 1, a column ``NAME_confidence``
+            Positions, m, in the columns ``NAME_x``, ``NAME_y``, ``NAME_z`` of each point, NaN if it is not seen; the
+            index is the time of each frame, s. If any confidence is between 0 and 1, a column ``NAME_confidence``
             follows for each point. ``table.attrs`` states `unit`, `frame_rate` and `up`.
 
         Raises
@@ -355,10 +335,7 @@ class Keypoints:
         >>> list(table.columns), table["hand_x"].tolist()
         (['hand_x', 'hand_y', 'hand_z'], [0.1, nan])
         """
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
+        import pandas
 
         values, parts = self.positions, ["x", "y", "z"]
         if ((self.confidences > 0.0) & (self.confidences < 1.0)).any():

@@ -1,8 +1,9 @@
-"""The layouts that come with the library, made of their tables."""
+"""The layouts that come with the library, made from their tables."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from skpose._validation.options import check_choice
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._names import find_names
 from skpose.keypoints._table import RIGID, Table
@@ -28,7 +29,7 @@ class _Layouts(Mapping[str, Layout]):
     """The layouts that come with the library, by name; a read-only mapping.
 
     ================== ======================================== ====== ===========================================
-    name               keypoints of                             up     made besides
+    name               keypoints of                             up     added midpoints
     ================== ======================================== ====== ===========================================
     "coco17"           COCO, lifted to 3-D: MMPose, MoveNet ... y      pelvis, neck
     "mediapipe33"      MediaPipe Pose, its world landmarks      −y     pelvis, neck
@@ -45,15 +46,15 @@ class _Layouts(Mapping[str, Layout]):
     "opencap_mocap55"  OpenCap's markers, of motion capture     y      pelvis, knees, ankles, elbows, wrists
     ================== ======================================== ====== ===========================================
 
-    Each states where the order of its points is from, ``layouts["coco17"].source``. Keypoints that are lifted from
-    pictures to 3-D have no axis of their own that points up: where it is not y, pass
-    ``dataclasses.replace(layouts["coco17"], up="z")``. `Layout` makes another one in a few lines.
+    ``layouts["coco17"].source`` is the source of the order of the points. Keypoints lifted from pictures to 3-D have
+    the axes of the program that lifts them: if y is not up, pass ``dataclasses.replace(layouts["coco17"], up="z")``.
+    `Layout` makes your own in a few lines.
 
-    Files of markers name their points, and some have fewer of them:
-    ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers stand on the skin,
-    and so do the ends of bones that are markers; the hips of "plug_in_gait39" are means of markers of the pelvis, above
-    the joints. Where a file states joint centres, a `Layout` with these is better. Medial markers of knees and ankles
-    are often there for the standing trial alone: ``layout.keypoints(markers, absent="unseen")`` reads the others.
+    Files of markers name their points, and some lack a few:
+    ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers are on the skin,
+    and so are the ends of bones that are markers; the hips of "plug_in_gait39" are means of markers of the pelvis,
+    above the joints. If a file has joint centres, a `Layout` with these is better. Medial markers of knees and ankles
+    are often in the standing trial only: ``layout.keypoints(markers, absent="unseen")`` reads the other trials.
 
     Examples
     --------
@@ -67,8 +68,6 @@ class _Layouts(Mapping[str, Layout]):
     """
 
     def __getitem__(self, name: str) -> Layout:
-        if name not in _BY_NAME:
-            raise KeyError(f"there is no layout {name!r}; the layouts are {', '.join(self)}")
         return _BY_NAME[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -85,42 +84,34 @@ layouts = _Layouts()
 
 
 def check_layout(layout: Any) -> Layout:
-    """Return a layout, which may be named."""
+    """A layout, given as such or by name."""
     if isinstance(layout, Layout):
         return layout
-    if not isinstance(layout, str):
-        raise TypeError(f"layout must be a Layout or the name of one, got {type(layout).__name__}")
-    if layout not in layouts:
-        raise ValueError(f"layout must be one of {', '.join(layouts)}, got {layout!r}")
+    check_choice("layout", layout, tuple(layouts))
     return layouts[layout]
 
 
 def find_layout(names: Sequence[str]) -> Layout | None:
-    """Return the layout of which all points are among the names, in any spelling; of several the one with the most."""
-
-    def fits(layout: Layout) -> bool:
-        try:
-            return not missing_points(layout, names)
-        except ValueError:  # two points have one name but for the spelling
-            return False
-
-    return max(filter(fits, layouts.values()), key=lambda layout: len(layout.names), default=None)
+    """The layout with all of its points among the names, in any spelling; the one with the most points."""
+    complete = [layout for layout in layouts.values() if _share(layout, names) == 1.0]
+    return max(complete, key=lambda layout: len(layout.names), default=None)
 
 
 def missing_points(layout: Layout, names: Sequence[str]) -> list[str]:
-    """Return the points of a layout that are not among names, in any spelling."""
+    """The points of a layout that are not among names, in any spelling."""
     found = find_names(layout.names, names)
     return [name for name in layout.names if name not in found]
 
 
 def nearest_layout(names: Sequence[str]) -> Layout | None:
-    """Return the layout of which the largest share of the points is among names; None if that is less than half."""
+    """The layout with the largest share of its points among names; None if that is less than half."""
+    nearest = max(layouts.values(), key=lambda layout: _share(layout, names))
+    return nearest if _share(nearest, names) >= 0.5 else None
 
-    def share(layout: Layout) -> float:
-        try:
-            return 1.0 - len(missing_points(layout, names)) / len(layout.names)
-        except ValueError:  # two points have one name but for the spelling
-            return 0.0
 
-    nearest = max(layouts.values(), key=share)
-    return nearest if share(nearest) >= 0.5 else None
+def _share(layout: Layout, names: Sequence[str]) -> float:
+    """The share of a layout's points among names."""
+    try:
+        return 1.0 - len(missing_points(layout, names)) / len(layout.names)
+    except ValueError:  # two names differ in spelling only
+        return 0.0

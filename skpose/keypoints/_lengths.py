@@ -1,4 +1,4 @@
-"""Lengths of bones from positions with noise, and whether they stay the same."""
+"""Lengths of bones from noisy positions, and whether they are constant."""
 
 from typing import NamedTuple
 
@@ -7,28 +7,28 @@ import numpy as np
 from skpose._warnings import warn
 
 OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
-LARGEST_CORRECTION = 0.9  # share of the square that the correction may take: above, the bone is as short as the noise
-STRETCH = 0.1  # of the length: a slow change of this size is named; a back that bends changes by 0.08
+LARGEST_CORRECTION = 0.9  # of the square of the length, beyond which the bone is as short as the noise
+STRETCH = 0.1  # of the length, slow change that is reported; a bending back changes by 0.08
 CHANCE = 4.0  # standard deviations of a correlation by chance
-UNCERTAIN = 0.05  # of the length: a standard error of this size is named
-DIFFERENT = 0.1  # of the length: sides of a person that differ by more are named
+UNCERTAIN = 0.05  # of the length, standard error that is reported
+DIFFERENT = 0.1  # of the length, difference of the sides that is reported
 FEW = 2  # frames from which a spread is known
 
 
 class Length(NamedTuple):
-    """The length of one bone, from all frames in which both of its ends are seen."""
+    """The length of one bone, from all frames that show both ends."""
 
     value: float  # m
     error: float  # its standard error by noise, m; NaN from one frame
-    stretch: float  # standard deviation of its slow change, m; zero if there is none but by chance
+    stretch: float  # standard deviation of its slow change, m; zero if it may be chance
 
 
 def bone_length(lengths: np.ndarray, weights: np.ndarray) -> Length:
-    r"""Return the length of a bone from its lengths (n_frames,) in the frames; those of weight zero are not seen.
+    r"""The length of a bone from its lengths (n_frames,) in the frames; weights are zero if it is not seen.
 
     Noise at the ends makes the distance between them too long: with a variance σ² of the difference along each axis,
     the same in all directions, the squares q of the distances have the mean L² + 3σ² and the variance 4L²σ² + 6σ⁴.
-    From both, L⁴ = mean(q)² − 1.5 var(q), without σ. Outliers are left out before.
+    Together, L⁴ = mean(q)² − 1.5 var(q), without σ. Outliers are removed first.
     """
     seen = weights > 0.0
     d, w = lengths[seen], weights[seen] / weights[seen].max()
@@ -48,10 +48,7 @@ def bone_length(lengths: np.ndarray, weights: np.ndarray) -> Length:
 
 
 def _slow_change(lengths: np.ndarray, seen: np.ndarray, kept: np.ndarray) -> float:
-    """Return the standard deviation of what two frames, one after the other, have in common.
-
-    Noise differs from frame to frame; what lasts from one frame to the next is a change of the bone.
-    """
+    """The standard deviation of the change common to consecutive frames, which is not noise."""
     change = np.full(len(seen), np.nan)
     change[kept] = lengths[kept] - lengths[kept].mean()
     products = change[1:] * change[:-1]
@@ -65,10 +62,7 @@ def _slow_change(lengths: np.ndarray, seen: np.ndarray, kept: np.ndarray) -> flo
 def symmetric_lengths(
     lengths: dict[str, Length], partner: dict[str, str], frames: dict[str, float]
 ) -> dict[str, Length]:
-    """Return lengths of which those of the left and of the right are one: the mean, by the frames that show each.
-
-    Sides that differ by much are named in a warning.
-    """
+    """Replace lengths of left and right by their mean, weighted by frames; warn if they differ much."""
     found, apart = {}, []
     for name, length in lengths.items():
         other = lengths[partner[name]]
@@ -83,15 +77,13 @@ def symmetric_lengths(
             apart.append(f"{name} and {partner[name]} with {sizes}")
     if apart:
         warn(
-            f"bones of the left and of the right differ in their lengths: {'; '.join(apart)}. With symmetric=True they "
-            "have the mean length, and joints miss the positions by as much. Look for points that are swapped or slip, "
-            "and give less confidence to the side that is hidden"
+            f"left and right bones differ in length: {'; '.join(apart)}. With symmetric=True they have the mean length"
         )
     return found
 
 
 def warn_of_lengths(lengths: dict[str, Length]) -> None:
-    """Warn of bones that stretch, and of those whose length is lost in noise."""
+    """Warn about bones that stretch, and about lengths lost in noise."""
     longest = max(length.value for length in lengths.values())
     stretched = {
         name: length.stretch / length.value
@@ -99,11 +91,9 @@ def warn_of_lengths(lengths: dict[str, Length]) -> None:
         if length.stretch > STRETCH * max(length.value, 1e-3 * longest)
     }
     if stretched:
+        words = _join(stretched, "by ")
         warn(
-            f"bones stretch slowly, from one frame to the next, where those of a person keep their length: "
-            f"{_in_words(stretched, 'by')} (standard deviation). The skeleton has their mean lengths, and its joints "
-            "miss the positions by as much. Look for points that are swapped or slip, for a depth that is wrong at "
-            "times, for several people in one array; or give less confidence to such points"
+            f"bones stretch: {words} (standard deviation). Look for swapped or slipping points, wrong depth, two people"
         )
     uncertain = {
         name: length.error / length.value
@@ -111,14 +101,12 @@ def warn_of_lengths(lengths: dict[str, Length]) -> None:
         if length.error > UNCERTAIN * length.value and name not in stretched
     }
     if uncertain:
-        warn(
-            f"lengths of bones are uncertain, as they change from frame to frame by noise: {_in_words(uncertain, '±')} "
-            "(standard error). Pass more frames, or a layout without these points, layout.without([...])"
-        )
+        words = _join(uncertain, "±")
+        warn(f"lengths of bones are uncertain: {words} (standard error). Pass more frames, or layout.without([...])")
 
 
-def _in_words(shares: dict[str, float], sign: str) -> str:
-    """Return the names with the largest shares, in %."""
+def _join(shares: dict[str, float], sign: str) -> str:
+    """The names with the largest shares, in %."""
     names = sorted(shares, key=lambda name: -shares[name])
-    words = [f"{name} {sign}{' ' * sign.isalpha()}{100.0 * shares[name]:.2g} %" for name in names[:6]]
+    words = [f"{name} {sign}{100.0 * shares[name]:.2g} %" for name in names[:6]]
     return ", ".join(words) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

@@ -109,7 +109,7 @@ OPENCAP43 = Table(
 
 # The markers of OpenCap's recordings with motion capture in the laboratory, and the joint centres of the hips that its
 # files state, y up; files write r_knee and L_knee. _HJC are found from movements, _HJC_reg by regression. The other
-# joint centres, _KJC of knees, _AJC, _EJC and _WJC, are amid two markers, of which the files of movements lack the
+# joint centres, _KJC of knees, _AJC, _EJC and _WJC, are amid two markers; the files of movements lack the
 # medial ones of knees and ankles. _toe is at the head of the second metatarsal. Clusters of left and right differ.
 OPENCAP_MOCAP55 = Table(
     "opencap_mocap55",

@@ -8,12 +8,10 @@ SIDES = {"l": "left", "left": "left", "r": "right", "right": "right"}
 
 
 def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
-    """Return for each wanted name the one that is the same but for its spelling; names without one are left out.
+    """The name that matches each wanted name in another spelling; wanted names without a match are left out.
 
-    The name itself comes first, then one that differs by case, then one of the same words: case and signs between words
-    play no part, L is left and R is right, and a side may stand anywhere.
-
-    Raises a ValueError where several are the same but for their spelling.
+    An equal name comes first, then one that differs in case, then one with the same words: case and separators are
+    ignored, L is left and R is right, and a side may be anywhere. Several matches raise a ValueError.
     """
     found = {}
     for name in wanted:
@@ -23,10 +21,7 @@ def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
         for spelling in (str.casefold, _words):
             same = [other for other in names if spelling(other) == spelling(name)]
             if len(same) > 1:
-                raise ValueError(
-                    f"the point {name!r} may be {' or '.join(map(repr, same))}: name one of them {name!r}, or leave "
-                    "the other out"
-                )
+                raise ValueError(f"the point {name!r} may be {' or '.join(map(repr, same))}: rename one of them")
             if same:
                 found[name] = same[0]
                 break
@@ -34,7 +29,7 @@ def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
 
 
 def _words(name: str) -> tuple[str, str]:
-    """Return the side and the other words of a name; no side where it has several."""
+    """The side and the other words of a name; no side if it has several."""
     words = [word.lower() for word in WORD.findall(name)]
     sides = [SIDES[word] for word in words if word in SIDES]
     if len(sides) != 1:

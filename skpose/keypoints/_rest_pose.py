@@ -9,27 +9,27 @@ from skpose.keypoints._lengths import bone_length
 from skpose.keypoints._root_axes import Points, rigid_with, root_axes
 from skpose.keypoints._standing import in_front, standing_directions
 
-# Axes of a bone that points forward, in those of the root: x forward, y left, z up. Bones rarely point backward at
-# rest, opposite to where these point, from where there is no one shortest rotation.
+# Axes of a bone that points forward, in the root's axes: x forward, y left, z up. Bones rarely point backward at
+# rest, where the shortest rotation is ambiguous.
 FORWARD = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 ROUNDS = 200  # at most; each is a few sums
 SETTLED = 1e-10  # change of a mean shape, relative to its size, at which the rounds end
 ROUNDING = 1e-12  # of squares: points on one line have no width
-MIRROR = np.array([-1.0, 1.0, 1.0])  # of what is left in the axes of the root
+MIRROR = np.array([-1.0, 1.0, 1.0])  # of left and right in the axes of the root
 ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
 
 
 class RestPose(NamedTuple):
     """The skeleton at rest, in the axes of the root."""
 
-    axes: dict[str, np.ndarray]  # of each joint, as columns (3, 3); x along the bone; those of the parent where rigid
+    axes: dict[str, np.ndarray]  # of each joint, as columns (3, 3); x along the bone; the parent's if rigid
     directions: dict[str, np.ndarray]  # (3,) of the bone that ends at each joint but the root
     forward: dict[str, float]  # how far, from -1 to 1, the bones of toes and nose point forward in the mean
 
 
 def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestPose:
-    """Return the rest pose: that of a standing person for points with known names, and the mean for others."""
-    axes = {layout.root: root_axes(points, layout, up)}  # of each joint, in every frame, in those of the world
+    """The rest pose: a standing person for points with known names, and the mean for others."""
+    axes = {layout.root: root_axes(points, layout, up)}  # of each joint, in every frame, in the world's axes
     known = {layout.root: ~np.isnan(axes[layout.root][:, 0, 0])}
     standing, rest = standing_directions(layout), RestPose({layout.root: np.eye(3)}, {}, {})
     fixed, front = _rigid_shape(points, layout, axes[layout.root]), in_front(layout)
@@ -38,10 +38,7 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
         for name, parent in level:
             mean, stands = None, name in standing and name not in layout.rigid
             if not seen[name].shown and not stands:
-                raise ValueError(
-                    f"the bone from {parent!r} to {name!r} is seen in no frame that shows how the root is turned, so "
-                    f"that it has no rest pose: pass layout.without([{name!r}]), or frames that show it"
-                )
+                raise ValueError(f"no frame shows the bone from {parent!r} to {name!r} and the orientation of the root")
             if seen[name].weights.any():
                 mean = rest.axes[parent] @ _mean_direction(seen[name].directions, seen[name].weights)
             if name in fixed:
@@ -51,7 +48,7 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
                 if mean is not None and name in front:
                     rest.forward[name] = float(mean[2])
                 mean = standing[name]
-            if mean is not None:  # but for bones of length zero
+            if mean is not None:  # except for bones of length zero
                 rest.directions[name] = mean
         if symmetric:
             _make_symmetric(rest.directions, [name for name, _ in level], layout)
@@ -81,13 +78,13 @@ def _make_symmetric(directions: dict[str, np.ndarray], names: list[str], layout:
 
 
 def partners_of(layout: Layout) -> dict[str, str]:
-    """Return for each point the one on the other side, itself on the middle line."""
+    """The point on the other side of each point; itself on the middle line."""
     pairs = {one: other for pair in layout.pairs for one, other in (pair, pair[::-1])}
     return {name: pairs.get(name, name) for name in layout.points}
 
 
 def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) by the least angle that turn a unit vector (3,) into unit vectors (n, 3)."""
+    """The rotations (n, 3, 3) by the least angle that turn a unit vector (3,) into unit vectors (n, 3)."""
     cosine = ends @ start
     opposite = cosine < -1.0 + 1e-12  # half a turn, about any axis across
     across = np.cross(start, np.eye(3)[np.abs(start).argmin()])
@@ -102,10 +99,10 @@ def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
 
 
 def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, np.ndarray]:
-    """Return where the root and the points that are rigid with it are, in the axes of the root.
+    """Where the root and the points that are rigid with it are, in the axes of the root.
 
-    Mean positions in axes that follow the trunk a little are not those of one rigid shape. So the shape is that of the
-    lengths between all of its points, free of bias, by classical scaling, and is turned onto the mean positions.
+    Mean positions in axes that follow the trunk a little do not form one rigid shape. So the shape is found from
+    unbiased lengths between all of its points, by classical scaling, and rotated onto the mean positions.
     """
     names = rigid_with(layout.root, layout)
     if not names:
@@ -141,7 +138,7 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
 
 
 def _levels(layout: Layout) -> list[list[tuple[str, str]]]:
-    """Return the points but for the root, each with its parent, by the number of bones between them and the root."""
+    """The points except the root, each with its parent, by the number of bones between them and the root."""
     levels, parents = [], [layout.root]
     while children := [
         (name, parent) for parent in parents for name in layout.points if layout.parents[name] == parent
@@ -160,7 +157,7 @@ class _Directions(NamedTuple):
 
 
 def _directions(points: Points, name: str, parent: str, axes: np.ndarray, known: np.ndarray) -> _Directions:
-    """Return the directions of a bone.
+    """The directions of a bone.
 
     Known are the frames in which the axes of the parent are seen. Where no others are, all frames count.
     """
@@ -174,7 +171,7 @@ def _directions(points: Points, name: str, parent: str, axes: np.ndarray, known:
 
 
 def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the mean (3,) of unit vectors (n, 3); that of the largest weight if they cancel each other."""
+    """The mean (3,) of unit vectors (n, 3); the one with the largest weight if they cancel."""
     total = weights @ np.where(weights[:, None] > 0.0, directions, 0.0)
     size = np.linalg.norm(total)
     if size <= 1e-9 * weights.sum():
@@ -185,11 +182,11 @@ def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def _twists(
     points: Points, layout: Layout, name: str, axes: np.ndarray, known: np.ndarray, at_rest: np.ndarray
 ) -> np.ndarray:
-    """Return the twists (n,), rad, of a bone from given axes (n, 3, 3); zero where nothing shows them.
+    """The twists (n,), rad, of a bone from given axes (n, 3, 3); zero where nothing shows them.
 
     Points that are rigid with the bone are rotated about it onto their mean shape. Across the bone they are complex
-    numbers, and a twist by φ is the factor exp(iφ). It is zero where the points of the left are to the left of those of
-    the right at rest, or in the mean where there are no such pairs.
+    numbers, and a twist by φ is the factor exp(iφ). It is zero if points of the left are to the left of their
+    partners at rest, or in the mean without such pairs.
     """
     still, rigid = np.zeros(len(axes)), rigid_with(name, layout)
     if not rigid:
@@ -223,7 +220,7 @@ def _twists(
 
 
 def _about_x(angles: np.ndarray) -> np.ndarray:
-    """Return rotations (n, 3, 3) about x by angles (n,), rad."""
+    """Rotations (n, 3, 3) about x by angles (n,), rad."""
     rotations = np.tile(np.eye(3), (len(angles), 1, 1))
     rotations[:, 1, 1] = rotations[:, 2, 2] = np.cos(angles)
     rotations[:, 2, 1] = np.sin(angles)

@@ -5,7 +5,7 @@ import numpy as np
 from skpose.keypoints._layout import Layout
 
 TRUNK = 0.1  # weight of what moves relative to the root, such as the spine: it only says where rigid points do not
-ON_A_LINE = 1e-3  # second singular value over the first, below which points say nothing of the rotation about a line
+ON_A_LINE = 1e-3  # second singular value over the first; points with less do not show the rotation about their line
 ROUNDS = 20
 SETTLED = 1e-6  # change of the mean shape, relative to its size, at which the rounds end
 
@@ -19,11 +19,11 @@ class Points(dict):
 
 
 def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
-    """Return the axes (n_frames, 3, 3) of the root as columns, in those of the world; NaN where they are not known.
+    """The axes (n_frames, 3, 3) of the root as columns, in the world's axes; NaN if unknown.
 
     Points that are rigid with the root, and the start of the trunk, are turned onto their mean shape: generalised
     Procrustes analysis with Kabsch's rotations, J. C. Gower, "Generalized Procrustes analysis", Psychometrika 40, 1975,
-    doi:10.1007/BF02291478. Left and up are those of the mean shape. Without left and right by name, left is from the
+    doi:10.1007/BF02291478. Left and up refer to the mean shape. Without left and right by name, left is from the
     last of the rigid points to the first, and up to all of them, as the fingers of a hand are up from the wrist. If
     there are no such points, or all are on one line, nothing is turned: the root has the axes of the world, with y up.
     """
@@ -37,25 +37,19 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
     upward = [names.index(name) for name in middle]
 
     axes = _orthonormal(vectors, left, upward)
-    known = ~np.isnan(axes[:, 0, 0])
-    if not known.any():
-        if not layout.pairs:
-            return world
-        _refuse(layout, [name for name in names if name])
-    shape = _mean_shape(axes[known], vectors[known], weights[known])
+    if np.isnan(axes[:, 0, 0]).all() and not layout.pairs:
+        return world
+    shape = _mean_shape(layout, axes, vectors, weights)
     for _ in range(ROUNDS):
         before, axes = shape, _kabsch(vectors, weights, shape)
-        known = ~np.isnan(axes[:, 0, 0])
-        if not known.any():
-            _refuse(layout, [name for name in names if name])
-        shape = _mean_shape(axes[known], vectors[known], weights[known])
+        shape = _mean_shape(layout, axes, vectors, weights)
         if np.abs(shape - before).max() <= SETTLED * np.abs(shape).max():
             break
     return axes @ _orthonormal(shape[None], left, upward)[0]
 
 
 def rigid_with(name: str, layout: Layout) -> list[str]:
-    """Return the points that are fixed to the frame of a point, over any number of rigid bones."""
+    """The points that are fixed to the frame of a point, over any number of rigid bones."""
     found = [name]
     for one in found:
         found.extend(child for child in layout.points if layout.parents[child] == one and child in layout.rigid)
@@ -63,7 +57,7 @@ def rigid_with(name: str, layout: Layout) -> list[str]:
 
 
 def _shape(layout: Layout) -> tuple[list[str], list[tuple[str, str]], list[str]]:
-    """Return the points that say how the root is turned, the pairs among them, those on the middle line.
+    """The points that say how the root is turned, the pairs among them, those on the middle line.
 
     The empty name on the middle line is the world's direction up, where no point is there.
     """
@@ -87,7 +81,7 @@ def _shape(layout: Layout) -> tuple[list[str], list[tuple[str, str]], list[str]]
 
 
 def _vectors(points: Points, layout: Layout, names: list[str], up: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return vectors (n, k, 3) from the root to the points, and their weights (n, k); bones that move have one length.
+    """Vectors (n, k, 3) from the root to the points, and their weights (n, k); bones that move have one length.
 
     Where a point is not seen its vector is zero, and its weight.
     """
@@ -111,7 +105,7 @@ def _vectors(points: Points, layout: Layout, names: list[str], up: str) -> tuple
 
 
 def _orthonormal(vectors: np.ndarray, left: list[tuple[int, int]], upward: list[int]) -> np.ndarray:
-    """Return axes (n, 3, 3) as columns from vectors (n, k, 3): left, what of up is perpendicular to it, forward."""
+    """Axes (n, 3, 3) as columns from vectors (n, k, 3): left, what of up is perpendicular to it, forward."""
     x = vectors[:, [a for a, _ in left]].sum(axis=1) - vectors[:, [b for _, b in left]].sum(axis=1)
     y = vectors[:, upward].sum(axis=1)
     some = [i for pair in left for i in pair] + upward
@@ -127,7 +121,7 @@ def _orthonormal(vectors: np.ndarray, left: list[tuple[int, int]], upward: list[
 
 
 def _kabsch(vectors: np.ndarray, weights: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) that bring the shape (k, 3) nearest to the vectors (n, k, 3)."""
+    """The rotations (n, 3, 3) that bring the shape (k, 3) nearest to the vectors (n, k, 3)."""
     u, values, vh = np.linalg.svd(np.einsum("nk,nka,kb->nab", weights, vectors, shape))
     u[:, :, 2] *= np.linalg.det(u @ vh)[:, None]
     axes = u @ vh
@@ -135,14 +129,12 @@ def _kabsch(vectors: np.ndarray, weights: np.ndarray, shape: np.ndarray) -> np.n
     return axes
 
 
-def _mean_shape(axes: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the mean (k, 3) of the vectors (n, k, 3) in the axes (n, 3, 3)."""
-    total = np.einsum("nk,nab,nka->kb", weights, axes, vectors)
-    return total / np.maximum(weights.sum(axis=0), 1e-300)[:, None]
-
-
-def _refuse(layout: Layout, names: list[str]) -> None:
-    raise ValueError(
-        f"the axes of {layout.root!r} cannot be found: there is no frame in which it and {', '.join(map(repr, names))} "
-        "are seen and are not on one line. Pass frames in which they are"
-    )
+def _mean_shape(layout: Layout, axes: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The mean (k, 3) of the vectors (n, k, 3) in the axes (n, 3, 3), NaN if unknown."""
+    known = ~np.isnan(axes[:, 0, 0])
+    if not known.any():
+        raise ValueError(
+            f"no frame shows the orientation of {layout.root!r}: points are not seen at once or on one line"
+        )
+    total = np.einsum("nk,nab,nka->kb", weights[known], axes[known], vectors[known])
+    return total / np.maximum(weights[known].sum(axis=0), 1e-300)[:, None]

@@ -1,12 +1,11 @@
 """Names of `skpose.keypoints` that the other packages of skpose use, in addition to the public ones."""
 
+from skpose.keypoints._checks import complaint_of_origin, complaint_of_up, find_lost, find_up
 from skpose.keypoints._fit import is_of_layout
 from skpose.keypoints._layout import name_points, remedy_without
 from skpose.keypoints._layouts import check_layout, find_layout, missing_points, nearest_layout
 from skpose.keypoints._names import find_names
-from skpose.keypoints._origin import complaint_of_origin, find_lost
 from skpose.keypoints._pictures import REMEDY, complaint_of_flat, complaint_of_picture, is_spatial, refuse_pictures
-from skpose.keypoints._upright import complaint_of_up, find_up
 
 __all__ = [
     "REMEDY",

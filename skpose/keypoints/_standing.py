@@ -43,7 +43,7 @@ _LEFT = (
     (("ear",), (0.08, 1.6, 0.01)),
     (("mouth",), (0.025, 1.54, 0.1)),
 )
-# A hand by itself, with x to the side of the thumb and y to the fingers, which are straight.
+# A hand alone, with x to the side of the thumb and y to the fingers, which are straight.
 _HAND = {"wrist": (0.0, 0.0, 0.0)} | {
     f"{finger}{joint}": (x, y, 0.0)
     for finger, x, heights in (
@@ -66,7 +66,7 @@ _POSITIONS = {
 
 
 def standing_directions(layout: Layout) -> dict[str, np.ndarray]:
-    """Return the directions (3,) of bones at rest, in the axes of the root; of those alone whose points are known."""
+    """The directions (3,) of bones at rest, in the axes of the root; of those alone whose points are known."""
     positions = {}
     for name, (plain, side) in _plain_names(layout).items():
         point = _POSITIONS["left" if side else ""].get(plain)
@@ -83,12 +83,12 @@ def standing_directions(layout: Layout) -> dict[str, np.ndarray]:
 
 
 def in_front(layout: Layout) -> list[str]:
-    """Return points that are in front of their parents: toes and the nose."""
+    """Points that are in front of their parents: toes and the nose."""
     return [name for name, (plain, _) in _plain_names(layout).items() if plain in _IN_FRONT]
 
 
 def _plain_names(layout: Layout) -> dict[str, tuple[str, str]]:
-    """Return for each point its name without the side, in small letters, and the side."""
+    """The name of each point without the side, in lower case, and the side."""
     found = zip(layout.points, sides(layout.points), strict=True)
     words = {name: (without_side(name) if side else name, side) for name, side in found}
     plain = {name: "".join(filter(str.isalnum, word)).lower() for name, (word, _) in words.items()}

@@ -1,8 +1,8 @@
 """Tables of layouts: the points, their parents, and the source.
 
 A table has a row for each point of the array, in its order, and then one for each midpoint: name, parent, whether the
-point is rigid. Names are those of the source in snake case; those of OpenPose, Kinect and Pose2Sim have their sides
-first, and those of markers are as in files, with the letters of both sides in capitals.
+point is rigid. Names follow the source in snake case; OpenPose, Kinect and Pose2Sim names have their sides first,
+and marker names are as in files, with the letters of both sides in capitals.
 """
 
 from collections.abc import Mapping

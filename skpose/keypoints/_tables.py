@@ -5,7 +5,7 @@ from skpose.keypoints._table import RIGID, Table
 
 HIPS, SHOULDERS = ("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")
 
-# Keypoints lifted to 3-D have the axes of whoever lifts them: y up is a choice, `replace(..., up=...)` another one.
+# Keypoints lifted to 3-D have the axes of the program that lifts them: y up is a choice, see `replace(..., up=...)`.
 COCO17 = Table(
     "coco17",
     (

@@ -1,8 +1,8 @@
-"""Cycles: motions whose last frame is their first, moved along the floor, so that they can be repeated.
+"""Cycles: motions whose last frame is the first one, moved along the floor, so that they can be repeated.
 
-With s from 0 to 1 over the cycle, what is left between the end and the start is a rotation of each joint and of the
-root's tilt, and a height: δ. Frame s is changed by (s − ½) δ, a rotation about a fixed axis, so that both ends meet
-halfway. Place and heading are not changed: what they differ by is how far the cycle goes.
+Let δ be the difference between end and start: a rotation of each joint and of the root's tilt, and a height. With s
+from 0 to 1 over the cycle, frame s is changed by (s − ½) δ, a rotation about a fixed axis, so that the ends meet
+halfway. Place and heading do not change: their difference is the travel of the cycle.
 """
 
 from typing import NamedTuple
@@ -11,17 +11,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import BALL, Bone, are_slides
-from skpose.skeleton._chart import displace, steps_between
+from skpose.skeleton._chart import move, steps_from
 from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._root import heading
 from skpose.skeleton._skeleton import Skeleton
 
 ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
-NEAR = 0.25  # of the smaller step at the ends: nearer to the first pose, the last one is that again
-FAR = 0.2  # of the largest distance from the first pose: farther from it, something is missing; strides reach 0.17
-CUT = 1.5  # steps, usual ones or those at the ends, by which the cut at whole frames may be off
-JUMP = 1.5  # times the largest step inside: larger ones at the ends are no movement
-SEAM = 0.1  # of the largest change between two frames, by which the end of a cycle may be off its start
+NEAR = 0.25  # of the smaller step at the ends; if nearer, the last pose is the first one again
+FAR = 0.2  # of the largest distance from the first pose, beyond which a cycle is not whole; strides reach 0.17
+CUT = 1.5  # steps by which the cut at whole frames may be off
+SEAM = 0.1  # of the largest change between two frames; tolerance at the ends of a cycle
 ROUNDING = 1e-6  # of files: rad, m
 
 
@@ -32,7 +31,7 @@ class Frames(NamedTuple):
     poses: np.ndarray  # (n, n_dofs + 3) joints' columns, then the root's rotation vector
     places: np.ndarray  # (n, 3) of the root, m
     numbers: np.ndarray  # (n,)
-    rows: np.ndarray  # (n,) frame of the motion that each is made of
+    rows: np.ndarray  # (n,) the frame of the motion from which each is made
     up: str
 
     @property
@@ -56,61 +55,45 @@ class Frames(NamedTuple):
         return heading(self.root * self.root[:1].inv(), self.up)
 
     def rotate(self, turns: np.ndarray) -> "Frames":
-        """Return the frames rotated about the vertical through the root, each or all by an angle."""
+        """Rotate the frames about the vertical through the root, each or all by an angle."""
         poses = self.poses.copy()
         poses[:, -3:] = (Rotation.from_euler(self.up, np.reshape(turns, (-1, 1))) * self.root).as_rotvec()
         return self._replace(poses=poses)
 
 
-def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, list[str]]:
-    """Return a cycle, and what speaks against it; without `endpoint` the frame that ends it is added."""
-    complaints = []
+def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
+    """A cycle, and a warning if the frames were none; without `endpoint` the frame that ends it is added."""
     positions = _positions(frames)
     steps = _distances(positions[1:], positions[:-1]) / np.diff(frames.numbers)
-    if not endpoint and _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
-        complaints.append(
-            "the last pose is the first one again, and is taken for the one before it: pass endpoint=True if the cycle "
-            "ends with the pose that it begins with"
-        )
-    if len(steps) > 2 and steps[[0, -1]].max() > JUMP * steps[1:-1].max():
-        complaints.append(
-            f"the joints move {steps[[0, -1]].max() / steps[1:-1].max():.1f} times as fast between two frames at an "
-            "end of the cycle as anywhere else in it, so that it jumps there when it is repeated. The mean of motions "
-            "that begin or end at different phases does so, see its n_poses: cut them at the same event"
-        )
+    complaint = ""
     if not endpoint:
+        if _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
+            complaint = "the last pose is the first one again, but is taken for the one before: pass endpoint=True"
         frames = _add_end(frames)
         positions = _positions(frames)
     away = _distances(positions, positions[0])
     if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
-        complaints.append(
-            f"the cycle ends {away[-1] / away.max():.0%} as far from its first pose as the farthest of its poses is: "
-            "it is not whole, or more than one. It is closed nevertheless, and goes as far as its frames do. Whole "
-            "cycles go from the start of each repetition to that of the next: [motion[a : b + 1] for a, b in "
-            "itertools.pairwise(starts)], then to_cycle(endpoint=True)"
-        )
+        complaint = "the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
     turn = frames.turns[-1]
-    gap = steps_between(frames.bones, frames.poses[-1:], frames.rotate(turn).poses[:1])
+    gap = steps_from(frames.bones, frames.poses[-1:], frames.rotate(turn).poses[:1])
     shares = (frames.numbers - frames.numbers[0]) / (frames.numbers[-1] - frames.numbers[0]) - 0.5
-    closed = frames._replace(
-        poses=displace(frames.bones, frames.poses, shares[:, None] * gap), places=frames.places.copy()
-    )
+    closed = frames._replace(poses=move(frames.bones, frames.poses, shares[:, None] * gap), places=frames.places.copy())
     closed.heights[:] += shares * (frames.heights[0] - frames.heights[-1])
-    return closed, complaints
+    return closed, complaint
 
 
 def _add_end(frames: Frames) -> Frames:
-    """Return the frames and one that follows, at the mean of the velocities of the last step and of the first.
+    """Add a frame at the mean of the velocities of the last step and of the first.
 
-    The first step is that of the next cycle too, headed as this one ends.
+    The first step is repeated at the end, with the heading of the end.
     """
     ends = np.array([0, -1])
     times = np.diff(frames.numbers)[ends]
-    rates = steps_between(frames.bones, frames.poses[[0, -2]], frames.poses[[1, -1]]) / times[:, None]
+    rates = steps_from(frames.bones, frames.poses[[0, -2]], frames.poses[[1, -1]]) / times[:, None]
     turns = heading(frames.root[[1, -1]] * frames.root[[0, -2]].inv(), frames.up) / times
     velocities = np.diff(frames.places, axis=0)[ends] / times[:, None]
     next_velocity = Rotation.from_euler(frames.up, frames.turns[-1] + turns.mean()).apply(velocities[0])
-    pose = displace(frames.bones, frames.poses[-1:], rates.mean(axis=0, keepdims=True))
+    pose = move(frames.bones, frames.poses[-1:], rates.mean(axis=0, keepdims=True))
     place = frames.places[-1] + (velocities[1] + next_velocity) / 2.0
     return frames._replace(
         poses=np.concatenate([frames.poses, pose]),
@@ -121,26 +104,21 @@ def _add_end(frames: Frames) -> Frames:
 
 
 def describe_opening(frames: Frames) -> str:
-    """Return by how much the last frame is off the first, in words; empty where it is the first, moved along."""
-    gap = np.abs(steps_between(frames.bones, frames.poses[-1:], frames.rotate(frames.turns[-1]).poses[:1]))[0]
-    steps = np.abs(steps_between(frames.bones, frames.poses[:-1], frames.poses[1:]))
+    """The difference between the last frame and the first, moved along; empty if there is none."""
+    gap = np.abs(steps_from(frames.bones, frames.poses[-1:], frames.rotate(frames.turns[-1]).poses[:1]))[0]
+    steps = np.abs(steps_from(frames.bones, frames.poses[:-1], frames.poses[1:]))
     names, slides = np.array([*frames.skeleton.dof_names, *["the root"] * 3]), are_slides(frames.bones)
-    for these in (~slides, slides):  # rad and m
+    for these, unit in ((~slides, "rad"), (slides, "m")):
         if these.any() and gap[these].max() > SEAM * steps[:, these].max() + ROUNDING:
-            name, most = names[these][gap[these].argmax()], gap[these].max()
-            return (
-                f"{name} slides by {most:.2g} m"
-                if slides[these].any()
-                else f"{name} rotates by {np.degrees(most):.2g}°"
-            )
+            return f"{names[these][gap[these].argmax()]} differs by {gap[these].max():.2g} {unit}"
     rise = abs(frames.heights[-1] - frames.heights[0])
     if rise > SEAM * np.abs(np.diff(frames.heights)).max() + ROUNDING:
-        return f"the height of the root changes by {rise:.2g} m"
+        return f"the height of the root differs by {rise:.2g} m"
     return ""
 
 
 def repeat_cycle(frames: Frames, n: int) -> Frames:
-    """Return a cycle n times, each from the place and with the heading at which the one before ends."""
+    """Repeat a cycle n times, each from the place and with the heading of the end of the one before."""
     turn, duration = frames.turns[-1], frames.numbers[-1] - frames.numbers[0]
     places = frames.places - frames.places[0]
     travel = places[-1].copy()
@@ -158,7 +136,7 @@ def repeat_cycle(frames: Frames, n: int) -> Frames:
 
 
 def _positions(frames: Frames) -> np.ndarray:
-    """Return the positions (n, n_joints + 1, 3) of root and joints, all headed as the first and above the origin."""
+    """The positions (n, n_joints + 1, 3) of root and joints, all with the first heading and above the origin."""
     level = frames.rotate(-frames.turns)
     positions = joint_positions(frames.skeleton, frames.poses[:, :-3], level.root)
     positions[..., "xyz".index(frames.up)] += frames.heights[:, None]
@@ -166,5 +144,5 @@ def _positions(frames: Frames) -> np.ndarray:
 
 
 def _distances(positions: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the roots (n,) of the sums of squared distances of joints, m."""
+    """The roots (n,) of the sums of squared distances of joints, m."""
     return np.sqrt(np.square(positions - others).sum(axis=(-2, -1)))

@@ -3,13 +3,12 @@
 After P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29(9),
 1996, table 4, doi:10.1016/0021-9290(95)00178-6: means of the figures for women and for men.
 
-A segment of mass m, whose centre of mass lies at the part c of the distance from its near end to its far end, counts as
-m (1 − c) at the near end and m c at the far end: both momentum and centre of mass are then those of the segment.
+A segment of mass m with its centre of mass at the fraction c of its length counts as m (1 − c) at the near end and m c
+at the far end, which preserves its momentum and centre of mass.
 """
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,12 +21,12 @@ ROOT = -1
 class Segment(NamedTuple):
     """A part of a person."""
 
-    mass: float  # as a part of the person's
-    centre: float  # of mass, as a part of the length from the near end
+    mass: float  # relative to the person's
+    centre: float  # of mass, relative to the length, from the near end
 
 
 def _mean(women: tuple[float, float], men: tuple[float, float]) -> Segment:
-    """Return the mean of two rows of the table, which are percentages of the mass and of the length."""
+    """The mean of two rows of the table, in % of the mass and of the length."""
     return Segment((women[0] + men[0]) / 200.0, (women[1] + men[1]) / 200.0)
 
 
@@ -64,7 +63,7 @@ NECK = ("neck", "lowerneck", "upperneck")
 
 
 def mass_weights(skeleton: SkeletonLike) -> np.ndarray:
-    """Return the part (n_joints,) of a person's mass that each joint stands for."""
+    """The fraction (n_joints,) of a person's mass that each joint stands for."""
     weights = np.zeros(skeleton.n_joints + 1)  # the last is the root's, whose index is ROOT
     children: list[list[int]] = [[] for _ in range(skeleton.n_joints + 1)]
     for joint, parent in enumerate(skeleton.parents):
@@ -92,12 +91,12 @@ def _limbs(
     joints: tuple[tuple[str, ...], ...],
     children: list[list[int]],
 ) -> list[tuple[list[int], ...]]:
-    """Return for both sides the joints where the segments of a limb meet: its start, two joints, its ends."""
-    by_joint = any(_is(name, joints[1]) for name in skeleton.joint_names)
-    found = [_pair(skeleton, names) for names in (joints if by_joint else bones)]
+    """For both sides the joints where the segments of a limb meet: its start, two joints, its ends."""
+    by_joint = bool(_named(skeleton, joints[1]))
+    found = [_named(skeleton, names, 2) for names in (joints if by_joint else bones)]
     limbs: list[tuple[list[int], ...]] = []
     for upper, lower, last in zip(*found, strict=True):
-        if by_joint or skeleton.offset_frame == "parent":  # a joint stands where the bone of its name starts
+        if by_joint or skeleton.offset_frame == "parent":  # a joint is where the bone of its name starts
             limbs.append(([upper], [lower], [last], children[last] or [last]))
         else:  # there may be other bones between two of them, such as the half of the forearm that CMU names lwrist
             limbs.append((*([int(skeleton.parents[bone])] for bone in (upper, lower, last)), [last]))
@@ -105,39 +104,27 @@ def _limbs(
 
 
 def _head(skeleton: SkeletonLike, children: list[list[int]]) -> tuple[int, list[int]]:
-    """Return the joint at the base of the neck, and the ends of the head."""
-    heads = [j for j, name in enumerate(skeleton.joint_names) if _is(name, ("head",))]
-    if len(heads) != 1:
-        _refuse("a head", ("head",), [skeleton.joint_names[j] for j in heads])
-    first = heads[0]
-    while skeleton.parents[first] != ROOT and _is(skeleton.joint_names[skeleton.parents[first]], NECK):
+    """The joint at the base of the neck, and the ends of the head."""
+    (head,) = _named(skeleton, ("head",), 1)
+    first, necks = head, _named(skeleton, NECK)
+    while skeleton.parents[first] in necks:
         first = int(skeleton.parents[first])
     if skeleton.offset_frame == "own":
-        return int(skeleton.parents[first]), [heads[0]]
-    return first, children[heads[0]] or [heads[0]]
+        return int(skeleton.parents[first]), [head]
+    return first, children[head] or [head]
 
 
-def _pair(skeleton: SkeletonLike, names: tuple[str, ...]) -> tuple[int, int]:
-    """Return the two joints, one for each side, that have one of these names; the first name that is found counts."""
-    for known in names:
-        found = [j for j, name in enumerate(skeleton.joint_names) if _is(name, (known,))]
-        if len(found) == 2:
-            return found[0], found[1]
-        if found:
-            _refuse(f"two joints named {known!r} with a side", names, [skeleton.joint_names[j] for j in found])
-    return _refuse("two joints, left and right,", names, [])
+def _named(skeleton: SkeletonLike, names: tuple[str, ...], expected: int = 0) -> list[int]:
+    """The joints with one of these names apart from the side: "mixamorig:LeftUpLeg" has "upleg".
 
-
-def _is(name: str, known: Iterable[str]) -> bool:
-    """Return whether a joint has one of these names, without its side: "mixamorig:LeftUpLeg" has "upleg"."""
-    name = re.sub(r"^Bip\d+", "", name.split(":")[-1])
-    return any(re.sub("[^a-z]", "", pattern.sub("", name).lower()) in known for pattern in PATTERNS)
-
-
-def _refuse(expected: str, names: tuple[str, ...], found: list[str]) -> NoReturn:
-    known = ", ".join(names)
-    got = ", ".join(map(repr, found)) or "none"
-    raise ValueError(
-        f'weights="mass" finds the segments of a person by the names of the joints: expected {expected} named '
-        f"{known}, got {got}. Weigh the whole skeleton before a part of it is selected, or pass a weight for each joint"
-    )
+    If a number is expected, only joints with the first name that is found count, and another number is refused.
+    """
+    plain = [re.sub(r"^Bip\d+", "", name.split(":")[-1]) for name in skeleton.joint_names]
+    words = [{re.sub("[^a-z]", "", pattern.sub("", name).lower()) for pattern in PATTERNS} for name in plain]
+    if not expected:
+        return [j for j, found in enumerate(words) if found & {*names}]
+    joints = next((some for name in names if (some := [j for j, found in enumerate(words) if name in found])), [])
+    if len(joints) != expected:
+        got = [skeleton.joint_names[j] for j in joints]
+        raise ValueError(f'weights="mass" needs {expected} joint(s) named {" or ".join(names)}, got {got}')
+    return joints

@@ -1,12 +1,12 @@
 """The mirror image of poses: left and right exchanged.
 
-Let G be the rotation of a joint since angle zero, in the axes of the root, and k the partner of joint j. Its mirror
-image is M G_k S_j, with M the reflection of the world and a constant reflection S_j, for which S_j d_j = d_k takes the
-directions of the bones at angle zero to those of their partners: so bones point where the mirror images of their
-partners do. Where the skeleton is its own mirror image at angle zero, S = M for all joints. In some files it is not:
-all bones lie along x, say, and the angles of each frame make a person of them. There a joint that carries bones in
-several directions shows its S. One direction leaves the twist about it open: it is by quarter turns, those that bring
-the mean pose of the joint nearest to the mirror image of its partner's.
+Let G be the rotation of a joint since angle zero, in the axes of the root, and k the partner of joint j. The mirror
+image of G is M G_k S_j, with the reflection M of the world and a constant reflection S_j. S_j takes the directions of
+the bones at angle zero to their partners' directions, S_j d_j = d_k, so that bones point to the mirror images of their
+partners. If the skeleton is its own mirror image at angle zero, S = M for all joints. Some files are not: all bones lie
+along x, for example, and the angles of each frame form the person. There the bones that a joint carries show its S if
+they point in several directions. A single direction leaves the twist about it open: it is chosen by quarter turns that
+bring the mean pose of the joint nearest to the mirror image of its partner's.
 """
 
 from itertools import permutations, product
@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.skeleton._bone import Bone, axes_of
+from skpose._validation.options import check_choice
+from skpose.skeleton._bone import Bone, axes_of, with_columns
 from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rest import directions_at_zero
 from skpose.skeleton._root import root_orientations
@@ -26,12 +27,8 @@ from skpose.skeleton._skeleton import Skeleton
 PARALLEL = 1e-12  # axes that differ by less are one
 MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
-LINE = 2e-2  # second singular value over the first, below which directions are on one line
+LINE = 2e-2  # second singular value over the first; directions with less are on one line
 ROOT = -1
-REMEDY = (
-    'skpose.kinematics.retarget(motion, skeleton, method="orientations") brings the motion onto a skeleton that can be '
-    'mirrored: of the same bones with dofs="rotvec", or one whose left and right are mirror images'
-)
 SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
 REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
 
@@ -42,53 +39,55 @@ class Mirrored(NamedTuple):
     poses: np.ndarray
     root_angles: np.ndarray
     root_axes: str
-    world: np.ndarray  # (3,) -1 for the axis of the world across which it is, 1 for the others
-    partners: list[int]  # of each joint the one on the other side
+    world: np.ndarray  # (3,) -1 for the mirrored axis of the world, 1 for the others
+    partners: list[int]  # the joint on the other side of each
 
 
 def mirror_poses(
     skeleton: Skeleton, poses: np.ndarray, root_angles: np.ndarray, root_axes: str, axis: str, up: str
 ) -> Mirrored:
-    """Return the mirror image of poses in time, see `Motion.mirrored`."""
-    if axis not in ("x", "y", "z"):
-        raise ValueError(f'axis must be "x", "y" or "z", the one that points to the left or to the right, got {axis!r}')
+    """The mirror image of poses in time, see `Motion.mirrored`."""
+    check_choice("axis", axis, ("x", "y", "z"))
     other = partners(skeleton.joint_names)
-    _check_parents(skeleton, other)
+    for j, parent in enumerate(skeleton.parents):
+        if skeleton.parents[other[j]] != (other[parent] if parent >= 0 else ROOT):
+            names = skeleton.joint_names[j], skeleton.joint_names[other[j]]
+            raise ValueError(
+                f"left and right must be mirror images, but {names[0]!r} and {names[1]!r} differ in parents"
+            )
     rest = _rest_axes(skeleton)
-    world = axis if axis != up else next(letter for letter in "xyz" if letter != up)  # nobody shall be upside down
+    world = axis if axis != up else next(letter for letter in "xyz" if letter != up)  # not upside down
     reflections = _reflections(skeleton, poses, other, rest, axis, world)
 
-    ends = np.cumsum([bone.n_dofs for bone in skeleton.bones])
+    each = list(with_columns(skeleton.bones))
     columns = []
     for j, k in enumerate(other):
-        bone, partner = skeleton.bones[j], skeleton.bones[k]
-        given = poses[:, ends[k] - partner.n_dofs : ends[k]]
+        (bone, _), (partner, at) = each[j], each[k]
         # In its own axes, B at angle zero, a joint rotates by L, and G = G_parent B L Bᵀ.
         before, after = (rest[k].T @ reflections[i] @ rest[j] for i in (int(skeleton.parents[j]), j))
-        columns.append(_reflect(partner, bone, given, before, after))
+        columns.append(_reflect(partner, bone, poses[:, at], before, after))
     root = _mirror_root(root_angles, root_axes, _mirror_of(world), reflections[ROOT])
     return Mirrored(np.concatenate(columns, axis=1), *root, _mirror_of(world), other)
 
 
 def _mirror_root(angles: np.ndarray, axes: str, world: np.ndarray, reflection: np.ndarray) -> tuple[np.ndarray, str]:
-    """Return the angles of the root of which the orientation R becomes M R S, and their axes."""
+    """The angles of the root whose orientation R becomes M R S, and their axes."""
     if (reflection == np.diag(world)).all():
         return angles * [-world["xyz".index(letter)] for letter in axes.lower()], axes
-    orientations = root_orientations(angles, axes).as_matrix() if len(angles) else np.zeros((0, 3, 3))
-    axes = axes if len(axes) == 3 else "xyz"
+    new_axes = axes if len(axes) == 3 else "xyz"
     if not len(angles):
-        return np.zeros((0, 3)), axes
-    rotations = Rotation.from_matrix(np.diag(world) @ orientations @ reflection)
-    return continuous_columns(Bone("root", None, (0.0, 0.0, 0.0), axes), rotations), axes
+        return np.zeros((0, 3)), new_axes
+    rotations = Rotation.from_matrix(np.diag(world) @ root_orientations(angles, axes).as_matrix() @ reflection)
+    return continuous_columns(Bone("root", None, (0.0, 0.0, 0.0), new_axes), rotations), new_axes
 
 
 def _mirror_of(axis: str) -> np.ndarray:
-    """Return the signs (3,) of the reflection across an axis."""
+    """The signs (3,) of the reflection across an axis."""
     return np.where(np.arange(3) == "xyz".index(axis), -1.0, 1.0)
 
 
 def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return columns of a joint that are the rotations Bᵀ L A of its partner, with det A = det B = −1.
+    """The columns of a joint for the rotations Bᵀ L A of its partner, with det A = det B = −1.
 
     A displacement d of a slide becomes Aᵀ d.
     """
@@ -102,31 +101,24 @@ def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, a
             if same_order and (np.abs(np.abs(signs) - 1.0) < PARALLEL).all():
                 return np.sign(signs) * (given if bone.is_slide else -given)
     if bone.is_slide or partner.is_slide:
-        raise ValueError(
-            f"{bone.name!r} and {partner.name!r} slide along axes that are no mirror images of each other, and have no "
-            f"mirror image. {REMEDY}"
-        )
+        raise ValueError(f"{bone.name!r} and {partner.name!r} slide along axes that are not mirror images")
     if not len(given):
         return np.zeros((0, bone.n_dofs))
     rotations = rotations_of(partner, given) if partner.n_dofs else Rotation.identity(len(given))
     rotations = Rotation.from_matrix(before.T @ rotations.as_matrix() @ after)
     if bone.n_dofs == 3:
         return continuous_columns(bone, rotations)
-    if bone.n_dofs:
-        columns, missed = fit_columns(bone, rotations)
-    else:
-        columns, missed = np.zeros((len(given), 0)), rotations.magnitude()
-    worst = missed.argmax()
-    if missed[worst] > MISSED:
+    columns, missed = fit_columns(bone, rotations)
+    if missed.max() > MISSED:
+        degrees = np.degrees(missed.max())
         raise ValueError(
-            f"the rotation of {partner.name!r} at frame {worst}, mirrored, misses the axes {bone.dofs!r} of "
-            f"{bone.name!r} by {np.degrees(missed[worst]):.3g}°: left and right need dofs about mirrored axes. {REMEDY}"
+            f"{partner.name!r}, mirrored, misses the axes of {bone.name!r} by {degrees:.3g}°: use to_rotvec()"
         )
     return columns
 
 
 def _rest_axes(skeleton: Skeleton) -> np.ndarray:
-    """Return each joint's axes at angle zero in those of the root, (n_joints, 3, 3)."""
+    """Each joint's axes at angle zero in the axes of the root, (n_joints, 3, 3)."""
     rest = Rotation.from_matrix(skeleton.rest_rotations.copy()).as_matrix()  # exactly orthonormal
     for j, parent in enumerate(skeleton.parents):
         if parent >= 0:
@@ -134,39 +126,22 @@ def _rest_axes(skeleton: Skeleton) -> np.ndarray:
     return rest
 
 
-def _check_parents(skeleton: Skeleton, other: list[int]) -> None:
-    for j, parent in enumerate(skeleton.parents):
-        expected = other[parent] if parent >= 0 else -1
-        if skeleton.parents[other[j]] != expected:
-            names = [*skeleton.joint_names, "the root"]
-            raise ValueError(
-                f"left and right must be mirror images, but {names[j]!r} is a child of {names[parent]!r} and "
-                f"{names[other[j]]!r} of {names[skeleton.parents[other[j]]]!r}"
-            )
-
-
 def _reflections(
     skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, axis: str, world: str
 ) -> np.ndarray:
-    """Return the S of each joint, and the root's as the last, (n_joints + 1, 3, 3)."""
+    """The S of each joint, and the root's as the last, (n_joints + 1, 3, 3)."""
     directions = directions_at_zero(skeleton)
-    apart = {letter: _degrees_apart(directions, directions[other] * _mirror_of(letter)) for letter in "xyz"}
-    if apart[axis].max() < ASYMMETRY:
+    apart = {letter: _degrees_apart(directions, directions[other] * _mirror_of(letter)).max() for letter in "xyz"}
+    if apart[axis] < ASYMMETRY:
         return np.tile(np.diag(_mirror_of(axis)), (skeleton.n_joints + 1, 1, 1))
-    for letter, angles in apart.items():
-        if angles.max() < ASYMMETRY:
-            worst = apart[axis].argmax()
-            name, partner = skeleton.joint_names[worst], skeleton.joint_names[other[worst]]
-            raise ValueError(
-                f"left and right must be mirror images across {axis} at angle zero, but the bone of {name!r} and the "
-                f"mirror image of that of {partner!r} are {apart[axis][worst]:.0f}° apart: pass axis={letter!r}, "
-                "across which they are"
-            )
+    fitting = [letter for letter in "xyz" if apart[letter] < ASYMMETRY]
+    if fitting:
+        raise ValueError(f"left and right are not mirror images across {axis} at angle zero: pass axis={fitting[0]!r}")
     return _fitted_reflections(skeleton, poses, other, rest, directions, world)
 
 
 def _degrees_apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the angles (n,) between unit vectors (n, 3), degrees; zero where one of them is zero."""
+    """The angles (n,) between unit vectors (n, 3), degrees; zero if one of them is zero."""
     angles = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
     return np.where(a.any(axis=1) & b.any(axis=1), angles, 0.0)
 
@@ -174,12 +149,11 @@ def _degrees_apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _fitted_reflections(
     skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, directions: np.ndarray, world: str
 ) -> np.ndarray:
-    """Return the S of each joint, and the root's as the last, where the skeleton is not its own mirror image."""
+    """The S of each joint, and the root's as the last, if the skeleton is not its own mirror image."""
     carried = _find_carried(skeleton, directions)
-    means, end = np.empty_like(rest), 0  # of each joint's rotation relative to its parent, in the axes of the root
-    for j, bone in enumerate(skeleton.bones):
-        columns, end = poses[:, end : end + bone.n_dofs], end + bone.n_dofs
-        own = rotations_of(bone, columns).mean().as_matrix() if bone.n_dofs and len(poses) else np.eye(3)
+    means = np.empty_like(rest)  # of each joint's rotation relative to its parent, in the axes of the root
+    for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
+        own = rotations_of(bone, poses[:, columns]).mean().as_matrix() if bone.n_dofs and len(poses) else np.eye(3)
         means[j] = rest[j] @ own @ rest[j].T
     found = np.empty((skeleton.n_joints + 1, 3, 3))
     for j in (ROOT, *range(skeleton.n_joints)):
@@ -188,7 +162,7 @@ def _fitted_reflections(
         expected = np.diag(_mirror_of(world)) if j == ROOT else means[k].T @ found[parent] @ means[j]
         bones = [b for b in carried.get(j, []) if other[b] in carried.get(k, [])]
         if j >= 0 and min(skeleton.bones[j].n_dofs, skeleton.bones[k].n_dofs) < 3:
-            found[j] = found[parent]  # those of few dofs have axes, which they keep
+            found[j] = found[parent]  # joints with few dofs keep their axes
         elif bones or j != ROOT:
             found[j] = _fit(directions[bones], directions[[other[b] for b in bones]], expected, j == k)
         else:
@@ -196,17 +170,13 @@ def _fitted_reflections(
     for j, bones in carried.items():
         apart = _degrees_apart(directions[bones] @ found[j].T, directions[[other[b] for b in bones]])
         if len(bones) and apart.max() >= ASYMMETRY:
-            name, partner = (skeleton.joint_names[i] for i in (bones[apart.argmax()], other[bones[apart.argmax()]]))
-            raise ValueError(
-                f"at angle zero left and right are mirror images across no axis, and the bone of {name!r} cannot be "
-                f"turned to where the mirror image of that of {partner!r} points, but for {apart.max():.0f}°: too few "
-                f"dofs rotate it by itself. {REMEDY}"
-            )
+            name = skeleton.joint_names[bones[apart.argmax()]]
+            raise ValueError(f"the bone of {name!r} misses the mirror image of its partner by {apart.max():.0f}°")
     return found
 
 
 def _find_carried(skeleton: Skeleton, directions: np.ndarray) -> dict[int, list[int]]:
-    """Return the bones with a direction that rotate with the root and with each joint that has dofs."""
+    """The bones with a direction that rotate with the root and with each joint that has dofs."""
     mover = {ROOT: ROOT}
     carried: dict[int, list[int]] = {ROOT: []}
     for j, bone in enumerate(skeleton.bones):
@@ -219,9 +189,9 @@ def _find_carried(skeleton: Skeleton, directions: np.ndarray) -> dict[int, list[
 
 
 def _fit(start: np.ndarray, end: np.ndarray, expected: np.ndarray, in_the_middle: bool) -> np.ndarray:
-    """Return the reflection that takes directions (n, 3) to others; where they leave it open, near to what is expected.
+    """The reflection that takes directions (n, 3) to others; if ambiguous, the one nearest to the expected one.
 
-    That of a joint in the middle is its own inverse.
+    For a joint in the middle it is its own inverse.
     """
     if len(start):
         u, values, vh = np.linalg.svd(end.T @ start)

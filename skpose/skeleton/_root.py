@@ -1,27 +1,23 @@
-"""The orientation of the root: as numbers of a motion, and as a joint, so that it is a part of the poses."""
+"""The orientation of the root, as numbers of a motion and as a joint of the poses."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.motions import check_up
-from skpose.skeleton._bone import BALL, Bone
+from skpose.skeleton._bone import BALL, Bone, with_columns
 from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rotations import columns_of, fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
-EXACT = 1e-9  # rad, by which angles about fewer than three axes may miss an orientation
+EXACT = 1e-9  # rad, tolerance of angles about fewer than three axes
 
 
 def root_parts(
     root_angles: np.ndarray, root_axes: str, part: str, up: str, stand: Rotation
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return the rotation vectors (n, 3) of a part of the root's orientation, the angles that are left, their axes.
+    """Split the root's orientation into rotation vectors (n, 3) of a part of it, the remaining angles, and their axes.
 
-    `stand` is the orientation in which a person stands and faces where the heading is zero.
+    `stand` is the orientation in which a person stands with heading zero.
     """
-    if part not in ("tilt", "whole"):
-        raise ValueError(f'part must be "tilt" or "whole", got {part!r}')
-    check_up(up)
     axes = up if part == "tilt" else root_axes
     left, vectors = np.zeros((len(root_angles), len(axes))), np.zeros((len(root_angles), 3))
     if len(root_angles):
@@ -34,27 +30,24 @@ def root_parts(
 
 
 def root_orientations(angles: np.ndarray, axes: str) -> Rotation:
-    """Return the orientations (n,) of the root from its angles (n, k) about k axes."""
+    """The orientations (n,) of the root from its angles (n, k) about k axes."""
     if not axes:
         return Rotation.identity(len(angles))
     return Rotation.from_euler(axes, angles)
 
 
 def root_angles_of(orientations: Rotation, near: np.ndarray, axes: str) -> tuple[np.ndarray, str]:
-    """Return the orientations as angles about the axes, near to others, or about "xyz" if the axes are not three."""
+    """The orientations as angles about the axes, near to others, or about "xyz" if the axes are not three."""
     if sorted(axes.lower()) != ["x", "y", "z"]:
         axes, near = "xyz", np.zeros(3)
     return columns_of(Bone("root", None, (0.0, 0.0, 0.0), axes), orientations, near), axes
 
 
 def continuous_root_angles(orientations: Rotation, axes: str) -> tuple[np.ndarray, str]:
-    """Return orientations (n,) over time as angles (n, k), and the axes: the given ones, or "xyz" where these miss."""
+    """Orientations (n,) over time as angles (n, k) about the axes, or about "xyz" if these cannot represent them."""
     bone = Bone("root", None, (0.0, 0.0, 0.0), axes)
     if len(axes) < 3:
-        if not axes:
-            columns, missed = np.zeros((len(orientations), 0)), orientations.magnitude()
-        else:
-            columns, missed = fit_columns(bone, orientations)
+        columns, missed = fit_columns(bone, orientations)
         if not (missed > EXACT).any():
             return np.unwrap(columns, axis=0), axes
         bone = bone._replace(dofs="xyz")
@@ -62,10 +55,10 @@ def continuous_root_angles(orientations: Rotation, axes: str) -> tuple[np.ndarra
 
 
 def heading(orientations: Rotation, up: str) -> np.ndarray:
-    """Return the angles (n,) in [−π, π] of the twist about an axis of the world.
+    """The angles (n,) in [−π, π] of the twist about an axis of the world.
 
     An orientation R is twist · tilt: the tilt, a rotation about a horizontal axis, is the same for all orientations
-    that differ by a rotation of the world about its vertical. Upside down there is no heading: it is zero.
+    that differ by a rotation of the world about its vertical. Upside down the heading is zero.
     """
     quaternions = orientations.as_quat()
     twist = 2.0 * np.arctan2(quaternions[:, "xyz".index(up)], quaternions[:, 3])
@@ -73,7 +66,7 @@ def heading(orientations: Rotation, up: str) -> np.ndarray:
 
 
 def with_root_joint(skeleton: Skeleton) -> Skeleton:
-    """Return the skeleton with a ball joint at the root, of length zero, that is the parent of the root's children."""
+    """Add a ball joint of length zero at the root, as the parent of the root's children."""
     name = "root"
     while name in skeleton.joint_names:
         name += "_"
@@ -82,21 +75,17 @@ def with_root_joint(skeleton: Skeleton) -> Skeleton:
 
 
 def find_root_joint(skeleton: Skeleton) -> str:
-    """Return the name of a joint at the root, of length zero and with three dofs, that carries all others, or ""."""
+    """The name of a joint at the root, of length zero and with three dofs, that carries all others, or ""."""
     first, *more = [bone for bone in skeleton.bones if bone.parent is None]
     is_root_joint = not more and first.n_dofs == 3 and not np.any(first.offset) and len(skeleton.bones) > 1
     return first.name if is_root_joint else ""
 
 
 def without_root_joint(skeleton: Skeleton) -> tuple[Skeleton, np.ndarray]:
-    """Return the skeleton without its joint at the root, and which columns are left."""
+    """The skeleton without its joint at the root, and the remaining columns."""
     name = find_root_joint(skeleton)
     if not name:
-        at_root = ", ".join(bone.name for bone in skeleton.bones if bone.parent is None)
-        raise ValueError(
-            "without_root needs a motion of with_root, whose skeleton has one joint of length zero at the root, with "
-            f"three dofs, that carries all others; at the root of this one are {at_root}"
-        )
+        raise ValueError("without_root needs a motion of with_root, whose first joint carries all others")
     bones = [
         bone._replace(parent=None if bone.parent == name else bone.parent)
         for bone in skeleton.bones
@@ -107,8 +96,8 @@ def without_root_joint(skeleton: Skeleton) -> tuple[Skeleton, np.ndarray]:
 
 
 def root_joint_orientations(skeleton: Skeleton, poses: np.ndarray) -> Rotation:
-    """Return the orientations (n,) of the joint at the root, relative to the root."""
-    i = skeleton.joint_names.index(find_root_joint(skeleton))
-    bone, first = skeleton.bones[i], sum(bone.n_dofs for bone in skeleton.bones[:i])
-    rotations = rotations_of(bone, poses[:, first : first + 3])
-    return Rotation.from_matrix(skeleton.rest_rotations[i]) * rotations
+    """The orientations (n,) of the joint at the root, relative to the root."""
+    name = find_root_joint(skeleton)
+    bone, columns = next(one for one in with_columns(skeleton.bones) if one[0].name == name)
+    rest = skeleton.rest_rotations[skeleton.joint_names.index(name)]
+    return Rotation.from_matrix(rest) * rotations_of(bone, poses[:, columns])

@@ -1,4 +1,4 @@
-"""Poses from and to rotations as quaternions, matrices, six numbers or rotation vectors."""
+"""Conversion of poses from and to quaternions, matrices, six numbers or rotation vectors."""
 
 from collections.abc import Callable
 from typing import Literal, NamedTuple, get_args
@@ -7,10 +7,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._typing import ArrayLike
+from skpose._validation.options import check_choice
 from skpose._validation.poses import check_is_array, check_poses
 from skpose._validation.skeletons import check_skeleton
 from skpose._validation.units import warn_of_degrees
-from skpose.skeleton._bone import Bone
+from skpose.skeleton._bone import Bone, with_columns
 from skpose.skeleton._rotations import fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
@@ -19,34 +20,33 @@ TOLERANCE = 1e-3  # of lengths, of products of columns, and of hinges' angles, r
 
 
 def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: RotationForm) -> np.ndarray:
-    """Return poses from rotations of the joints in another form.
+    """Convert rotations of the joints in another form to poses.
 
     Parameters
     ----------
     rotations : array-like of shape (n_poses, n_rotating_joints, ...)
         The rotation of each joint that has dofs, in the order of the skeleton's bones:
         ``[bone.name for bone in skeleton.bones if bone.dofs]``. A rotation takes the joint's axes from those at angle
-        zero to those of the pose. The constant `rest_rotation` of a bone comes before it and is not a part of it.
+        zero to the pose. It excludes the constant `rest_rotation` of the bone.
     skeleton : Skeleton
         The skeleton of the poses.
     form : {"quaternion_wxyz", "quaternion_xyzw", "matrix", "6d", "rotvec"}
-        What the last axes are. Unit quaternions of shape (4,), real part first or last: q and −q are one rotation.
+        Meaning of the last axes. Unit quaternions of shape (4,), real part first or last: q and −q are one rotation.
         "matrix": rotation matrices, (3, 3). "6d": the first column of the matrix, then the second, (6,), as networks
-        predict them; made orthonormal by Gram and Schmidt's method, so that these need not be exact. "rotvec": axis
-        times angle, rad, (3,).
+        predict them; they are made orthonormal by the Gram-Schmidt method. "rotvec": axis times angle, rad, (3,).
 
     Returns
     -------
     ndarray of shape (n_poses, n_dofs)
-        Columns ``skeleton.dof_names``, rad. Of the numbers that are one rotation, those nearest to zero;
-        `Motion.unwrap` makes them continuous in time.
+        Columns ``skeleton.dof_names``, rad. Among equivalent numbers, those nearest to zero; `Motion.unwrap` makes
+        them continuous in time.
 
     Raises
     ------
     ValueError
-        For an unknown form, another shape, numbers that are not finite, quaternions that are not of length one and
-        matrices that are no rotations (by more than 0.001), two columns of "6d" along one line; and for a joint with
-        one or two dofs whose rotation is not about its axes, by more than 0.001 rad. The message names joint and pose.
+        For an unknown form, another shape, numbers that are not finite, quaternions and matrices that are off by more
+        than 0.001, two parallel columns of "6d"; and for a joint with one or two dofs whose rotation misses its axes by
+        more than 0.001 rad. The message names joint and pose.
 
     See Also
     --------
@@ -66,37 +66,24 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
     >>> poses_from_rotations([[half, quarter]], arm, form="quaternion_wxyz").round(3)
     array([[3.142, 0.   , 0.   , 1.571]])
     """
-    bones = _bones_with_dofs(skeleton)
-    shape = _form_of(form).shape
+    bones, form_of = _bones_with_dofs(skeleton), _form_of(form)
     array = np.array(rotations, dtype=np.float64)  # a copy: see `rotations_of`
-    if array.ndim != 2 + len(shape) or array.shape[1:] != (len(bones), *shape):
-        sizes = ", ".join(map(str, ("n_poses", len(bones), *shape)))
-        raise ValueError(
-            f"rotations must have shape ({sizes}) for form {form!r}: {len(bones)} joints of the skeleton have dofs; "
-            f"got {array.shape}"
-        )
+    expected = (len(bones), *form_of.shape)
+    if array.shape[1:] != expected:
+        raise ValueError(f"rotations must have shape (n_poses, {str(expected)[1:]} for {form!r}, got {array.shape}")
     if not len(array):
         return np.zeros((0, skeleton.n_dofs))
-    infinite = ~np.isfinite(array).reshape(len(array) * len(bones), -1)
-    _refuse(array, np.asarray(infinite.any(axis=1)), bones, "must be finite numbers")
-    flat = _form_of(form).read(array.reshape(-1, *shape), lambda bad, expected: _refuse(array, bad, bones, expected))
-    columns = []
-    for i, bone in enumerate(bones):
-        fitted, missed = fit_columns(bone, flat[i :: len(bones)])
-        worst = missed.argmax()
-        if missed[worst] > TOLERANCE:
-            about = " and ".join(bone.dofs.lower()) if bone.axis is None else str(bone.axis)
-            remedy = 'a joint with dofs="rotvec"' if bone.n_dofs == 1 else "skeleton.to_rotvec()"
-            raise ValueError(
-                f"rotations[{worst}, {i}], of joint {bone.name!r}, must be about {about}, the joint's axes, and misses "
-                f"these by {np.degrees(missed[worst]):.3g}°; {remedy} takes any rotation"
-            )
-        columns.append(fitted)
+    infinite = ~np.isfinite(array.reshape(len(array) * len(bones), -1))
+    _refuse(np.asarray(infinite.any(axis=1)), bones, "must be finite numbers")
+    flat = form_of.read(array.reshape(-1, *form_of.shape), lambda bad, expected: _refuse(bad, bones, expected))
+    columns, missed = zip(*(fit_columns(bone, flat[i :: len(bones)]) for i, bone in enumerate(bones)), strict=True)
+    bad = np.stack(missed, axis=1).ravel() > TOLERANCE
+    _refuse(bad, bones, 'must be about the axes of its dofs; dofs="rotvec" takes any rotation')
     return np.concatenate(columns, axis=1)
 
 
 def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm) -> np.ndarray:
-    """Return the rotations of the joints in another form.
+    """Convert poses to rotations of the joints in another form.
 
     Parameters
     ----------
@@ -130,32 +117,30 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
     array([[[ 1.,  0.,  0.,  0.,  1.,  0.],
             [ 0.,  1.,  0., -1.,  0.,  0.]]])
     """
-    known = _form_of(form)
+    form_of = _form_of(form)
     check_is_array(X, "X")
-    bones = _bones_with_dofs(skeleton)
+    _bones_with_dofs(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
-    joints, first = [], 0
-    for bone in bones:
-        joints.append(known.write(rotations_of(bone, X[:, first : first + bone.n_dofs])))
-        first += bone.n_dofs
+    joints = [
+        form_of.write(rotations_of(bone, X[:, columns])) for bone, columns in with_columns(skeleton.bones) if bone.dofs
+    ]
     return np.stack(joints, axis=1)
 
 
-Refuse = Callable[[np.ndarray, str], None]  # called with whether each rotation is bad, and what is expected
+Refuse = Callable[[np.ndarray, str], None]  # called with which rotations are bad, and what is expected
 
 
 class _Form(NamedTuple):
-    """A form of rotations: the shape of one, how many are read, and how they are written."""
+    """A form of rotations."""
 
-    shape: tuple[int, ...]
+    shape: tuple[int, ...]  # of one rotation
     read: Callable[[np.ndarray, Refuse], Rotation]
     write: Callable[[Rotation], np.ndarray]
 
 
 def _from_quaternions(numbers: np.ndarray, refuse: Refuse) -> Rotation:
-    length = np.linalg.norm(numbers, axis=1)
-    refuse(np.abs(length - 1.0) > TOLERANCE, "must be a quaternion of length one")
+    refuse(np.abs(np.linalg.norm(numbers, axis=1) - 1.0) > TOLERANCE, "must be a quaternion of length one")
     return Rotation.from_quat(numbers)
 
 
@@ -169,8 +154,7 @@ def _from_columns(numbers: np.ndarray, refuse: Refuse) -> Rotation:
     first, second = numbers[:, :3], numbers[:, 3:]
     normal = np.cross(first, second)
     lengths = [np.linalg.norm(vectors, axis=1) for vectors in (first, second, normal)]
-    expected = "must be two columns of a rotation matrix, which are not zero and not along one line"
-    refuse(lengths[2] <= TOLERANCE * lengths[0] * lengths[1], expected)
+    refuse(lengths[2] <= TOLERANCE * lengths[0] * lengths[1], "must be two columns of a rotation matrix")
     x, z = first / lengths[0][:, None], normal / lengths[2][:, None]
     return Rotation.from_matrix(np.stack([x, np.cross(z, x), z], axis=2))
 
@@ -191,23 +175,21 @@ FORMS = {
 
 
 def _form_of(form: str) -> _Form:
-    if not isinstance(form, str) or form not in FORMS:
-        raise ValueError(f"form must be one of {', '.join(map(repr, get_args(RotationForm)))}, got {form!r}")
+    check_choice("form", form, get_args(RotationForm))
     return FORMS[form]
 
 
 def _bones_with_dofs(skeleton: Skeleton) -> list[Bone]:
-    """Return the bones whose joints have dofs; refuse slides, which no rotation shows."""
+    """The bones whose joints rotate; refuse slides, which rotations cannot represent."""
     check_skeleton(skeleton)
     slides = [bone.name for bone in skeleton.bones if bone.is_slide]
     if slides:
-        raise ValueError(f"rotations do not show how far the joint {slides[0]!r} slides: it has no form as rotations")
+        raise ValueError(f"joint {slides[0]!r} slides, which rotations cannot represent")
     return [bone for bone in skeleton.bones if bone.dofs]
 
 
-def _refuse(rotations: np.ndarray, bad: np.ndarray, bones: list[Bone], expected: str) -> None:
-    """Raise a ValueError for the first bad rotation."""
+def _refuse(bad: np.ndarray, bones: list[Bone], expected: str) -> None:
+    """Refuse the first bad rotation, of (n_poses * n_bones,) of bool."""
     if bad.any():
         pose, joint = np.argwhere(bad.reshape(-1, len(bones)))[0]
-        given = np.array2string(rotations[pose, joint], precision=6, separator=", ").replace("\n", "")
-        raise ValueError(f"rotations[{pose}, {joint}], of joint {bones[joint].name!r}, {expected}, got {given}")
+        raise ValueError(f"rotations[{pose}, {joint}], of joint {bones[joint].name!r}, {expected}")

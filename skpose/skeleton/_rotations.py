@@ -6,12 +6,12 @@ from scipy.spatial.transform import Rotation
 from skpose.skeleton._bone import Bone, axes_of
 
 TWO_PI = 2.0 * np.pi
-NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
+NO_TURN = 1e-12  # rad; smaller rotations are rounding and lack an axis
 LOCKED = 1e-14  # cosine of the middle angle below which two Euler axes are one; larger, it would change rotations
 
 
 def rotations_of(bone: Bone, columns: np.ndarray) -> Rotation:
-    """Return the rotations (n,) of a joint from its columns (n, n_dofs), without the rest rotation; of a slide none."""
+    """The rotations (n,) of a joint from its columns (n, n_dofs), without the rest rotation; slides do not rotate."""
     columns = columns.copy()  # the first scipy that is supported refuses read-only arrays
     if bone.is_ball:
         return Rotation.from_rotvec(columns)
@@ -23,9 +23,9 @@ def rotations_of(bone: Bone, columns: np.ndarray) -> Rotation:
 
 
 def columns_of(bone: Bone, rotations: Rotation, near: np.ndarray) -> np.ndarray:
-    """Return the columns (n, 3) of a joint with three dofs.
+    """The columns (n, 3) of a joint with three dofs.
 
-    Of the numbers that are one rotation, they are those nearest to others, of shape (n, 3) or (3,).
+    Among equivalent numbers, those nearest to others, of shape (n, 3) or (3,).
     """
     if bone.is_ball:
         return nearest_vectors(rotations.as_rotvec(), near)
@@ -34,12 +34,14 @@ def columns_of(bone: Bone, rotations: Rotation, near: np.ndarray) -> np.ndarray:
 
 
 def fit_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray]:
-    """Return the columns (n, n_dofs) of a joint that give rotations, and the angles (n,), rad, by which they miss.
+    """The columns (n, n_dofs) of a joint that best give rotations, and the remaining angles (n,), rad.
 
-    A joint with three dofs misses none. One with fewer comes near: a hinge as near as it can.
+    A joint with three dofs takes any rotation; a hinge comes as near as it can.
     """
     if bone.n_dofs == 3:
         return columns_of(bone, rotations, np.zeros(3)), np.zeros(len(rotations))
+    if bone.n_dofs == 0:
+        return np.zeros((len(rotations), 0)), rotations.magnitude()
     axes = axes_of(bone)
     if bone.n_dofs == 1:
         quaternions = rotations.as_quat(canonical=True)
@@ -55,7 +57,7 @@ def fit_columns(bone: Bone, rotations: Rotation) -> tuple[np.ndarray, np.ndarray
 
 
 def euler_angles(order: str, rotations: Rotation) -> np.ndarray:
-    """Return Euler triples (n, 3) about three different axes, the middle angle in [−π/2, π/2].
+    """Euler triples (n, 3) about three different axes, the middle angle in [−π/2, π/2].
 
     scipy's `as_euler` sets an angle to zero within 1e-7 rad of gimbal lock, which moves the rotation by as much. These
     are exact there too: E. Bernardes, S. Viollet, "Quaternion to Euler angles conversion: A direct, general and
@@ -73,7 +75,7 @@ def euler_angles(order: str, rotations: Rotation) -> np.ndarray:
 
 
 def resolve_gimbal_lock(order: str, angles: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return Euler triples (n, 3), those in gimbal lock replaced by those of the same rotation nearest to others.
+    """Euler triples (n, 3), with gimbal lock resolved by the triples of the same rotation nearest to others.
 
     In gimbal lock the first and the third axis are one line, so that only the sum of these angles, or their difference,
     is defined.
@@ -93,7 +95,7 @@ def nearest_vectors(vectors: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Add whole turns to rotation vectors (n, 3), so that they come nearest to others."""
     size = np.linalg.norm(vectors, axis=-1, keepdims=True)
     near_size = np.linalg.norm(near, axis=-1, keepdims=True)
-    # A rotation by 2π is none, about any axis: then the axis is that of the others, not that of what rounding left.
+    # A rotation by zero has any axis: it takes the axis of the others rather than one left by rounding.
     turned = size > NO_TURN
     axis = np.where(turned, vectors / np.where(turned, size, 1.0), near / np.where(near_size > 0, near_size, 1))
     turns = np.rint(((axis * near).sum(axis=-1, keepdims=True) - size) / TWO_PI)
@@ -101,7 +103,7 @@ def nearest_vectors(vectors: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 def nearest_angles(angles: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return those Euler triples (n, 3) of the same rotations that are nearest to others.
+    """Euler triples (n, 3) of the same rotations nearest to others.
 
     About three different axes, (a, b, c) and (a + π, π − b, c + π) are one rotation.
     """
@@ -112,12 +114,12 @@ def nearest_angles(angles: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 def twin(angles: np.ndarray) -> np.ndarray:
-    """Return the other Euler triples (n, 3) of the same rotations."""
+    """The other Euler triples (n, 3) of the same rotations."""
     return angles * [1.0, -1.0, 1.0] + np.pi
 
 
 def squared_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the squared differences of angles (n, 3), each wrapped to [−π, π], summed to (n,)."""
+    """The squared differences of angles (n, 3), each wrapped to [−π, π], summed to (n,)."""
     return np.square(_wrap(a - b)).sum(axis=-1)
 
 
@@ -126,6 +128,6 @@ def _wrap(angles: np.ndarray) -> np.ndarray:
 
 
 def _parity(order: str) -> int:
-    """Return 1 if the extrinsic order of the axes is right-handed, otherwise −1."""
+    """1 if the extrinsic order of the axes is right-handed, otherwise −1."""
     extrinsic = order if order.islower() else order[::-1].lower()
     return 1 if extrinsic in "xyzxy" else -1

@@ -1,4 +1,4 @@
-"""Frames of a motion by their numbers: some of them, and those at another rate."""
+"""Selection and resampling of frames by their numbers."""
 
 from collections.abc import Sequence
 from operator import index
@@ -8,35 +8,22 @@ import numpy as np
 
 
 def choose_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -> tuple[slice, int, np.ndarray]:
-    """Return the rows of a frame or of a slice, how many frames they are apart, and their new numbers."""
-    n = len(frame_numbers)
-    step = 1
+    """The rows of a frame or a slice, the step between them, and their new numbers."""
+    n, step = len(frame_numbers), 1
     if isinstance(frames, slice):
         step = abs(frames.indices(n)[2])
     else:
-        try:
-            frame = index("" if isinstance(frames, bool) else frames)  # type: ignore[arg-type]
-        except TypeError:
-            raise TypeError(
-                "a motion is indexed by a frame or by a slice, such as motion[10:50]: frames of a mask or an array "
-                "are not evenly spaced in time; motion.angles[...] selects poses"
-            ) from None
-        if not -n <= frame < n:
-            raise IndexError(f"the motion has {n} frames, and no frame {frame}")
-        frame %= n
+        frame = range(n)[index(frames)]
         frames = slice(frame, frame + 1)
     numbers = frame_numbers[frames]
     numbers = np.abs(numbers - numbers[:1])
     if (numbers % step).any():
-        raise ValueError(
-            f"every frame out of {step} is no motion, as frames are missing between them: use resample, or slices "
-            "of the frames that follow each other, see frame_numbers"
-        )
+        raise ValueError(f"frames are missing, so every {step}th is not evenly spaced: use resample")
     return frames, step, numbers // step
 
 
 def resample_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows, which need not be whole, of the frames at a new rate, and their numbers."""
+    """The rows, not necessarily whole, of the frames at a new rate, and their numbers."""
     step = old_rate / frame_rate
     # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
     first, last = (numbers[0], numbers[-1]) if len(numbers) else (0, -1)
@@ -51,20 +38,17 @@ def resample_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> 
 
 
 def check_seen(seen: Any, shape: tuple[int, int]) -> np.ndarray | None:
-    """Return which joints were seen in which frame, an array of this shape; None where poses were not fitted."""
+    """The joints seen in each frame, an array of this shape; None if poses were not fitted to positions."""
     if seen is None:
         return None
     array = np.asarray(seen)
     if array.dtype != bool or array.shape not in ((), shape):
-        raise ValueError(
-            f"seen must be True, None or an array of bool of shape {shape}, frames and joints, got {array.dtype} of "
-            f"shape {array.shape}"
-        )
+        raise ValueError(f"seen must be True, None or bool of shape {shape}, got {array.dtype} of shape {array.shape}")
     return np.broadcast_to(array, shape).copy()
 
 
 def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.ndarray | None:
-    """Return what was seen in motions one after another; None where none was fitted, and else a recording shows all."""
+    """The joints seen in consecutive motions: all in recordings of rotations; None if there are only such."""
     widths = [part.shape[1] for part in parts if part is not None]
     if not widths:
         return None
@@ -73,12 +57,12 @@ def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.
 
 
 def seen_between(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return which joints are seen at rows that need not be whole: those that are in both frames next to each."""
+    """The joints seen at rows that need not be whole: in both frames next to each."""
     return seen[np.floor(rows).astype(int)] & seen[np.ceil(rows).astype(int)]
 
 
 def seen_of(seen: np.ndarray | None, names: Sequence[str], joint_names: Sequence[str]) -> np.ndarray | None:
-    """Return the columns of some joints; what has no column, such as a root that has become a joint, was not seen."""
+    """The columns of some joints; joints without a column, such as a root that became a joint, were not seen."""
     if seen is None:
         return None
     columns, nowhere = dict(zip(names, seen.T, strict=True)), np.zeros(len(seen), bool)

@@ -1,4 +1,4 @@
-"""Parts of a skeleton: the bones of some of its joints, and of those that carry them."""
+"""Parts of a skeleton: the bones of some joints, with those between them and the root."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ from skpose.skeleton._bone import Bone
 def select_bones(
     skeleton: SkeletonLike, joints: str | Iterable[str] | None, drop: str | Iterable[str]
 ) -> tuple[Bone, ...]:
-    """Return the bones of some joints, and of those that carry them, see `Skeleton.select`."""
+    """The bones of some joints, with those between them and the root, see `Skeleton.select`."""
     kept = set(skeleton.joint_names) if joints is None else set(check_joints(skeleton, joints, "joints"))
     dropped = set(check_joints(skeleton, drop, "drop"))
     for bone in skeleton.bones:
@@ -18,13 +18,12 @@ def select_bones(
             dropped.add(bone.name)
     bones = with_carriers(skeleton, kept - dropped)
     if not any(bone.dofs for bone in bones):
-        names = ", ".join(repr(bone.name) for bone in bones) or "no joint"
-        raise ValueError(f"a selection must leave at least one joint with dofs, but it leaves {names}")
+        raise ValueError(f"a selection must keep a joint with dofs, but it keeps {[bone.name for bone in bones]}")
     return bones
 
 
 def with_carriers(skeleton: SkeletonLike, names: Iterable[str]) -> tuple[Bone, ...]:
-    """Return the bones of these joints, and of all joints between them and the root."""
+    """The bones of these joints and of all joints between them and the root."""
     kept: set[str | None] = set(names)
     for bone in reversed(skeleton.bones):
         if bone.name in kept:
@@ -33,11 +32,10 @@ def with_carriers(skeleton: SkeletonLike, names: Iterable[str]) -> tuple[Bone, .
 
 
 def check_joints(skeleton: SkeletonLike, names: str | Iterable[str], parameter: str) -> list[str]:
-    """Return names of joints as a list, or refuse one that is none."""
+    """Names of joints as a list; refuse unknown ones."""
     listed = [names] if isinstance(names, str) else list(names)
     for name in listed:
         if name not in skeleton.joint_names:
-            raise ValueError(
-                f"{parameter} names {name!r}, which no joint has: {near_names(skeleton.joint_names, str(name))}"
-            )
+            near = near_names(skeleton.joint_names, str(name))
+            raise ValueError(f"{parameter} has {name!r}, which is not a joint: {near}")
     return listed

@@ -1,6 +1,6 @@
 """Names of `skpose.skeleton` that the other packages of skpose use, in addition to the public ones."""
 
-from skpose.skeleton._bone import BALL, HINGE, SLIDE, are_slides, axes_of, is_axes
+from skpose.skeleton._bone import BALL, HINGE, SLIDE, are_slides, axes_of, is_axes, with_columns
 from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE, check_comparable, check_rest_poses, mismatch
 from skpose.skeleton._continuity import continuous_columns, continuous_triples, remove_jumps
@@ -22,8 +22,7 @@ from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._sampling import join_seen, seen_of
 from skpose.skeleton._selection import with_carriers
 from skpose.skeleton._sides import others, partners, sides, split_sides, without_side
-from skpose.skeleton._stance import HIGH, LOW
-from skpose.skeleton._upright import complaint_of_up, describe_up, find_up
+from skpose.skeleton._upright import HIGH, LOW, complaint_of_up, describe_up, find_up
 
 __all__ = [
     "BALL",
@@ -76,6 +75,7 @@ __all__ = [
     "steps_from",
     "straight_line",
     "with_carriers",
+    "with_columns",
     "with_root_joint",
     "without_side",
 ]

@@ -1,5 +1,6 @@
 """The skeleton: a tree of bones of fixed length, and the degrees of freedom (dofs) of its joints."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +11,9 @@ import numpy as np
 
 from skpose._typing import ArrayLike
 from skpose._validation.names import near_names
-from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone
+from skpose._validation.options import check_choice
+from skpose._validation.skeletons import check_skeleton
+from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
 from skpose.skeleton._comparison import check_comparable
 from skpose.skeleton._html import columns_of_bones, foldable_table
 from skpose.skeleton._selection import select_bones
@@ -19,17 +22,17 @@ from skpose.skeleton._weights import joint_weights, weight_bones
 
 @dataclass(frozen=True, repr=False)
 class Skeleton:
-    """A tree of bones of fixed length whose joints rotate about given axes.
+    """A tree of bones of fixed length.
 
     The root is the point to which the first bones are attached. It stays at the origin, unrotated, and is not counted
-    among the joints. A skeleton is immutable; equal bones make equal skeletons. It is a mapping of names to bones:
-    ``skeleton["left_hand"]``, ``"left_hand" in skeleton``, ``len(skeleton)``, ``list(skeleton)``.
+    among the joints. A skeleton is immutable; skeletons with equal bones are equal. It works as a mapping of names to
+    bones: ``skeleton["left_hand"]``, ``"left_hand" in skeleton``, ``len(skeleton)``, ``list(skeleton)``.
 
     Parameters
     ----------
     bones : iterable of Bone
-        The bones, in any order; plain tuples of the fields of `Bone`, in their order, are accepted.
-        They are kept in the given order, except that a parent comes before its children.
+        The bones, or plain tuples of the fields of `Bone`. They keep their order, except that parents come before their
+        children.
     offset_frame : {"own", "parent"}, default="own"
         Axes in which the offsets are given. "own": a joint's dofs rotate the bone that *ends* at it (ASF). "parent":
         they rotate the bones that *start* at it (BVH).
@@ -39,7 +42,7 @@ class Skeleton:
     joint_names : tuple of str
         Names of the joints, without the root.
     dof_names : tuple of str
-        One name for each column of an array of poses, such as "lfemur_rx"; columns are in rad, those of slides in m.
+        One name for each column of an array of poses, such as "lfemur_rx"; columns are in rad, slides in m.
     parents : ndarray of shape (n_joints,)
         Index of each joint's parent, -1 for the root; a parent comes before its children.
     offsets : ndarray of shape (n_joints, 3)
@@ -47,17 +50,17 @@ class Skeleton:
     rest_rotations : ndarray of shape (n_joints, 3, 3)
         The joints' constant rotations.
     limits : ndarray of shape (n_dofs, 2) or None
-        Range of each dof, rad or m, infinite where a bone has none; None where no bone has any.
+        Range of each dof, rad or m, infinite without limits; None if no bone has limits.
     weights : ndarray of shape (n_joints,)
-        How much each joint counts in distances, see `with_weights`.
+        Weight of each joint in distances, see `with_weights`.
     n_joints, n_dofs : int
         Numbers of joints and of dofs.
 
     Raises
     ------
     ValueError
-        For a cycle, an unknown parent, a name given twice, a number that is not finite, axes or limits that do not
-        fit; the message names the bone.
+        For a cycle, an unknown parent, a duplicate name, a number that is not finite, axes or limits that do not fit;
+        the message names the bone.
 
     See Also
     --------
@@ -88,17 +91,18 @@ class Skeleton:
         def __init__(self, bones: Iterable[Bone | tuple], offset_frame: Literal["own", "parent"] = "own") -> None: ...
 
     def __post_init__(self) -> None:
-        if self.offset_frame not in ("own", "parent"):
-            raise ValueError(f'offset_frame must be "own" or "parent", got {self.offset_frame!r}')
+        check_choice("offset_frame", self.offset_frame, ("own", "parent"))
         bones = _in_tree_order([check_bone(Bone(*bone)) for bone in self.bones])
         if not any(bone.dofs for bone in bones):
-            raise ValueError("a skeleton needs at least one degree of freedom, but no bone has any dofs")
+            raise ValueError("a skeleton needs at least one bone with dofs")
         object.__setattr__(self, "bones", bones)
-        _check_dof_names(self.dof_names)
+        for name, n in Counter(self.dof_names).items():
+            if n > 1:
+                raise ValueError(f"two dofs have the name {name!r}, see dof_name of Bone")
 
     @classmethod
     def chain(cls, n: int) -> "Skeleton":
-        """Return a planar arm: n bones of 1 m, each rotating about z at its near end.
+        """Make a planar arm: n bones of 1 m, each rotating about z at its near end.
 
         Parameters
         ----------
@@ -121,7 +125,7 @@ class Skeleton:
 
     @classmethod
     def mean(cls, skeletons: Iterable["Skeleton"]) -> "Skeleton":
-        """Return the bone-wise mean: one skeleton on which the poses of several people can be compared.
+        """Average skeletons bone by bone, to compare the poses of several people on one skeleton.
 
         Each bone gets the mean length and the mean direction of all bones of its name, the (chordal) mean of their
         rest rotations, and the widest of their limits.
@@ -139,35 +143,29 @@ class Skeleton:
         Raises
         ------
         ValueError
-            If the skeletons differ in more than lengths, directions and limits (such as weights), or if the directions
-            of a bone at angle zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an
-            A-pose; the message names the joint. `skpose.kinematics.retarget` converts motions to one rest pose.
+            If the skeletons differ in more than lengths, directions and limits, or if the directions of a bone at angle
+            zero, or two rest rotations of a joint, are more than 45° apart, as in a T-pose and an A-pose.
+            `skpose.kinematics.retarget` converts motions to one rest pose.
         """
         skeletons = list(skeletons)
         if not skeletons:
             raise ValueError("the mean skeleton needs at least one skeleton, got none")
-        for i, one in enumerate(skeletons):
-            if not isinstance(one, Skeleton):
-                raise TypeError(f"skeletons[{i}] must be a skpose.Skeleton, got {type(one).__name__}")
-        first = skeletons[0]
-        remedy = (
-            "Convert the motions to one rest pose first: "
-            'skpose.kinematics.retarget(motion, skeletons[0], method="orientations")'
-        )
-        other_rig = 'skpose.kinematics.retarget(motion, skeletons[0], method="auto") converts motions of different rigs'
-        check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy, other_rig)
-        by_name = [{bone.name: bone for bone in skeleton.bones} for skeleton in skeletons]
-        return cls((mean_bone([bones[name] for bones in by_name]) for name in first.joint_names), first.offset_frame)
+        for one in skeletons:
+            check_skeleton(one)
+        remedy = "skpose.kinematics.retarget(motion, skeletons[0]) converts motions"
+        check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy, remedy)
+        first, frame = skeletons[0], skeletons[0].offset_frame
+        return cls((mean_bone([skeleton[name] for skeleton in skeletons]) for name in first.joint_names), frame)
 
     def to_rotvec(self) -> "Skeleton":
-        """Return the skeleton with every joint of two or three Euler dofs as a ball joint.
+        """Replace joints of two or three Euler dofs by ball joints.
 
-        Hinges stay, and rigid joints. A ball joint has no limits: those of the joints that change are dropped.
+        Hinges and rigid joints stay. Ball joints have no limits, so limits of the replaced joints are dropped.
 
         Returns
         -------
         Skeleton
-            With the same bones otherwise; `Motion.to_rotvec` turns poses into its poses.
+            With the same bones otherwise; `Motion.to_rotvec` converts poses.
 
         Examples
         --------
@@ -180,7 +178,7 @@ class Skeleton:
         return Skeleton(bones, self.offset_frame)
 
     def to_euler(self, order: str) -> "Skeleton":
-        """Return the skeleton with every ball joint as a joint with three Euler dofs.
+        """Replace ball joints by joints with three Euler dofs.
 
         Parameters
         ----------
@@ -190,7 +188,7 @@ class Skeleton:
         Returns
         -------
         Skeleton
-            With the same bones otherwise; `Motion.to_euler` turns poses into its poses.
+            With the same bones otherwise; `Motion.to_euler` converts poses.
 
         Raises
         ------
@@ -204,25 +202,18 @@ class Skeleton:
         ('elbow_rz', 'elbow_rx', 'elbow_ry')
         """
         if not is_axes(order) or len(order) != 3:
-            raise ValueError(
-                f'order must be three different letters in one case, such as "xyz" or "ZXY", got {order!r}'
-            )
+            raise ValueError(f'order must be three different letters, such as "xyz" or "ZXY", got {order!r}')
         return Skeleton((b._replace(dofs=order) if b.is_ball else b for b in self.bones), self.offset_frame)
 
     def __getitem__(self, name: str) -> Bone:
-        """Return the bone that ends at the joint of a name: ``skeleton["left_hand"]``."""
-        if not isinstance(name, str):
-            raise TypeError(
-                f"a skeleton is indexed by the name of a joint, got {type(name).__name__}: skeleton.bones has the "
-                "bones by number"
-            )
+        """The bone that ends at a joint: ``skeleton["left_hand"]``."""
         for bone in self.bones:
             if bone.name == name:
                 return bone
-        raise KeyError(f"the skeleton has no joint {name!r}: {near_names(self.joint_names, name)}")
+        raise KeyError(f"the skeleton has no joint {name!r}: {near_names(self.joint_names, str(name))}")
 
     def __contains__(self, name: object) -> bool:
-        """Return whether a joint has this name: ``"left_hand" in skeleton``."""
+        """Whether a joint has this name: ``"left_hand" in skeleton``."""
         return name in self.joint_names
 
     def __iter__(self) -> Iterator[str]:
@@ -233,13 +224,10 @@ class Skeleton:
         return len(self.bones)
 
     def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
-        """Return an array of no dimension that holds the skeleton.
+        """An array of no dimension that holds the skeleton.
 
-        Without it numpy takes what has a length for a sequence, and makes a table of names of the list of skeletons
-        among which a grid search chooses.
+        Without it numpy takes a list of skeletons, as in a grid search, for a table of names.
         """
-        if dtype is not None and np.dtype(dtype) != object:  # type: ignore[call-overload]
-            raise TypeError("a Skeleton is no array of numbers")
         array = np.empty((), dtype=object)
         array[()] = self
         return array
@@ -272,11 +260,8 @@ class Skeleton:
 
     @cached_property
     def limits(self) -> np.ndarray | None:
-        """Range of each dof, rad, of shape (n_dofs, 2); None where no bone has any."""
-        if all(bone.limits is None for bone in self.bones):
-            return None
-        free = (-np.inf, np.inf)
-        return _freeze([pair for b in self.bones for pair in (b.limits or [free] * b.n_dofs)])
+        """Range of each dof, rad, of shape (n_dofs, 2); None if no bone has limits."""
+        return None if all(bone.limits is None for bone in self.bones) else _freeze(ranges_of(self.bones))
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -284,41 +269,39 @@ class Skeleton:
         return _freeze(joint_weights(self))
 
     def with_weights(self, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> "Skeleton":
-        r"""Return the skeleton with weights of its joints in distances.
+        r"""Set weights of the joints in distances.
 
-        In every metric but "angle" the position of a joint of weight w counts :math:`\sqrt{w}` times: F(θ) stacks
-        :math:`\sqrt{w_j}\, p_j(\theta)`, and "rotation" has :math:`\sqrt{\sum_b w_b \ell_b^2 \varphi_b^2}`, the weight
-        of a bone being that of the joint at its far end. Joints of weight zero are not seen. What carries none but such
-        joints costs no time, and its columns of a pose have no effect.
+        In every metric except "angle" the position of a joint of weight w counts :math:`\sqrt{w}` times: F(θ) stacks
+        :math:`\sqrt{w_j}\, p_j(\theta)`, and "rotation" is :math:`\sqrt{\sum_b w_b \ell_b^2 \varphi_b^2}`, with the
+        weight of the joint at the far end of each bone. Joints of weight zero have no effect; if all joints that a bone
+        carries have weight zero, its columns of a pose have no effect either, and cost no time.
 
         Parameters
         ----------
         weights : mapping of str to float, array-like of shape (n_joints,), or "mass"
-            A mapping, or a series of pandas whose index has names, gives weights to the joints that it names, and the
-            others keep theirs. An array gives one to each of ``skeleton.joint_names``. "mass" gives each joint its
-            share of the mass of a person, after the mean of the women and men of [1]_: of each segment as much to
-            either end as puts the centre of mass where it is. Lengths are then those of the kinetic energy of these
-            masses, for a person of 1 kg.
+            A mapping, or a pandas Series indexed by name, sets the weights of some joints; the others keep theirs. An
+            array sets one for each of ``skeleton.joint_names``. "mass" gives each joint its share of the mass of a
+            person, the mean of women and men of [1]_: each segment is split between its ends such that its centre of
+            mass is preserved. Lengths then measure the kinetic energy of a person of 1 kg.
 
         Returns
         -------
         Skeleton
-            With the same bones otherwise; its `weights` are the weights.
+            With the same bones otherwise.
 
         Raises
         ------
         ValueError
-            For a name that no joint has, a weight that is negative or not finite, weights that are all zero; for
-            "mass", if a segment of the person is not found by the names of the joints.
+            For an unknown joint, a weight that is negative or not finite, weights that are all zero; for "mass", if a
+            segment of the person is not found by the names of the joints.
 
         Notes
         -----
-        Without weights every joint counts 1, but joints that always stand in one place count once: one of them has
-        weight 1 and the others 0.
+        By default every joint has weight 1. Among joints always at one point only the first has weight.
 
         "mass" finds thighs, shanks, feet, upper arms, forearms, hands and the head by name. The trunk, without the
-        pelvis, is spread evenly over the length of the spine. What belongs to the root is left out, as the root does
-        not move.
+        pelvis, is spread evenly over the length of the spine. The mass at the root is left out, as the root does not
+        move.
 
         References
         ----------
@@ -341,19 +324,19 @@ class Skeleton:
         """
         weighted = replace(self, bones=weight_bones(self, weights))
         if not weighted.weights.any():
-            raise ValueError("weights must be positive for at least one joint, but all are zero")
+            raise ValueError("weights must be positive for at least one joint")
         return weighted
 
     def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Skeleton":
-        """Return the skeleton of some joints, and of those that carry them.
+        """Select some joints, with all joints between them and the root.
 
-        The dofs of all other joints are no columns of its poses any more. `Motion.select` and `MotionDataset.select` do
-        the same with motions; ``X[:, part.columns_in(skeleton)]`` does it with an array of poses.
+        Poses of the result lack the columns of the other joints. `Motion.select` and `MotionDataset.select` do the same
+        with motions; ``X[:, part.columns_in(skeleton)]`` does it with an array of poses.
 
         Parameters
         ----------
         joints : str or iterable of str, default=None
-            Joints to keep. All joints between them and the root are kept too, as these carry them. None keeps all.
+            Joints to keep, with all joints between them and the root. None keeps all.
         drop : str or iterable of str, default=()
             Joints to leave out, each with all that it carries.
 
@@ -365,11 +348,11 @@ class Skeleton:
         Raises
         ------
         ValueError
-            For a name that no joint has, or if no joint with dofs is left.
+            For an unknown joint, or if no joint with dofs is left.
 
         See Also
         --------
-        with_weights : Joints of weight zero are not seen, and the columns of poses stay.
+        with_weights : Joints of weight zero have no effect, but keep their columns.
 
         Examples
         --------
@@ -383,7 +366,7 @@ class Skeleton:
         return replace(self, bones=select_bones(self, joints, drop))
 
     def columns_in(self, skeleton: "Skeleton") -> np.ndarray:
-        """Return the columns, in poses of a larger skeleton, of the dofs of this one.
+        """Find the columns of this skeleton's dofs in poses of a larger one.
 
         Parameters
         ----------
@@ -398,7 +381,7 @@ class Skeleton:
         Raises
         ------
         ValueError
-            If one of the dofs is not among those of the skeleton.
+            If the skeleton lacks one of the dofs.
 
         Examples
         --------
@@ -408,9 +391,8 @@ class Skeleton:
         array([0, 1])
         """
         index = {name: i for i, name in enumerate(skeleton.dof_names)}
-        missing = [name for name in self.dof_names if name not in index]
-        if missing:
-            raise ValueError(f"the other skeleton has no dof {missing[0]!r}: it must be the one that this is a part of")
+        if not set(self.dof_names) <= index.keys():
+            raise ValueError("columns_in needs a skeleton that has all dofs of this one")
         return np.array([index[name] for name in self.dof_names], dtype=np.intp)
 
     @property
@@ -436,7 +418,7 @@ class Skeleton:
         return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs}" + (f", {weights})" if given else ")")
 
     def _repr_html_(self) -> str:
-        """Return the bones as a table, which a notebook shows."""
+        """The bones as a table, for notebooks."""
         return foldable_table(repr(self), columns_of_bones(self))
 
     def __reduce__(self) -> tuple:
@@ -452,35 +434,22 @@ def _freeze(values: Any, dtype: type = np.float64) -> np.ndarray:
     return array
 
 
-def _check_dof_names(names: Sequence[str]) -> None:
-    """Refuse two columns of poses of one name: files and tables know columns by these."""
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"two dofs have the name {twice!r}; every column of a pose needs its own: see Bone's dof_name")
-
-
 def _in_tree_order(bones: Sequence[Bone]) -> tuple[Bone, ...]:
-    """Return the bones, each after its parent, otherwise in the given order."""
-    by_name: dict[str | None, Bone] = {}
-    for bone in bones:
-        if bone.name in by_name:
-            raise ValueError(f"bone {bone.name!r} is given twice; every joint needs its own name")
-        by_name[bone.name] = bone
+    """The bones, each after its parent, otherwise in the given order."""
+    by_name = {bone.name: bone for bone in bones}
+    if len(by_name) < len(bones):
+        raise ValueError("every bone needs its own name, but some are equal")
     placed: dict[str, Bone] = {}
     for bone in bones:
         chain: dict[str, Bone] = {}
         while bone.name not in placed:
             if bone.name in chain:
-                cycle = " -> ".join([*chain, bone.name])
-                raise ValueError(f"bone {bone.name!r} is a child of itself, through {cycle}")
+                raise ValueError(f"bone {bone.name!r} is a child of itself")
             chain[bone.name] = bone
             if bone.parent is None:
                 break
             if bone.parent not in by_name:
-                raise ValueError(
-                    f"bone {bone.name!r} is a child of {bone.parent!r}, which is not among the bones; "
-                    "a child of the root has parent None"
-                )
+                raise ValueError(f"parent {bone.parent!r} of bone {bone.name!r} does not exist; the root is None")
             bone = by_name[bone.parent]
         placed.update(reversed(chain.items()))
     return tuple(placed.values())

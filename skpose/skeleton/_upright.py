@@ -1,44 +1,76 @@
-"""Along which axis of the world people stand in a motion: whether the axis that is said to point up does."""
+"""The direction in which people stand, by the names of joints: heads are above feet."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from skpose._validation.motions import MotionLike
+from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._joint_positions import joint_positions
-from skpose.skeleton._motion import Motion
+from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._root import root_orientations
-from skpose.skeleton._stance import HIGH, LOW
 
-N_FRAMES = 32  # that are looked at, evenly spaced
+# Parts of the names of points on the head, the neck and the shoulders, and of those on ankles and feet.
+HIGH = "head", "hd", "nose", "neck", "c7", "clav", "acr", "shoulder"
+LOW = "foot", "toe", "heel", "hee", "ank", "mal", "cal"
+NEAR = 0.8  # cosine of the angle to an axis up to which a skeleton stands along it
+N_FRAMES = 32  # checked, evenly spaced
 NEARLY_ALL = 0.9  # of these
-FLAT = 0.8  # height over the largest extent below which a pose does not stand along an axis; of a T-pose it is 0.9
-N_ENDS = 4  # joints without children from which a skeleton whose names say nothing is taken for that of a person
+FLAT = 0.8  # height over the largest extent below which a pose does not stand along an axis; 0.9 in a T-pose
+N_ENDS = 4  # joints without children from which a skeleton with unknown names is taken for a person's
 
 
-def complaint_of_up(motion: Motion, up: str) -> str:
-    """Return what speaks against an axis that points up; empty where nothing does."""
+def high_and_low(names: list[str]) -> tuple[list[int], list[int]]:
+    """The indices of names of points high on a person, and of points low on a person."""
+    high, low = (
+        [i for i, name in enumerate(names) if any(part in name.lower() for part in parts)] for parts in (HIGH, LOW)
+    )
+    return high, low
+
+
+def upright_turn(skeleton: SkeletonLike, up: str) -> Rotation:
+    """The quarter or half turn of the world after which a skeleton at angle zero stands along an axis.
+
+    The identity if the skeleton already stands so, along no axis, or if its names do not show how it stands.
+    """
+    high, low = high_and_low(list(skeleton.joint_names))
+    if not (high and low):
+        return Rotation.identity()
+    zero = positions_at_zero(skeleton)
+    spine = zero[high].mean(axis=0) - zero[low].mean(axis=0)
+    stands, vertical = int(np.abs(spine).argmax()), "xyz".index(up)
+    if np.abs(spine[stands]) <= NEAR * np.linalg.norm(spine):
+        return Rotation.identity()
+    if stands == vertical:
+        about = np.eye(3)[(vertical + 1) % 3] * (np.pi if spine[stands] < 0.0 else 0.0)
+    else:
+        about = np.cross(np.eye(3)[stands] * np.sign(spine[stands]), np.eye(3)[vertical]) * np.pi / 2.0
+    return Rotation.from_rotvec(about)
+
+
+def complaint_of_up(motion: MotionLike, up: str) -> str:
+    """The warning about an axis that does not point up; empty if it does."""
     found = find_up(motion, up)
     if found == up:
         return ""
-    return (
-        f"{up} is taken as the axis that points up, as is usual, but {describe_up(found)}: pass up={found!r}, "
-        f"or up={up!r} if the person {'lies' if found[-1] != up else 'is upside down'}"
-    )
+    return f"{up} is taken as up, but {describe_up(found)}: pass up={found!r}, or up={up!r} if this is intended"
 
 
 def describe_up(found: str) -> str:
-    """Return in words how the poses of a motion stand, of which `find_up` has found the direction."""
+    """The direction of `find_up` as a clause."""
     stands = f"the head is below the feet along {found[-1]}" if len(found) > 1 else f"the pose stands along {found}"
     return f"in nearly all frames {stands}"
 
 
-def find_up(motion: Motion, default: str) -> str:
-    """Return the direction along which the poses of nearly all frames stand; the default where there is none."""
+def find_up(motion: MotionLike, default: str) -> str:
+    """The direction along which the poses of nearly all frames stand; the default if there is none."""
     frames = np.unique(np.linspace(0, len(motion) - 1, min(N_FRAMES, len(motion))).astype(int))
-    names = ["", *(name.lower() for name in motion.skeleton.joint_names)]
-    high, low = ([j for j, name in enumerate(names) if any(part in name for part in parts)] for parts in (HIGH, LOW))
-    n_ends = len({*range(motion.skeleton.n_joints)} - {*motion.skeleton.parents.tolist()})
+    skeleton = motion.skeleton
+    high, low = high_and_low(["", *skeleton.joint_names])
+    n_ends = len({*range(skeleton.n_joints)} - {*skeleton.parents.tolist()})
     if not len(frames) or not ((high and low) or n_ends >= N_ENDS):
         return default
-    positions = _positions(motion, frames)
+    root = root_orientations(motion.root_angles[frames], motion.root_axes)
+    positions = joint_positions(skeleton, motion.angles[frames], root)
     if high and low:
         heights = positions[:, high].mean(axis=1) - positions[:, low].mean(axis=1)
     else:
@@ -52,9 +84,3 @@ def find_up(motion: Motion, default: str) -> str:
             if stands.mean() >= NEARLY_ALL:
                 return axis if sign > 0.0 else f"-{axis}"
     return default
-
-
-def _positions(motion: Motion, frames: np.ndarray) -> np.ndarray:
-    """Return the positions (n, n_joints + 1, 3) of the root and of the joints in some frames, relative to the root."""
-    root = root_orientations(motion.root_angles[frames], motion.root_axes)
-    return joint_positions(motion.skeleton, motion.angles[frames], root)

@@ -1,99 +1,50 @@
-"""Weights of the joints in distances: those of the bones, and those that are meant where there are none."""
+"""Weights of the joints in distances."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skpose._typing import ArrayLike
+from skpose._validation.options import check_choice
 from skpose._validation.skeletons import SkeletonLike
 from skpose.skeleton._bone import Bone
+from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._mass import mass_weights
 from skpose.skeleton._selection import check_joints
 
-ROOT = -1
 SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joints in one place
 
 
 def weight_bones(
     skeleton: SkeletonLike, weights: Mapping[str, float] | ArrayLike | Literal["mass"]
 ) -> tuple[Bone, ...]:
-    """Return the bones of a skeleton with weights, see `Skeleton.with_weights`."""
+    """The bones of a skeleton with weights, see `Skeleton.with_weights`."""
     if isinstance(weights, str):
-        if weights != "mass":
-            raise ValueError(f'weights must be a mapping, an array or "mass", got {weights!r}')
+        check_choice("weights", weights, ("mass",))
         weights = mass_weights(skeleton)
-    weights = _by_name(weights)
-    if isinstance(weights, Mapping):
-        check_joints(skeleton, weights, "weights")
-        given = [weights.get(bone.name, bone.weight) for bone in skeleton.bones]
+    by_name: dict[Any, Any] = dict(weights.items()) if hasattr(weights, "items") else {}  # pandas Series have items too
+    if isinstance(weights, Mapping) or any(isinstance(name, str) for name in by_name):
+        check_joints(skeleton, by_name, "weights")
+        given = [by_name.get(bone.name, bone.weight) for bone in skeleton.bones]
     else:
         array = np.asarray(weights)
         if array.shape != (skeleton.n_joints,):
-            got = weights if array.ndim == 0 else f"an array of shape {array.shape}"
-            raise ValueError(
-                f"weights must have one number for each of the {skeleton.n_joints} joints in skeleton.joint_names, got "
-                f"{got}"
-            )
+            raise ValueError(f"weights must have shape ({skeleton.n_joints},), one per joint, got {array.shape}")
         given = list(array)
     return tuple(bone._replace(weight=weight) for bone, weight in zip(skeleton.bones, given, strict=True))
 
 
-def _by_name(weights: Any) -> Any:
-    """Return a series with names in its index as a mapping, anything else as it is."""
-    labels = getattr(weights, "index", None)
-    named = getattr(weights, "ndim", None) == 1 and labels is not None and any(isinstance(one, str) for one in labels)
-    return dict(weights.items()) if named else weights
-
-
 def joint_weights(skeleton: SkeletonLike) -> np.ndarray:
-    """Return the weights (n_joints,) of the joints; joints in one point count once where none is given."""
+    """The weights (n_joints,) of the joints; joints at one point in every pose count once by default."""
+    generic = np.random.default_rng(0).uniform(-1.0, 1.0, (1, skeleton.n_dofs))
+    points = joint_positions(skeleton, generic, Rotation.identity(1))[0, 1:]
     weights = np.ones(skeleton.n_joints)
-    taken = set()
-    for j, (bone, key) in enumerate(zip(skeleton.bones, _position_keys(skeleton), strict=True)):
+    for j, bone in enumerate(skeleton.bones):
+        near = np.abs(points[:j] - points[j]).max(axis=1, initial=0.0) <= SAME_PLACE
         if bone.weight is not None:
             weights[j] = bone.weight
-        elif key in taken:
+        elif (weights[:j][near] > 0.0).any():
             weights[j] = 0.0
-        if weights[j] > 0.0:
-            taken.add(key)
     return weights
-
-
-def _position_keys(skeleton: SkeletonLike) -> list[tuple]:
-    """Return for each joint a key that is the same for all joints that are at one point in every pose."""
-    axes = [ROOT]  # of the root, then of each joint: the joint whose dofs rotate it, itself or the nearest one above
-    to_axes = [np.eye(3)]  # from the joint's own axes to these
-    points: list[tuple[int, np.ndarray]] = [(ROOT, np.zeros(3))]  # axes, and coordinates in them
-    centres: dict[int, tuple] = {}  # the points about which axes rotate
-    found: dict[int, list[np.ndarray]] = {}  # coordinates of the points in each joint's axes
-
-    def key(point: tuple[int, np.ndarray]) -> tuple:
-        frame, numbers = point
-        if frame != ROOT and _is_near(numbers, np.zeros(3)):
-            return centres[frame]
-        known = found.setdefault(frame, [])
-        number = next((i for i, one in enumerate(known) if _is_near(numbers, one)), len(known))
-        if number == len(known):
-            known.append(numbers)
-        return frame, number
-
-    for j, (bone, parent) in enumerate(zip(skeleton.bones, skeleton.parents + 1, strict=True)):
-        axes.append(j if bone.dofs else axes[parent])
-        to_axes.append(np.eye(3) if bone.dofs else to_axes[parent] @ skeleton.rest_rotations[j])
-        carrier = j + 1 if skeleton.offset_frame == "own" else parent
-        frame, start = axes[carrier], points[parent]
-        if skeleton.offsets[j].any():
-            before = start[1] if start[0] == frame else np.zeros(3)
-            centres.setdefault(frame, key(start))
-            points.append((frame, before + to_axes[carrier] @ skeleton.offsets[j]))
-        else:
-            points.append(start)
-        if bone.is_slide:  # it stands where no other joint always does
-            points[-1] = j, np.zeros(3)
-            centres[j] = j, -1
-    return [key(point) for point in points[1:]]
-
-
-def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
-    return bool(np.abs(a - b).max() <= SAME_PLACE)

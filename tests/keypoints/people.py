@@ -1,13 +1,13 @@
-"""Made-up people with the points of any layout: a standing person, moving, whose bones keep their lengths."""
+"""Synthetic people with the points of any layout: standing and moving, with bones of constant length."""
 
 import numpy as np
 import reference
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton
-from skpose.keypoints import Layout, layouts
+from skpose.keypoints import Layout
 
-PEOPLE = [name for name, layout in layouts.items() if layout.pairs]  # a hand is none
+PEOPLE = ["coco17", "smpl24", "plug_in_gait39"]
 
 ALONE = {"opencap_mocap55": ["R_sh4", "R_thigh5"]}  # markers on one side alone
 

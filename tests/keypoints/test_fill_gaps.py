@@ -1,4 +1,4 @@
-"""Gaps in keypoints, filled by straight lines."""
+"""Gaps in keypoints."""
 
 import numpy as np
 import pytest
@@ -30,36 +30,3 @@ def test_gaps_are_filled_by_lines_and_ends_stay(line, longest, filled):
     np.testing.assert_array_equal(found.confidences[new], 0.25)
     np.testing.assert_array_equal(found.positions[~new], keypoints.positions[~new])
     np.testing.assert_array_equal(found.confidences[~new], keypoints.confidences[~new])
-
-
-def test_a_point_that_is_seen_once_or_never_stays():
-    positions = np.full((5, 2, 3), np.nan)
-    positions[2, 0] = 1.0
-    keypoints = Keypoints(positions, ["once", "never"], RATE)
-    np.testing.assert_array_equal(keypoints.fill_gaps().positions, positions)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"), [({"longest": -1.0}, "longest must be"), ({"confidence": 0.0}, "above 0")]
-)
-def test_options_out_of_range_are_refused(line, options, message):
-    with pytest.raises(ValueError, match=message):
-        line[1].fill_gaps(**options)
-
-
-def test_masked_points_are_not_seen(line):
-    truth, _ = line
-    mask = np.zeros(truth.shape, bool)
-    mask[3, 0] = True
-    keypoints = Keypoints(np.ma.array(truth, mask=mask), ["hand", "foot"], RATE)
-    assert np.argwhere(keypoints.confidences == 0.0).tolist() == [[3, 0]]
-    unsure = Keypoints(truth, ["hand", "foot"], RATE, np.ma.array(np.ones(truth.shape[:2]), mask=mask[:, :, 0]))
-    assert np.argwhere(unsure.confidences == 0.0).tolist() == [[3, 0]]
-
-
-@pytest.mark.parametrize(
-    "positions", ["hello", [[["1", "2", "3"]]], [[[True, False, True]]], [[[1j, 0, 0]]], [[[1, 2]], 3]]
-)
-def test_what_is_no_numbers_is_refused(positions):
-    with pytest.raises(ValueError, match="positions must be an array of real numbers"):
-        Keypoints(positions, ["hand"], RATE)

@@ -1,4 +1,4 @@
-"""Mirror images of motions, frames of motions, motions one after another."""
+"""Mirror images, slices and concatenation of motions."""
 
 from dataclasses import replace
 
@@ -7,9 +7,8 @@ import pytest
 import reference
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, pose_distances
+from skpose import Bone, Motion, Skeleton
 from skpose.datasets import humanoid
-from skpose.kinematics import retarget
 
 REFLECTION = np.diag([-1.0, 1.0, 1.0])
 
@@ -63,18 +62,14 @@ def with_other_axes(dofs):
 
 SYMMETRIC = {
     "other axes on the right": with_other_axes("ZXY"),
-    "other axes on the right, ball joints": with_other_axes("rotvec"),
     "humanoid": humanoid(),
-    "humanoid, ball joints": humanoid().to_rotvec(),
     "rest rotations": symmetric("ZXY"),
     "rest rotations, offsets in the parent's axes": symmetric("YXZ", offset_frame="parent"),
-    "hinges": symmetric("y"),
-    "other dofs on the right": symmetric("xyz", "ZXY"),
     "a ball joint on the right": symmetric("xyz", "rotvec"),
 }
 
 
-@pytest.mark.parametrize("root_axes", ["ZXY", "xyz", "zy", ""])
+@pytest.mark.parametrize("root_axes", ["ZXY", "zy", ""])
 @pytest.mark.parametrize("skeleton", SYMMETRIC.values(), ids=SYMMETRIC)
 def test_mirrored_positions_are_mirror_images_of_the_other_side(skeleton, root_axes):
     motion = moving(skeleton, root_axes)
@@ -90,37 +85,6 @@ def test_mirrored_positions_are_mirror_images_of_the_other_side(skeleton, root_a
         np.testing.assert_allclose(mirrored.mirrored().angles, motion.angles, rtol=0, atol=1e-12)
 
 
-def test_mirrored_angles_stay_exact():
-    motion = moving(humanoid())
-    np.testing.assert_array_equal(motion.mirrored().mirrored().angles, motion.angles)
-
-
-@pytest.mark.parametrize("axis", ["y", "z"])
-def test_the_axis_across_which_is_mirrored(axis):
-    """The humanoid with its axes renamed, so that another one points to the left."""
-    shift = "xyz".index(axis)
-
-    def renamed(bone):
-        dofs = "".join("xyz"[("xyz".index(letter) + shift) % 3] for letter in bone.dofs)
-        return bone._replace(offset=np.roll(bone.offset, shift), dofs=dofs)
-
-    skeleton = Skeleton(map(renamed, humanoid().bones))
-    motion = replace(moving(skeleton), up="x")
-    expected = world(motion)[:, exchanged(skeleton.joint_names)] * (1 - 2 * np.eye(3)[shift])
-    np.testing.assert_allclose(world(motion.mirrored(axis)), expected, atol=1e-12)
-    with pytest.raises(
-        ValueError, match=rf"mirror images across x at angle zero, but the bone of .*° apart: pass axis='{axis}'"
-    ):
-        motion.mirrored()
-
-
-def test_mirrored_motions_keep_distances():
-    motion = moving(humanoid())
-    for metric in ("position", "rotation"):
-        D, M = (pose_distances(m.angles, skeleton=m.skeleton, metric=metric) for m in (motion, motion.mirrored()))
-        np.testing.assert_allclose(M, D, atol=1e-10)
-
-
 def named(left, right, **more):
     """A pair of arms of these names."""
     return Skeleton([Bone(left, None, (1, 0, 0), "xyz"), Bone(right, None, (-1, 0, 0), "xyz"), *more.values()])
@@ -130,21 +94,11 @@ def named(left, right, **more):
     ("left", "right"),
     [
         ("LeftArm", "RightArm"),
-        ("leftArm", "rightArm"),
-        ("LEFT_ARM", "RIGHT_ARM"),
-        ("arm_left", "arm_right"),
-        ("ArmLeft", "ArmRight"),
-        ("armleft", "armright"),
         ("mixamorig:LeftArm", "mixamorig:RightArm"),
         ("lfemur", "rfemur"),
-        ("lShldr", "rShldr"),
-        ("LHipJoint", "RHipJoint"),
         ("L_Hip", "R_Hip"),
         ("hip.L", "hip.R"),
-        ("hip_l", "hip_r"),
-        ("hip.L.001", "hip.R.001"),
         ("Bip01 L Thigh", "Bip01 R Thigh"),
-        ("HipL", "HipR"),
     ],
 )
 def test_pairs_by_name(left, right):
@@ -164,34 +118,20 @@ TOWARDS = (0, 1, 0)
 @pytest.mark.parametrize(
     ("skeleton", "message"),
     [
-        (named("LeftArm", "Arm"), "pairs by name, but some are alone: 'LeftArm'. Leave them out"),
-        (named("arm.L", "RightArm"), "pairs by name, but some are alone: 'arm.L', 'RightArm'"),
+        (named("LeftArm", "Arm"), "'LeftArm' is alone"),
         (
             named("l_left", "r_left", a=Bone("l_right", None, (1, 0, 0), "x"), b=Bone("r_right", None, (1, 0, 0), "x")),
-            r"some have several: 'l_left' \('l_right', 'r_left'\), 'r_left'",
-        ),
-        (
-            named("L_arm", "R_arm", a=Bone("L_hand", "L_arm", TOWARDS, "x"), b=Bone("R_hand", "L_arm", TOWARDS, "x")),
-            "mirror images, but 'L_hand' is a child of 'L_arm' and 'R_hand' of 'L_arm'",
+            "'l_left' has several",
         ),
         (
             named("L_arm", "R_arm", a=Bone("L_hand", "L_arm", TOWARDS, "x"), b=Bone("R_hand", None, TOWARDS, "x")),
-            "mirror images, but 'L_hand' is a child of 'L_arm' and 'R_hand' of 'the root'",
+            "'L_hand' and 'R_hand' differ in parents",
         ),
     ],
 )
-def test_error_for_skeletons_that_are_not_their_own_mirror_images(skeleton, message):
+def test_asymmetric_skeletons_are_refused(skeleton, message):
     with pytest.raises(ValueError, match=message):
         moving(skeleton).mirrored()
-
-
-def test_error_for_hinges_that_are_not_mirror_images():
-    motion = moving(symmetric("y", "x"))
-    message = "rotation of 'right_arm' at frame .* misses the axes 'y' of 'left_arm' by .*°: left and right need dofs"
-    with pytest.raises(ValueError, match=message):
-        motion.mirrored()
-    with pytest.raises(ValueError, match='axis must be "x", "y" or "z"'):
-        motion.mirrored("up")
 
 
 def all_along_x(seed=0, flip=(-1.0, -1.0, 1.0)):
@@ -235,7 +175,7 @@ OPPOSITE_BONES = [(-1.0, -1.0, 1.0), (-1.0, 1.0, -1.0)]
 
 @pytest.mark.parametrize("flip", OPPOSITE_BONES)
 @pytest.mark.parametrize("up", ["y", "x"])
-def test_a_skeleton_that_is_no_mirror_image_at_zero_is_mirrored_by_its_bones(up, flip):
+def test_asymmetric_rest_poses_are_mirrored_by_bones(up, flip):
     motion = replace(all_along_x(flip=flip), up=up)
     other = partners_of(motion.skeleton.joint_names)
     across = [-1, 1, 1] if up != "x" else [1, -1, 1]
@@ -245,72 +185,6 @@ def test_a_skeleton_that_is_no_mirror_image_at_zero_is_mirrored_by_its_bones(up,
     assert image.skeleton is motion.skeleton
     steps = np.abs(np.diff(image.root_angles, axis=0)).max()
     assert steps < 3.0  # no jumps
-
-
-@pytest.mark.parametrize("flip", OPPOSITE_BONES)
-def test_twists_of_a_skeleton_that_is_no_mirror_image_at_zero_are_those_of_the_partner(flip):
-    """Points next to each bone, fixed to it and mirror images in the mean pose, are mirrored as the bones are."""
-    motion = all_along_x(flip=flip)
-    left = [Bone(f"{name}_side_L", f"{name}_L", (0, 0.05, 0.02)) for name in ("Arm", "Foot")]
-    # In the mean pose the mirror image exchanges no axis but that of the bone, of one that is half a turn away.
-    signs = [-1, 1, 1] if flip[1] > 0 else [-1, -1, -1]
-    right = [Bone(f"{name}_side_R", f"{name}_R", np.multiply((0, 0.05, 0.02), signs)) for name in ("Arm", "Foot")]
-    seen = Skeleton([*motion.skeleton.bones, *left, *right], "parent")
-    there, expected = (world(replace(one, skeleton=seen)) for one in (motion.mirrored(), motion))
-    np.testing.assert_allclose(there, expected[:, partners_of(seen.joint_names)] * [-1, 1, 1], atol=1e-12)
-
-
-def test_rest_poses_of_which_one_limb_differs():
-    bones = [b._replace(dofs="rotvec") if b.dofs else b for b in humanoid().bones]
-    outward = [b._replace(offset=(np.linalg.norm(b.offset), 0, 0)) if b.name == "left_forearm" else b for b in bones]
-    motion = moving(Skeleton(outward))
-    other = exchanged(motion.skeleton.joint_names)
-    image = motion.mirrored()
-    np.testing.assert_allclose(world(image), world(motion)[:, other] * [-1, 1, 1], atol=1e-12)
-    np.testing.assert_allclose(world(image.mirrored()), world(motion), atol=1e-12)
-    hinges = Skeleton(b._replace(offset=offset.offset) for b, offset in zip(humanoid().bones, outward, strict=True))
-    with pytest.raises(ValueError, match=r"bone of 'left_forearm' cannot be turned .* but for 90°.*retarget"):
-        Motion(hinges, np.zeros((1, hinges.n_dofs)), 30).mirrored()
-
-
-def test_nobody_is_mirrored_upside_down():
-    """At angle zero left is along z, which points up in the world: the root makes that a person who stands."""
-    ends = {"left_hip": (0, 0, 0.1), "right_hip": (0, 0, -0.1), "head": (0, 0.7, 0)}
-    skeleton = Skeleton(Bone(name, None, end, "xyz") for name, end in ends.items())
-    root = Rotation.from_euler("x", 90, degrees=True)  # y to z
-    angles = (root * Rotation.from_rotvec(0.1 * np.random.default_rng(0).normal(size=(9, 3)))).as_euler("ZXY")
-    motion = Motion(skeleton, np.zeros((9, 9)), 30, root_angles=angles, root_axes="ZXY", up="z")
-    image = motion.mirrored("z")
-    assert world(motion)[:, 2, 2].min() > 0.6 < world(image)[:, 2, 2].min()
-    np.testing.assert_allclose(world(image), world(motion)[:, [1, 0, 2]] * [-1, 1, 1], atol=1e-12)
-
-
-def test_the_remedy_for_hinges_works():
-    motion = moving(symmetric("y", "x"))
-    with pytest.raises(ValueError, match=r'retarget\(motion, skeleton, method="orientations"\) .* dofs="rotvec"'):
-        motion.mirrored()
-    bones = [b._replace(dofs="rotvec") if b.name.endswith("_arm") else b for b in motion.skeleton.bones]
-    converted = retarget(motion, Skeleton(bones), method="orientations")
-    np.testing.assert_allclose(world(converted), world(motion), atol=1e-9)
-    other = exchanged(converted.skeleton.joint_names)
-    np.testing.assert_allclose(world(converted.mirrored()), world(converted)[:, other] * [-1, 1, 1], atol=1e-9)
-
-
-def test_a_limb_of_another_length_keeps_it():
-    bones = humanoid().bones
-    longer = Skeleton(b._replace(offset=np.multiply(b.offset, 1.2)) if b.name == "left_shank" else b for b in bones)
-    motion = moving(longer)
-    np.testing.assert_array_equal(motion.mirrored().angles, moving(humanoid()).mirrored().angles)
-
-
-def test_mirroring_real_motions(cmu):
-    for motion in cmu.motions[:3]:
-        np.testing.assert_array_equal(motion.mirrored().mirrored().angles, motion.angles)
-        names = motion.skeleton.joint_names
-        other = [names.index({"l": "r", "r": "l"}[n[0]] + n[1:]) if n[0] in "lr" and n not in ("root", "lowerback",
-                 "lowerneck") else i for i, n in enumerate(names)]  # fmt: skip
-        # Left and right differ by some centimetres in the lengths of a person's bones.
-        np.testing.assert_allclose(world(motion.mirrored()), world(motion)[:, other] * [-1, 1, 1], atol=0.1)
 
 
 def test_slices_are_motions():
@@ -335,27 +209,11 @@ def test_one_frame_is_a_motion():
         assert motion[frame].frame_rate == 30
     assert [len(frame) for frame in motion] == [1] * 6
     for frame in (6, -7):
-        with pytest.raises(IndexError, match=f"the motion has 6 frames, and no frame {frame}"):
+        with pytest.raises(IndexError):
             motion[frame]
 
 
-@pytest.mark.parametrize("frames", [np.ones(6, dtype=bool), [True] * 6, [0, 2, 3], np.array([1, 2]), True, 1.0, "a"])
-def test_error_for_frames_that_are_not_evenly_spaced(frames):
-    with pytest.raises(
-        TypeError, match=r"indexed by a frame or by a slice, .* not evenly spaced in time; motion.angles"
-    ):
-        moving(humanoid(), n_frames=6)[frames]
-
-
-def test_a_motion_is_no_array():
-    motion = moving(humanoid(), n_frames=6)
-    with pytest.raises(TypeError, match="a Motion is no array: pass its poses, motion"):
-        np.asarray(motion)
-    with pytest.raises(TypeError, match=r"X must be an array of poses, got a Motion: pass motion\.angles"):
-        pose_distances(motion, skeleton=motion.skeleton)
-
-
-def test_motions_one_after_another():
+def test_concatenate():
     motion = moving(humanoid(), n_frames=20)
     again = Motion.concatenate([motion[:5], motion[5:5], motion[5:]])
     for name in ("angles", "root_positions", "root_angles"):
@@ -366,24 +224,12 @@ def test_motions_one_after_another():
 @pytest.mark.parametrize(
     ("motions", "message"),
     [
-        ([], "at least one motion, got none"),
-        ([moving(humanoid()), moving(humanoid())[::2]], r"motions\[1\] has frame_rate 15.0, but motions\[0\] 30: use"),
-        ([moving(humanoid()), moving(humanoid(), "xyz")], r"motions\[1\] has root_axes 'xyz', but motions\[0\] 'ZXY'"),
-        (
-            [moving(humanoid()), moving(humanoid(1.8))],
-            r"motions\[1\] has another skeleton .*: bones differ: use retarget",
-        ),
-        ([moving(humanoid()), replace(moving(humanoid()), up="z")], r"motions\[1\] has up 'z', but motions\[0\] 'y'"),
-        ([moving(humanoid()), moving(Skeleton.chain(2))], r"motions\[1\] has another skeleton .* only one of them has"),
+        ([], "at least one motion"),
+        ([moving(humanoid()), moving(humanoid())[::2]], r"motions\[1\] has frame_rate"),
+        ([moving(humanoid()), moving(humanoid(), "xyz")], r"motions\[1\] has root_axes"),
+        ([moving(humanoid()), moving(humanoid(1.8))], r"motions\[1\] has another skeleton"),
     ],
 )
-def test_error_for_motions_that_do_not_follow_each_other(motions, message):
+def test_concatenate_refuses_different_motions(motions, message):
     with pytest.raises(ValueError, match=message):
         Motion.concatenate(motions)
-
-
-def test_the_remedy_for_roots_about_different_axes_works():
-    motions = [moving(humanoid()), moving(humanoid(), "xyz")]
-    with pytest.raises(ValueError, match=r'with_root\("tilt"\)'):
-        Motion.concatenate(motions)
-    assert len(Motion.concatenate([motion.with_root("tilt") for motion in motions])) == sum(map(len, motions))

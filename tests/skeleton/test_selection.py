@@ -1,9 +1,9 @@
-"""Parts of skeletons, and of motions."""
+"""Selection of joints."""
 
 import numpy as np
 import pytest
 
-from skpose import Motion, Skeleton, forward_kinematics
+from skpose import forward_kinematics
 from skpose.datasets import humanoid, make_gait
 
 
@@ -24,13 +24,6 @@ def test_joints_keep_what_carries_them():
     assert skeleton.select(["left_hand", "neck"], drop="left_forearm").joint_names == ("abdomen", "chest", "neck")
 
 
-def test_what_is_dropped_goes_with_all_that_it_carries():
-    part = humanoid().select(drop=["left_pelvis", "right_forearm"])
-    assert not {name for name in part.joint_names if "left_" in name and ("thigh" in name or "foot" in name)}
-    assert "right_hand" not in part.joint_names
-    assert "right_upper_arm" in part.joint_names
-
-
 def test_positions_of_what_is_kept_stay():
     motion = make_gait(1, 1, duration=0.2, random_state=0).motions[0]
     for arguments in (
@@ -49,32 +42,14 @@ def test_positions_of_what_is_kept_stay():
         np.testing.assert_array_equal(part.root_positions, motion.root_positions)
 
 
-def test_weights_and_limits_stay():
-    arm = Skeleton([("a", None, (1, 0, 0), "z", None, ((0, 1),), 2.0), ("b", "a", (1, 0, 0), "z")])
-    assert arm.select("a").bones == arm.bones[:1]
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            {"joints": "left_hnd"},
-            "joints names 'left_hnd', which no joint has: did you mean 'left_hand'",
-        ),
-        ({"drop": ["hip"]}, "drop names 'hip', which no joint has"),
-        ({"joints": "left_pelvis"}, "a selection must leave at least one joint with dofs, but it leaves 'left_pelvis'"),
-        ({"joints": []}, "it leaves no joint"),
-        ({"joints": [3]}, "joints names 3, which no joint has"),
+        ({"joints": "left_hnd"}, "did you mean 'left_hand'"),
+        ({"drop": ["hip"]}, "drop has 'hip'"),
+        ({"joints": "left_pelvis"}, "a joint with dofs"),
     ],
 )
-def test_selections_that_are_none(arguments, message):
+def test_invalid_selections_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         humanoid().select(**arguments)
-
-
-def test_columns_are_those_of_the_larger_skeleton():
-    skeleton = humanoid()
-    with pytest.raises(ValueError, match="the other skeleton has no dof 'joint_1_rz'"):
-        Skeleton.chain(2).columns_in(skeleton)
-    motion = Motion(skeleton, 0.1 * np.arange(42)[None], 1)
-    np.testing.assert_array_equal(motion.select("head").angles, motion.angles[:, :12])  # abdomen, chest, neck, head
