@@ -251,7 +251,7 @@ class MotionDataset:
         method: Method = "numbers",
         joints: Mapping[str, str] | Sequence[Mapping[str, str] | None] | None = None,
         scale: float | Literal["lengths"] | None = None,
-        joint_limits: Literal["ignore", "enforce"] | None = None,
+        joint_limits: Literal["ignore", "enforce"] = "ignore",
         n_jobs: int | None = None,
         verbose: int = 0,
     ) -> "MotionDataset":
@@ -263,15 +263,15 @@ class MotionDataset:
         ----------
         skeleton : Skeleton
             The skeleton that all poses shall have.
-        method : {"numbers", "orientations", "positions", "limbs", "auto", "unchecked"}, default="numbers"
+        method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None
             The counterpart of each joint, names of `skeleton` to names of the motion's. A sequence is one mapping for
             each motion, or None for those that `skpose.kinematics.find_counterparts` finds.
         scale : float or "lengths", default=None
-            Factor of positions in the world; None is 1, and "lengths" by "limbs".
-        joint_limits : {"ignore", "enforce"}, default=None
-            Whether angles are kept inside ``skeleton.limits``; None does so by "limbs" only.
+            Factor of positions in the world; None is 1.
+        joint_limits : {"ignore", "enforce"}, default="ignore"
+            Whether angles are kept inside ``skeleton.limits``.
         n_jobs : int, default=None
             Threads of "positions"; None is 1 unless in a ``joblib.parallel_config`` context, -1 all processors.
         verbose : int, default=0

@@ -1,7 +1,7 @@
-"""Readers of motion-capture files and of robots; writers of BVH, .npz and CSV.
+"""Readers of motion-capture files; writers of BVH, .npz and CSV.
 
 Acclaim ASF/AMC, Biovision BVH and AMASS are motions; TRC, C3D and keypoints, as JSON, CSV or arrays, are positions
-without a skeleton; URDF and MJCF are robots, skeletons without a motion.
+without a skeleton. Robots are in `skpose.robots`.
 Angles are in radians, lengths in metres. A file that does not follow its format raises `MocapFormatError` with the line
 and the column, or with the key.
 """
@@ -14,8 +14,6 @@ from skpose.io._c3d import C3DQuantity, load_c3d, load_c3d_quantities
 from skpose.io._error import MocapFormatError
 from skpose.io._keypoints import load_keypoints
 from skpose.io._load import asf_path, file_format, load_motion
-from skpose.io._qpos import motion_from_qpos, qpos_from_motion
-from skpose.io._robot import load_robot
 from skpose.io._save import save_bvh
 from skpose.io._save_csv import save_csv
 from skpose.io._save_npz import save_npz
@@ -35,10 +33,7 @@ __all__ = [
     "load_c3d_quantities",
     "load_keypoints",
     "load_motion",
-    "load_robot",
     "load_trc",
-    "motion_from_qpos",
-    "qpos_from_motion",
     "save_bvh",
     "save_csv",
     "save_npz",
