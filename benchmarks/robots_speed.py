@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Skeleton, pose_distances
 from skpose.datasets import load_cmu
-from skpose.io import load_robot
 from skpose.metrics import Spatial
+from skpose.robots import load_robot
 from skpose.skeleton import Bone
 
 N, N_QUICK = 1000, 60

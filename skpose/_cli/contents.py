@@ -10,7 +10,7 @@ import numpy as np
 from skpose._cli.inputs import motion_files
 from skpose._cli.reader import Rate, Reader, name_of
 from skpose._cli.stored import describe_stored
-from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_robot, load_trc
+from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_trc
 from skpose.io._shared import Stored, has_keypoints, is_robot, read_stored
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
@@ -25,6 +25,8 @@ def load_any(file: Path | BytesIO, **options: Any) -> Content:
     shared = {name: options[name] for name in ("scale", "up") if options[name] is not None}
     if is_robot(_rewind(file)):
         try:
+            from skpose.robots import load_robot
+
             return load_robot(_rewind(file), root=options["root"])  # in metres: a scale is for the other files
         except ImportError as error:
             raise ValueError(str(error)) from None

@@ -229,10 +229,16 @@ def retarget(
     """Print how each motion comes onto a skeleton, and write the only one if there is a target."""
     for name, motion in zip(names, motions, strict=True):
         with _options_in_messages(name):
-            there = MotionDataset([motion]).retarget(
-                skeleton, method=method, joints=joints, scale=factor, n_jobs=n_jobs
-            )
-        (report,) = there.retargeting
+            if method == "limbs" or (method == "auto" and _has_hinges(skeleton) and not _has_hinges(motion.skeleton)):
+                from skpose.robots._retarget import retarget_and_report
+
+                scale = None if factor is None or factor == "lengths" else factor
+                there, report = retarget_and_report(motion, skeleton, joints, scale, "enforce")
+            else:
+                dataset = MotionDataset([motion]).retarget(
+                    skeleton, method=method, joints=joints, scale=factor, n_jobs=n_jobs
+                )
+                (there,), (report,) = dataset.motions, dataset.retargeting
         print(f"{name}: by {report}")
         if report != UNCHANGED and not report.startswith("limbs"):  # which says what stays at rest
             have = find_counterparts(motion.skeleton, skeleton) if joints is None else joints
@@ -241,7 +247,11 @@ def retarget(
                 more = f" and {len(alone) - MOST_NAMES} more" if len(alone) > MOST_NAMES else ""
                 print(f"    without a counterpart: {', '.join(alone[:MOST_NAMES])}{more}")
         if target is not None:
-            target.write(there.motions[0])
+            target.write(there)
+
+
+def _has_hinges(skeleton: Skeleton) -> bool:
+    return any(bone.is_hinge for bone in skeleton.bones)
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """The joints of two differently rigged skeletons that are counterparts of each other.
 
-Where all joints of one skeleton have their names in the other, joints of equal names are counterparts. Otherwise, if both
-are people of known rigs, joints with the same landmark are, and joints of trunk and neck by their place along it.
+Where all joints of one skeleton have their names in the other, joints of equal names are counterparts. Otherwise, if
+both are people of known rigs, joints with the same landmark are, and joints of trunk and neck by their place along it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,6 +31,7 @@ from skpose.kinematics._rigs import (
 from skpose.skeleton import Skeleton
 
 People = tuple[Landmarks, Landmarks]  # of the source and of the target
+Names = tuple[list[str], list[str]]
 WHOSE = "the motion's skeleton", "the given skeleton"
 ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different rigs are compared in size
 SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all rigs, within a few centimetres
@@ -48,7 +49,8 @@ class Counterparts(NamedTuple):
     there: np.ndarray  # (n_joints,) the index of each joint's counterpart, -1 where it has none
     placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
     measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
-    people: People | None  # the landmarks of source and target, if both are of known rigs
+    landmarks: People
+    people: People | None  # the landmarks that are counterparts, if both skeletons are of known rigs
 
 
 def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
@@ -96,57 +98,55 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     >>> find_counterparts(mixamo, humanoid().select(["left_shank", "right_shank"]))["left_thigh"]
     'mixamorig:LeftLeg'
     """
-    people = find_landmarks(source, any_proportions=True), find_landmarks(target, any_proportions=True)
-    there = _find(source, target, people).there
-    for one, other, whose in zip(people, people[::-1], WHOSE, strict=True):
+    found = counterparts(source, target, None, any_proportions=True)
+    for one, other, whose in zip(found.landmarks, found.landmarks[::-1], WHOSE, strict=True):
         if one.reason and other.joints:
             warn(f"the joints of {whose} may not be a person's: {one.reason}. Check them and pass them as joints=")
-    return {name: source.joint_names[j] for name, j in zip(target.joint_names, there, strict=True) if j >= 0}
+    return {name: source.joint_names[j] for name, j in zip(target.joint_names, found.there, strict=True) if j >= 0}
 
 
-def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> Counterparts:
+def counterparts(
+    source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, *, any_proportions: bool = False
+) -> Counterparts:
     """The given counterparts of the joints of a target, or those found by names."""
-    lenient = joints is not None
-    people = find_landmarks(source, any_proportions=lenient), find_landmarks(target, any_proportions=lenient)
-    if joints is None:
-        return _find(source, target, people)
-    check_joints(source, target, joints)
-    there = np.array([source.joint_names.index(joints[n]) if n in joints else -1 for n in target.joint_names], np.intp)
-    _check_order(source, target, there)
-    agreed = _agreeing(people, there) if _are_known(source, target, people) else None
-    return Counterparts(there, there >= 0, there >= 0, agreed)
-
-
-def _find(source: Skeleton, target: Skeleton, people: People) -> Counterparts:
-    """Find counterparts by landmarks or by equal names."""
+    any_proportions |= joints is not None
+    theirs, ours = (find_landmarks(skeleton, any_proportions=any_proportions) for skeleton in (source, target))
+    names, people = (plain_names(source.joint_names), plain_names(target.joint_names)), (theirs, ours)
+    known = _are_known(names, people)
+    index = {name: j for j, name in enumerate(source.joint_names)}
+    if joints is not None:
+        check_joints(source, target, joints)
+        there = np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], np.intp)
+        _check_order(source, target, there)
+        return Counterparts(there, there >= 0, there >= 0, people, _agreeing(people, there) if known else None)
     for one, other, whose in zip(people, people[::-1], WHOSE, strict=True):
         if one.reason and other.joints and not one.joints:
             raise ValueError(f"the joints of {whose} may not be a person's: {one.reason}. Pass joints=")
-    if known := _are_known(source, target, people):
-        there, placed = _match_landmarks(source, target, people)
+    if known:
+        there, placed = _match_landmarks(source, target, people, names)
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     else:
-        index = {name: j for j, name in enumerate(source.joint_names)}
-        plain = {name: j for j, name in enumerate(plain_names(source.joint_names))}
-        pairs = zip(target.joint_names, plain_names(target.joint_names), strict=True)
+        plain = {name: j for j, name in enumerate(names[0])}
+        pairs = zip(target.joint_names, names[1], strict=True)
         there = np.array([index.get(name, plain.get(short, -1)) for name, short in pairs], np.intp)
         placed = measured = there >= 0
         if not placed.any():
-            raise ValueError("the skeletons have no joint names in common, and are not both of known rigs: pass joints=")
+            raise ValueError(
+                "the skeletons have no joint names in common, and are not both of known rigs: pass joints="
+            )
         if len(np.unique(there[placed])) < placed.sum():
             raise ValueError("several joints have the same name without prefix: pass joints=")
     _check_order(source, target, there)
     _check_limbs(target, there, people[1].joints)
-    return Counterparts(there, placed, measured, people if known else None)
+    return Counterparts(there, placed, measured, people, people if known else None)
 
 
-def _are_known(source: Skeleton, target: Skeleton, people: People) -> bool:
+def _are_known(names: Names, people: People) -> bool:
     """Whether landmarks are the counterparts of each other: one skeleton lacks names of the other, or means others."""
     theirs, ours = (person.joints for person in people)
     if not (theirs and ours):
         return False
-    names = [plain_names(skeleton.joint_names) for skeleton in (source, target)]
     if not (set(names[0]) <= set(names[1]) or set(names[1]) <= set(names[0])):
         return True
     pairs = [(theirs[mark], ours[mark]) for mark in theirs.keys() & ours.keys()]
@@ -187,7 +187,7 @@ def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str]) 
 # --- by landmarks -----------------------------------------------------------------------------------------------------
 
 
-def _match_landmarks(source: Skeleton, target: Skeleton, people: People) -> tuple[np.ndarray, np.ndarray]:
+def _match_landmarks(source: Skeleton, target: Skeleton, people: People, names: Names) -> tuple[np.ndarray, np.ndarray]:
     """The counterpart (n_joints,) of each joint of the target, and whether both are at one place of a person."""
     _check_hips(source, target, people)
     there = np.full(target.n_joints, -1, dtype=np.intp)
@@ -204,7 +204,7 @@ def _match_landmarks(source: Skeleton, target: Skeleton, people: People) -> tupl
                 there[joint] = near
     if people[0].trunk and people[1].trunk:
         _match_trunk(source, target, people, there)
-    _match_equal_names(source, target, people, there)
+    _match_equal_names(source, target, people, names, there)
     return there, placed
 
 
@@ -271,11 +271,11 @@ def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:
     return lengths / max(lengths[-1], np.finfo(float).tiny)
 
 
-def _match_equal_names(source: Skeleton, target: Skeleton, people: People, there: np.ndarray) -> None:
+def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names: Names, there: np.ndarray) -> None:
     """Match joints of equal names without landmarks, such as fingers, that are attached to counterparts."""
-    index = {name: j for j, name in enumerate(plain_names(source.joint_names))}
+    index = {name: j for j, name in enumerate(names[0])}
     theirs, ours = ({*p.joints.values(), *p.trunk, *p.neck} for p in people)
-    for joint, name in enumerate(plain_names(target.joint_names)):
+    for joint, name in enumerate(names[1]):
         other = index.get(name, -1)
         if there[joint] >= 0 or other < 0 or joint in ours or other in theirs:
             continue

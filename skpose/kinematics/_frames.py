@@ -119,7 +119,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
 
 
 def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
-    """Return a rotation Q that takes the last axis to x, the one before to y, the first to ± z; and that sign.
+    """A rotation Q that takes the last axis to x, the one before to y, the first to ± z; and that sign.
 
     The rotation about an axis a by θ is Qᵀ·R·Q, with R the rotation by θ about Qa, so a product of rotations about
     any axes is one about z, y and x between Qᵀ and Q.
@@ -137,7 +137,7 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
 
 
 def _depth_first(parents: np.ndarray) -> list[int]:
-    """Return the joints in an order in which all descendants of a joint follow it at once."""
+    """The joints in an order in which all descendants of a joint follow it at once."""
     children: list[list[int]] = [[] for _ in range(len(parents) + 1)]  # the root's last, as its index is -1
     for joint, parent in enumerate(parents):
         children[parent].append(joint)
@@ -152,7 +152,7 @@ def _depth_first(parents: np.ndarray) -> list[int]:
 
 
 def _about(axis: int, angle: float) -> np.ndarray:
-    """Return the rotation matrix about a coordinate axis."""
+    """The rotation matrix about a coordinate axis."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
     R = np.eye(3)
     R[b, b] = R[c, c] = np.cos(angle)
@@ -162,7 +162,7 @@ def _about(axis: int, angle: float) -> np.ndarray:
 
 
 def _angle_of(u: float, v: float) -> float:
-    """Return the direction of the vector (v, u), rounded to zero where only rounding keeps it from zero."""
+    """The direction of the vector (v, u), zero within rounding errors."""
     angle = np.arctan2(u, v) if max(abs(u), abs(v)) > ROUNDING else 0.0
     return float(angle) if abs(angle) > ROUNDING else 0.0
 
@@ -179,7 +179,7 @@ def _split(R: np.ndarray, p: int, k: int) -> tuple[float, int, float, float]:
 
 
 def _turn_to(direction: np.ndarray, p: int, k: int) -> tuple[float, int, float]:
-    """Return α, m and β for which Rp(α) · Rm(β) takes the axis k to a direction."""
+    """α, m and β for which Rp(α) · Rm(β) takes the axis k to a direction."""
     m = 3 - p - k if p != k else 1 if k == 0 else 0
     b, c = (p + 1) % 3, (p + 2) % 3
     u, v = (direction[c], direction[b]) if m == c else (-direction[b], direction[c])
@@ -200,10 +200,10 @@ class _Turned(NamedTuple):
 
 
 def _turn_hinge(direction: np.ndarray, p: int) -> _Turned:
-    """Return the least that takes an axis of a frame to the direction of a hinge.
+    """The fewest rotations that take an axis of a frame to the direction of a hinge.
 
-    Along an axis it is nothing. Across the axis p, the one about which the frame before rotates, α is enough, which
-    costs nothing there.
+    Along an axis none is needed. Across the axis p, about which the frame before rotates, α is enough, which costs
+    nothing there.
     """
     k = int(np.abs(direction).argmax())
     if np.abs(np.delete(direction, k)).max() <= ROUNDING:
@@ -251,7 +251,7 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
 
 
 def _alpha_of(frame: Frame, angular: list[Frame]) -> float:
-    """Return the constant that a frame takes: that of its first child, or where that needs none of the first hinge."""
+    """The constant that a frame takes: that of its first child, or if that is zero, of the first hinge."""
     first = angular[0]
     alphas = [] if first.hinge is not None else [_split(first.rest, frame.axis, first.n_dofs - 1)[0]]
     alphas += [_turn_hinge(one.rest @ one.hinge, frame.axis).alpha for one in angular if one.hinge is not None]
@@ -287,7 +287,7 @@ def _choose_axes(frame: Frame, angular: list[Frame], offset: np.ndarray) -> None
 
 
 def _axes_along(direction: np.ndarray) -> np.ndarray:
-    """Return a rotation matrix whose first axis is along a vector."""
+    """A rotation matrix whose first axis is along a vector."""
     x = direction / np.linalg.norm(direction)
     y = np.cross(x, np.eye(3)[np.abs(x).argmin()])
     y /= np.linalg.norm(y)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent
 from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, HIP, SHOULDER, TOE
 from skpose.skeleton import Skeleton
@@ -38,6 +38,7 @@ class Lines(NamedTuple):
     pelvis: list[Line]  # lines that show how the rest poses of the two are rotated, if they are known
     hips: tuple[tuple[int, int] | None, tuple[int, int] | None]  # of source and target
     directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros where there is none
+    positions: np.ndarray  # (n_joints + 2, 3) of the target at angle zero, see `with_root`
 
 
 def find_lines(
@@ -54,10 +55,10 @@ def find_lines(
         source_start = ROOT if start < 0 else int(there[start]) if there[start] >= 0 else int(source.parents[end])
         lines[joint] = Line(int(target.parents[joint]), joint, source_start, end)
     directions = directions_at_zero(target)
+    hips = (None, None) if people is None else (pair_of(people[0], HIP), pair_of(people[1], HIP))
+    positions = with_root(joint_positions(np.zeros((1, target.n_dofs)), target), hips[1])[0]
     if people is None:
-        return Lines(lines, {}, [], (None, None), directions)
-    hips = pair_of(people[0], HIP), pair_of(people[1], HIP)
-    positions = at_zero(target, hips[1])
+        return Lines(lines, {}, [], hips, directions, positions)
     _keep_straight(lines, target, there, people[1], positions)
     _point_feet(lines, there, people)
     _tie_neck_to_chest(lines, source, target, there, people)
@@ -75,16 +76,11 @@ def find_lines(
         # At angle zero limbs may point anywhere, but a trunk is straight.
         pelvis.append(Line(hips[1][1], hips[1][0], hips[0][1], hips[0][0]))
         pelvis.append(Line(MIDDLE, people[1].trunk[-1], MIDDLE, people[0].trunk[-1]))
-    return Lines(lines, _find_twists(target, people, carriers), pelvis, hips, directions)
-
-
-def at_zero(skeleton: Skeleton, hips: tuple[int, int] | None) -> np.ndarray:
-    """Positions (n_joints + 2, 3) at angle zero; `MIDDLE` and `ROOT` are the indices of the last two."""
-    return with_root(forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton), hips)[0]
+    return Lines(lines, _find_twists(target, people, carriers), pelvis, hips, directions, positions)
 
 
 def with_root(positions: np.ndarray, hips: tuple[int, int] | None) -> np.ndarray:
-    """Append the positions of the middle between the hips and of the root to positions (n_frames, n_joints, 3)."""
+    """Append the middle between the hips and the root, `MIDDLE` and `ROOT`, to positions (n_frames, n_joints, 3)."""
     root = np.zeros((len(positions), 1, 3))
     middle = positions[:, list(hips)].mean(axis=1, keepdims=True) if hips is not None else root
     return np.concatenate([positions, middle, root], axis=1)

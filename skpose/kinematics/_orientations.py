@@ -3,12 +3,12 @@
 Let d be the direction of a bone at angle zero, and G the rotation, since angle zero, of the joint that carries it, in
 the world: the bone points along G·d. A constant rotation A of each joint takes the directions of the target at zero to
 those of the source, A·d_target = d_source. So the bones of the target point where those of the source do if its joints
-have rotated by G_target = G_source·A. If the source bends between the two ends of a bone, as a trunk of three joints does
-for a trunk of two, the rotation that is left to fit the direction follows, frame by frame.
+have rotated by G_target = G_source·A. If the source bends between the two ends of a bone, as a trunk of three joints
+does for a trunk of two, the rotation that is left to fit the direction follows, frame by frame.
 
 A joint carries the bones that rotate with it: those that end at it (offsets in its "own" axes) or start at it, and
-those of joints without dofs that follow it; the root carries bones likewise. The fit is the shortest rotation for a joint
-that carries one direction, and least squares (Kabsch) for several.
+those of joints without dofs that follow it; the root carries bones likewise. The fit is the shortest rotation for a
+joint that carries one direction, and least squares (Kabsch) for several.
 """
 
 import warnings
@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._forward import forward_kinematics
-from skpose.kinematics._lines import ROOT, Lines, at_zero, find_carriers, source_lines, unit, with_root
+from skpose.kinematics._forward import joint_positions
+from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import (
     LARGEST_DIFFERENCE,
@@ -42,21 +42,25 @@ REMEDY = 'method="positions" comes close by inverse kinematics'
 
 
 def by_orientations(
-    motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines
+    motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines, factor: float
 ) -> tuple[Motion, float, list[int], str]:
     """Convert a motion by lines that shall be parallel; `there` is the counterpart of each joint, or -1.
+
+    Positions of the root are multiplied by a factor. In people of known rigs the middle between the hips keeps its
+    place: roots are above it in some rigs.
 
     The result is the motion, the largest angle between a line and its counterpart, degrees, the joints that move, and
     the reason why it is not possible, or "".
     """
     seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
-    result, moving = replace(motion, skeleton=target, angles=np.zeros((len(motion), target.n_dofs)), seen=seen), []
+    result = replace(motion, skeleton=target, angles=np.zeros((len(motion), target.n_dofs)), seen=seen)
     if slides := [bone.name for bone in (*motion.skeleton.bones, *target.bones) if bone.is_slide]:
-        return result, 0.0, moving, f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}"
+        return result, 0.0, [], f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}"
     if not len(motion):
         return result, 0.0, list(range(target.n_joints)), ""
     root = root_orientations(motion.root_angles, motion.root_axes)
-    bones = _bones(motion, root, target, lines)
+    positions = with_root(joint_positions(motion.angles, motion.skeleton), lines.hips[0])
+    bones = _bones(motion.skeleton, positions, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
     turns = _turns(target, bones, leaders)
     followed = rotations_since_zero(motion.skeleton, motion.angles, root)
@@ -68,13 +72,19 @@ def by_orientations(
             frame, i = np.unravel_index(apart.argmax(), apart.shape)
             name = target.joint_names[bones.carried[joint][i]]
             reason = f"bone {name!r} is {worst:.0f}° from its counterpart in frame {frame} after the best fit: {REMEDY}"
-            return result, worst, moving, reason
+            return result, worst, [], reason
     angles, reason = _angles(motion, target, there, rotations, bones)
     result = replace(result, angles=angles)
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
         result = replace(result, root_angles=root_angles, root_axes=axes)
-    return result, worst, list(leaders), reason
+    root_positions = factor * motion.root_positions
+    if None not in lines.hips:
+        theirs = root.apply(positions[:, MIDDLE]) + motion.root_positions
+        ours = joint_positions(angles, target)[:, lines.hips[1]].mean(axis=1)
+        ours = root_orientations(result.root_angles, result.root_axes).apply(ours) + result.root_positions
+        root_positions = factor * theirs + (result.root_positions - ours)
+    return replace(result, root_positions=root_positions), worst, list(leaders), reason
 
 
 class _Bones(NamedTuple):
@@ -97,24 +107,24 @@ class _Twist(NamedTuple):
     wished: np.ndarray  # (n_frames, 3)
 
 
-def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
-    """Find the directions of the bones of the target."""
-    n, source = target.n_joints, motion.skeleton
+def _bones(source: Skeleton, positions: np.ndarray, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
+    """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
+    n = target.n_joints
     joints, across = list(lines.of_bones), list(lines.twists)
     all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
-    zero = source_lines(source, at_zero(source, lines.hips[0])[None], all_lines)[0]
-    positions = with_root(forward_kinematics(motion.angles, source), lines.hips[0])
+    at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
+    zero = source_lines(source, at_zero, all_lines)[0]
     found = source_lines(source, positions, all_lines)
     for i in range(len(all_lines)):
         found[:, i] = root.apply(found[:, i])
-    wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(motion), n, 3))
+    wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(positions), n, 3))
     wished_at_zero[joints], wished[:, joints] = zero[: len(joints)], found[:, : len(joints)]
     directions = lines.directions
     known = np.logical_and.reduce([directions.any(axis=1), wished_at_zero.any(axis=1), wished.any(axis=(0, 2))])
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
-    points, twists = at_zero(target, lines.hips[1]), {}
+    points, twists = lines.positions, {}
     here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
     for i, joint in enumerate(across, start=len(joints)):
         if len(carried[joint]) < 2 and here[i].any() and zero[i].any() and found[:, i].any():
@@ -261,8 +271,8 @@ def _angles(
             along = zero[j].T @ bones.directions[k]
             apart = _degrees_between(axes[j].apply(along), wished.apply(along))
             if not reason and apart.max() > np.degrees(ROUNDING):
-                off = f"{apart.max():.2g}° in frame {apart.argmax()}"
-                reason = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r} off by {off}: {REMEDY}"
+                names = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r}"
+                reason = f"{names} off by {apart.max():.2g}° in frame {apart.argmax()}: {REMEDY}"
     return np.concatenate(columns, axis=1), reason
 
 

@@ -10,12 +10,12 @@ from skpose._validation.options import check_choice, check_kind, check_positive
 from skpose._validation.skeletons import check_skeleton, limits_of
 from skpose._warnings import warn
 from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
-from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._landmarks import SIDES, path_up
-from skpose.kinematics._lines import find_carriers, find_lines, pair_of
+from skpose.kinematics._lines import find_carriers, find_lines
 from skpose.kinematics._orientations import by_orientations
-from skpose.kinematics._rigs import ANKLE, HEAD, HIP, WRIST
+from skpose.kinematics._rigs import ANKLE, HEAD, WRIST
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import NO_DIRECTION, check_rest_poses, mismatch, root_orientations, seen_of
 
@@ -41,8 +41,8 @@ def retarget(
     """Retarget a motion to another skeleton.
 
     Poses are compared on one skeleton, such as `Skeleton.mean` of several people's. If both skeletons have the same
-    joints and dofs, the angles of one are poses of the other. If they differ in names, dofs, orders of Euler angles, rest
-    poses or joints in between, the poses are converted.
+    joints and dofs, the angles of one are poses of the other. If they differ in names, dofs, orders of Euler angles,
+    rest poses or joints in between, the poses are converted.
 
     Parameters
     ----------
@@ -69,8 +69,8 @@ def retarget(
         Factor of positions in the world: of the root, and with "positions" of all joints. "lengths" is the ratio of the
         lengths of the bones between counterparts; between different rigs, of legs and arms. None is 1.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps angles inside ``skeleton.limits``: "positions" finds such poses, other methods raise an error for
-        a motion that leaves the limits.
+        "enforce" keeps angles inside ``skeleton.limits``: "positions" finds such poses, other methods raise an error
+        for a motion that leaves the limits.
     n_jobs : int, default=None
         Number of threads of "positions", see `inverse_kinematics`.
     verbose : int, default=0
@@ -85,8 +85,8 @@ def retarget(
     Raises
     ------
     ValueError
-        If the method is not possible; if `joints` has unknown names or one counterpart for two joints; without `joints`,
-        if an arm, a leg or as long a part of `skeleton` has no counterpart.
+        If the method is not possible; if `joints` has unknown names or one counterpart for two joints; without
+        `joints`, if an arm, a leg or as long a part of `skeleton` has no counterpart.
 
     Warns
     -----
@@ -97,25 +97,23 @@ def retarget(
     --------
     skpose.robots.retarget_to_robot : Retarget a person's motion to a robot.
 
-    Notes
-    -----
-    *Known rigs* are CMU and HDM05 (ASF and BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max
-    Biped and Character Studio, AnimatedDrawings, `skpose.keypoints.layouts` and `skpose.datasets.humanoid`, with any
-    common prefix or number, any spelling of left and right, and in any case. A skeleton is of a known rig if it has all
-    names of both legs or both arms, in the order and with the proportions of a person. Then joints at the same place are
-    counterparts, those of trunk and neck by their share of the length, and joints of equal names attached to
-    counterparts, such as fingers. Otherwise joints of equal names are counterparts.
+    Notes ----- *Known rigs* are CMU and HDM05 (ASF and BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal,
+    3ds Max Biped and Character Studio, AnimatedDrawings, `skpose.keypoints.layouts` and `skpose.datasets.humanoid`,
+    with any common prefix or number, any spelling of left and right, and in any case. A skeleton is of a known rig if
+    it has all names of both legs or both arms, in the order and with the proportions of a person. Then joints at the
+    same place are counterparts, those of trunk and neck by their share of the length, and joints of equal names
+    attached to counterparts, such as fingers. Otherwise joints of equal names are counterparts.
 
-    *Orientations.* The counterpart of a bone is the line between the counterparts of its ends. Joints that carry no such
-    bone stay at rest. Twists are those of the counterparts. Bones that one joint carries together, such as those of the
-    pelvis, are fitted by least squares, and must be within 45°. A root without bones takes the orientation of the
-    motion's root, rotated by the quarter turns that bring the rest poses nearest to each other. In people of known rigs,
-    bones to hips and shoulders are replaced by lines from side to side, as their slope differs between rigs, and the
-    middle between the hips keeps its place.
+    *Orientations.* The counterpart of a bone is the line between the counterparts of its ends. Joints that carry no
+    such bone stay at rest. Twists are those of the counterparts. Bones that one joint carries together, such as those
+    of the pelvis, are fitted by least squares, and must be within 45°. A root without bones takes the orientation of
+    the motion's root, rotated by the quarter turns that bring the rest poses nearest to each other. In people of known
+    rigs, bones to hips and shoulders are replaced by lines from side to side, as their slope differs between rigs, and
+    the middle between the hips keeps its place.
 
-    *Positions.* Bones of other lengths leave some centimetres and degrees; prefer orientations where possible. Twists at
-    the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people of known
-    rigs, joints of the trunk and ends of hands, feet and head are not used unless `joints` names them.
+    *Positions.* Bones of other lengths leave some centimetres and degrees; prefer orientations where possible. Twists
+    at the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people of
+    known rigs, joints of the trunk and ends of hands, feet and head are not used unless `joints` names them.
 
     Examples
     --------
@@ -161,7 +159,7 @@ def retarget_and_report(
         problem = _difference(motion.skeleton, skeleton, method)
         if not problem:
             result = _with_same_numbers(motion, skeleton, scale)
-            problem = _beyond_limits(result, joint_limits)
+            problem = _beyond_limits(result) if joint_limits == "enforce" else ""
         if not problem:
             return result, UNCHANGED
         if method != "auto":
@@ -173,8 +171,9 @@ def retarget_and_report(
     if method == "positions":
         return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
     lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
-    result, apart, moving, problem = by_orientations(motion, skeleton, found.there, lines)
-    problem = problem or _beyond_limits(result, joint_limits)
+    result, apart, moving, problem = by_orientations(motion, skeleton, found.there, lines, factor)
+    if joint_limits == "enforce":
+        problem = problem or _beyond_limits(result)
     if problem and method == "auto":
         return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
     if problem:
@@ -183,8 +182,7 @@ def retarget_and_report(
     if joints is None and found.people is not None:
         _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
     count = f"{(found.there >= 0).sum()} of {skeleton.n_joints} joints"
-    report = f"orientations, {count}, directions within {round(apart, 2):g}°{at_rest_in_words(skeleton, at_rest)}"
-    return replace(result, root_positions=_root_positions(motion, result, found, factor)), report
+    return result, f"orientations, {count}, directions within {round(apart, 2):g}°{at_rest_in_words(skeleton, at_rest)}"
 
 
 def _difference(source: Skeleton, target: Skeleton, method: str) -> str:
@@ -215,10 +213,8 @@ def _with_same_numbers(motion: Motion, skeleton: Skeleton, scale: float | Litera
     )
 
 
-def _beyond_limits(motion: Motion, joint_limits: str) -> str:
-    """State which angle leaves the joint limits most, if they are enforced; empty if none does."""
-    if joint_limits == "ignore":
-        return ""
+def _beyond_limits(motion: Motion) -> str:
+    """State which angle leaves the joint limits most; empty if none does."""
     limits = limits_of(motion.skeleton)
     beyond = np.maximum(limits[:, 0] - motion.angles, motion.angles - limits[:, 1])
     if not beyond.size or beyond.max() <= 0.0:
@@ -226,24 +222,6 @@ def _beyond_limits(motion: Motion, joint_limits: str) -> str:
     frame, dof = np.unravel_index(beyond.argmax(), beyond.shape)
     name = motion.skeleton.dof_names[dof]
     return f'{name!r} is {beyond.max():.3g} beyond its limits in frame {frame}: method="positions" stays within'
-
-
-def _root_positions(motion: Motion, result: Motion, found: Counterparts, factor: float) -> np.ndarray:
-    """The positions (n_frames, 3) of the root of a result, times a factor.
-
-    In people of known rigs the middle between the hips keeps its place: roots are above it in some rigs.
-    """
-    hips = [pair_of(person, HIP) for person in found.people or ()]
-    if not hips or None in hips:
-        return factor * motion.root_positions
-    middles = [_middle(one, pair) for one, pair in zip((motion, result), hips, strict=True) if pair is not None]
-    return factor * middles[0] + (result.root_positions - middles[1])
-
-
-def _middle(motion: Motion, pair: tuple[int, int]) -> np.ndarray:
-    """The positions (n_frames, 3) of the middle between two joints in the world."""
-    middle = forward_kinematics(motion.angles, motion.skeleton)[:, pair].mean(axis=1)
-    return root_orientations(motion.root_angles, motion.root_axes).apply(middle) + motion.root_positions
 
 
 def _by_positions(
@@ -263,7 +241,7 @@ def _by_positions(
         return nothing, f"positions, {count}"
     placed = np.flatnonzero(found.placed).tolist()
     root = root_orientations(motion.root_angles, motion.root_axes)
-    positions = forward_kinematics(motion.angles, motion.skeleton)
+    positions = joint_positions(motion.angles, motion.skeleton)
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
     for joint in placed:
         wished[:, joint] = factor * (root.apply(positions[:, found.there[joint]]) + motion.root_positions)

@@ -39,8 +39,8 @@ def find_contacts(
 ) -> list[Contact]:
     """Find when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
 
-    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. `may` (n_frames,) are the
-    frames in which the foot may stand.
+    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. `may` (n_frames,) are
+    the frames in which the foot may stand.
     """
     slow_toes = _speeds(toes, times, WINDOW) < SLOW * leg
     slow_ankle = _speeds(ankles, times, WINDOW) < SLOW_ANKLE * leg

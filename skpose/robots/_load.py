@@ -67,8 +67,8 @@ def load_robot(
 ) -> Skeleton:
     """Load the skeleton of a robot from an MJCF or URDF file, as MuJoCo reads it.
 
-    The joints of the skeleton are the robot's links (MuJoCo's bodies), by name and in MuJoCo's order. The columns of its
-    poses are the robot's joints, by name, in the order of ``qpos`` and with its numbers.
+    The joints of the skeleton are the robot's links (MuJoCo's bodies), by name and in MuJoCo's order. The columns of
+    its poses are the robot's joints, by name, in the order of ``qpos`` and with its numbers.
 
     Parameters
     ----------
@@ -98,8 +98,8 @@ def load_robot(
     Warns
     -----
     UserWarning
-        If the file has equality constraints, mimic joints, tendons or limits of ball joints, which the skeleton does not
-        keep; if links or joints are left out.
+        If the file has equality constraints, mimic joints, tendons or limits of ball joints, which the skeleton does
+        not keep; if links or joints are left out.
 
     See Also
     --------
@@ -111,8 +111,8 @@ def load_robot(
     Geometry, masses, motors and sensors are ignored, so that missing meshes are no errors. Links are not fused.
 
     A link without a name is "body_3", by its number in MuJoCo; a joint without a name is its link's with "_joint". A
-    link with several joints has bones of length zero for all but the last. A joint that is not at the origin of its link
-    has one bone to its point and a rigid one back. These bones are named by the joint with "_anchor", and count as
+    link with several joints has bones of length zero for all but the last. A joint that is not at the origin of its
+    link has one bone to its point and a rigid one back. These bones are named by the joint with "_anchor", and count as
     points of the robot in distances unless `Skeleton.with_weights` sets them to zero.
 
     Examples
@@ -194,11 +194,11 @@ def _joints_of(file: RobotFile, bodies: Sequence[str], held: Mapping[str, Any]) 
     given = [model.joint(i).name for i in range(model.njnt)]
     taken = set(given)
     owners = model.jnt_bodyid.tolist()
-    names = [
-        name or _new_name(f"{bodies[body]}_joint", taken) for name, body in zip(given, owners, strict=True)
-    ]
+    names = [name or _new_name(f"{bodies[body]}_joint", taken) for name, body in zip(given, owners, strict=True)]
     if unknown := [name for name in held if name not in names]:
-        raise file.error(f"held has an unknown joint, {unknown[0]!r}: {near_names(names, unknown[0], list_names(names))}")
+        raise file.error(
+            f"held has an unknown joint, {unknown[0]!r}: {near_names(names, unknown[0], list_names(names))}"
+        )
     joints = []
     for i, name in enumerate(names):
         kind, address = int(model.jnt_type[i]), int(model.jnt_qposadr[i])
@@ -227,7 +227,9 @@ def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint]
     carriers = {joint.body for joint in joints if joint.kind != FREE}
     free = [joint.body for joint in joints if joint.kind == FREE and carriers & set(_below(model, joint.body))]
     if len(free) > 1:
-        raise file.error(f"several links with joints move freely: choose root= among {list_names(bodies[i] for i in free)}")
+        raise file.error(
+            f"several links with joints move freely: choose root= among {list_names(bodies[i] for i in free)}"
+        )
     if free:
         return free[0]
     first = np.flatnonzero(model.body_parentid[1:] == WORLD) + 1

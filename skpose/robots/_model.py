@@ -1,7 +1,7 @@
 """MuJoCo's model of a robot, with its links and joints alone.
 
-Geometry, masses, motors and sensors do not move links. They are removed before MuJoCo compiles the model, so that missing
-meshes and masses are no errors.
+Geometry, masses, motors and sensors do not move links. They are removed before MuJoCo compiles the model, so that
+missing meshes and masses are no errors.
 """
 
 import os
@@ -19,8 +19,11 @@ from skpose.io._robot_kind import first_element, robot_kind
 from skpose.io._shared import open_file
 
 # Elements of a model other than bodies, frames and joints; those that refer to others come first.
-REMOVED = """sensors actuators tendons equalities keys tuples pairs excludes skins flexes cameras lights sites geoms
-meshes hfields materials textures numerics texts plugins""".split()
+REMOVED = (
+    *("sensors", "actuators", "tendons", "equalities", "keys", "tuples", "pairs", "excludes", "skins", "flexes"),
+    *("cameras", "lights", "sites", "geoms", "meshes", "hfields", "materials", "textures", "numerics", "texts"),
+    "plugins",
+)
 READS_URDF = (4, 0)  # the first version of MuJoCo that reads mimic joints and reports the limits that it ignores
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 MOST_NAMES = 5  # in a message
@@ -70,8 +73,8 @@ def read_robot(path: Any) -> RobotFile:
                 spec = mujoco.MjSpec.from_file(os.fspath(path))  # which finds the files that this one includes
             else:
                 spec = mujoco.MjSpec.from_string(text)
-            active = [one for one in spec.equalities if one.active]
-            constraints = [one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in active]
+            equalities = [one for one in spec.equalities if one.active]
+            constraints = [one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in equalities]
             notes = _notes(constraints, [one.name or "unnamed" for one in spec.tendons])
             model = _compile_bodies(spec)
         except (ValueError, RuntimeError, mujoco.FatalError) as error:

@@ -73,13 +73,14 @@ def person_of(motion: Motion, stance: Stance) -> Person:
         if stance.has(limb)
     }
     hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes, feet, seen = {}, {}, {}
+    toes, feet, seen = {}, {}, dict.fromkeys(stance.feet, np.ones(len(motion), bool))
     for side in stance.feet:
         mark = stance.toe(side)
         toes[side] = at[mark]
         feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
         joints = [stance.places[name].joint for name in (mark, f"{side}_{ANKLE}")]
-        seen[side] = np.ones(len(motion), bool) if motion.seen is None else motion.seen[:, joints].all(axis=1)
+        if motion.seen is not None:
+            seen[side] = np.asarray(motion.seen[:, joints].all(axis=1))
     return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
 
 
@@ -118,7 +119,9 @@ def warn_of_flips(person: Person, times: np.ndarray) -> None:
         flips = (turns > FLIP) & (turns / np.diff(times) > FASTEST)
         if flips.any():
             i = int(np.where(flips, turns, 0.0).argmax())
-            warn(f"the {side} foot turns by {np.degrees(turns[i]):.0f}° from frame {i} to {i + 1}: correct the recording")
+            warn(
+                f"the {side} foot turns by {np.degrees(turns[i]):.0f}° from frame {i} to {i + 1}: correct the recording"
+            )
 
 
 def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:

@@ -51,8 +51,8 @@ def qpos_from_motion(
     Returns
     -------
     ndarray of shape (n_frames, nq)
-        A free joint has the root's position, m, and its quaternion (w, x, y, z), a ball joint a quaternion, other joints
-        rad or m. Quaternions are continuous in time, the first with w ≥ 0.
+        A free joint has the root's position, m, and its quaternion (w, x, y, z), a ball joint a quaternion, other
+        joints rad or m. Quaternions are continuous in time, the first with w ≥ 0.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._validation.skeletons import IS_SKELETON
 from skpose._warnings import warn
 from skpose.kinematics._counterparts import check_joints
-from skpose.kinematics._landmarks import SIDES, path_up
+from skpose.kinematics._landmarks import path_up
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
 from skpose.kinematics._rigs import ANKLE, HIP
 from skpose.robots._person import to_vertical
@@ -107,9 +107,9 @@ def retarget_to_robot(
     and joints without a counterpart stay at rest. A robot without legs stands on the floor below the person's hips.
 
     *Ground contact.* A foot stands while its ball is slower than 0.6 leg lengths per second, near the floor, within 5 %
-    of a leg length of one place, and seen; it is flat while the ankle is slower than 0.35. There it is held still, level
-    if the person's foot tilts by less than 24°, and blended in and out over 0.15 s. No corner of a sole is below the
-    floor. If a leg cannot reach a standing foot, the pelvis moves closer.
+    of a leg length of one place, and seen; it is flat while the ankle is slower than 0.35. There it is held still,
+    level if the person's foot tilts by less than 24°, and blended in and out over 0.15 s. No corner of a sole is below
+    the floor. If a leg cannot reach a standing foot, the pelvis moves closer.
 
     *Poses.* Inverse kinematics finds the poses nearest to pelvis, chest, knees, soles, elbows, wrists and hands, with
     the largest weight on the soles: within the joint limits, from frame to frame, and no angle faster than 20 rad/s.
@@ -123,8 +123,10 @@ def retarget_to_robot(
     >>> bones, joints = [], {}
     >>> for side, y in (("left", 0.1), ("right", -0.1)):
     ...     hip, knee, ankle, toe = (f"{side}_{name}" for name in ("hip", "knee", "ankle", "toe"))
-    ...     bones += [Bone(hip, None, (0, y, 0), "hinge", axis=(0, 1, 0)), Bone(knee, hip, (0, 0, -0.3), "hinge", axis=(0, 1, 0))]
-    ...     bones += [Bone(ankle, knee, (0, 0, -0.3), "hinge", axis=(0, 1, 0)), Bone(toe, ankle, (0.12, 0, -0.05))]
+    ...     bones.append(Bone(hip, None, (0, y, 0), "hinge", axis=(0, 1, 0)))
+    ...     bones.append(Bone(knee, hip, (0, 0, -0.3), "hinge", axis=(0, 1, 0)))
+    ...     bones.append(Bone(ankle, knee, (0, 0, -0.3), "hinge", axis=(0, 1, 0)))
+    ...     bones.append(Bone(toe, ankle, (0.12, 0, -0.05)))
     ...     joints |= {hip: f"{side}_pelvis", knee: f"{side}_thigh", ankle: f"{side}_shank", toe: f"{side}_foot"}
     >>> biped, person = Skeleton(bones, "parent"), humanoid()
     >>> standing = Motion(person, [[0.0] * person.n_dofs] * 3, 30)
@@ -177,9 +179,7 @@ def retarget_and_report(
     return result, _report(result, ours, final, aim, tips, float(raised.max()))
 
 
-def _report(
-    result: Motion, ours: Stance, final: Solution, aim: Aim, tips: dict[str, np.ndarray], raised: float
-) -> str:
+def _report(result: Motion, ours: Stance, final: Solution, aim: Aim, tips: dict[str, np.ndarray], raised: float) -> str:
     """State how close a motion came to its targets; warn if the pelvis is thrown about."""
     robot, times, groups = result.skeleton, result.times, aim.targets.groups
     words = ["limbs", *([ours.name] if ours.name else []), f"{len(ours.places)} places"]
@@ -204,7 +204,9 @@ def _report(
         words += [f"faster than the person's: {' and '.join(named)}"] * bool(named)
         if speeds["the pelvis"] >= FASTER:
             most = f"{speeds['the pelvis']:.2g} m/s"
-            warn(f"the pelvis is up to {most} faster than the person's, in frame {thrown.argmax()}: check the recording")
+            warn(
+                f"the pelvis is up to {most} faster than the person's, in frame {thrown.argmax()}: check the recording"
+            )
     if aim.skeleton.limits is not None:
         columns = [robot.dof_names.index(name) for name in final.skeleton.dof_names]
         lower, upper = aim.skeleton.limits[columns].T

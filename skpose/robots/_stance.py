@@ -84,9 +84,7 @@ def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
 
 
 @functools.lru_cache(maxsize=16)
-def stances_of(
-    source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None
-) -> tuple[Stance, Stance]:
+def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
     """The stances of a person and a robot, by names or by pairs of joints of target and source."""
     names = set(target.joint_names)
     robot = next((robot for robot in ROBOTS if {link for link, _ in places_of(robot).values()} <= names), None)
@@ -99,7 +97,9 @@ def stances_of(
         ours = known or _joint_places(target, find_landmarks(target).joints)
     for places, whose in ((theirs, "the motion"), (ours, "the robot")):
         if not any(_has(places, limb) for limb in LIMBS):
-            raise ValueError(f"the legs or arms of {whose} are not known by their names: name their joints with joints=")
+            raise ValueError(
+                f"the legs or arms of {whose} are not known by their names: name their joints with joints="
+            )
     _check_limbs(target, ours, robot)
     one = find_stance(source, theirs)
     other = find_stance(target, ours, axes, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
@@ -272,7 +272,11 @@ def _is_standing(
     hips: np.ndarray | None, shoulders: np.ndarray | None, places: dict[str, Place], axes: np.ndarray
 ) -> bool:
     """Whether legs hang at angle zero, and hips face where shoulders do."""
-    if hips is not None and shoulders is not None and unit(hips[0] - hips[1]) @ unit(shoulders[0] - shoulders[1]) < FACING:
+    if (
+        hips is not None
+        and shoulders is not None
+        and unit(hips[0] - hips[1]) @ unit(shoulders[0] - shoulders[1]) < FACING
+    ):
         return False
     legs = [tuple(f"{side}_{mark}" for mark in (HIP, ANKLE)) for side in SIDES]
     known = [leg for leg in legs if all(mark in places for mark in leg)]

@@ -1,8 +1,8 @@
 """The robots whose links are known, one table each, with its source.
 
 A table has for each landmark of a person the link, and the offset from its origin if any: in m at angle zero, in the
-axes of the root, x forward, y left and z up. It has the left side; the right one is its mirror image. Names are those of
-bodies in MJCF files and of links in URDF files.
+axes of the root, x forward, y left and z up. It has the left side; the right one is its mirror image. Names are those
+of bodies in MJCF files and of links in URDF files.
 
 A hip is where the axis of the hinge that swings the leg forward meets the plane of the leg, a shoulder likewise, so
 that both move with the trunk. An ankle is at the hinge that the shank carries. Heels and toes are the ends of the sole,

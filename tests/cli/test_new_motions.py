@@ -21,6 +21,7 @@ from skpose.geodesics import interpolate
 from skpose.io import load_amc, load_bvh, load_c3d, load_keypoints, load_motion, load_trc, save_bvh, save_npz
 from skpose.kinematics import retarget
 from skpose.motions import mean_motion
+from skpose.robots import retarget_to_robot
 
 FILES = ["a.bvh", "b.bvh", "c.bvh"]
 
@@ -318,7 +319,7 @@ def test_retarget_onto_a_robot(capsys):
     assert main([*command, "--out", "there.npz"]) == 0
     line, _ = capsys.readouterr().out.splitlines()
     assert line.startswith("walk.npz: by limbs, ")
-    assert_close(load_motion("there.npz"), retarget(motion, skeleton, method="limbs", joints=joints))
+    assert_close(load_motion("there.npz"), retarget_to_robot(motion, skeleton, joints=joints))
 
 
 # --- skpose convert --------------------------------------------------------------------------------------------------
