@@ -207,9 +207,10 @@ def _check_skeleton(file: RobotFile, robot: Robot, skeleton: Any) -> None:
     """Refuse a motion on another skeleton; the order of bones, limits and weights do not matter."""
     ours, theirs = set(robot.skeleton.dof_names), set(skeleton.dof_names)
     if ours != theirs:
+        odd = [name for name in (*robot.skeleton.dof_names, *skeleton.dof_names) if (name in ours) != (name in theirs)]
         rooted = [name for name in theirs - ours if name.startswith("root_")]
         hint = "call motion.without_root()" if rooted else "use the root= and held= of load_robot"
-        raise file.error(f"columns {list_names(sorted(ours ^ theirs))} are not in both robot and motion: {hint}")
+        raise file.error(f"columns {list_names(odd)} are not in both robot and motion: {hint}")
     for bone in skeleton.bones:
         if bone.name not in robot.skeleton or not _is_same(bone, robot.skeleton[bone.name]):
             raise file.error(f"bone {bone.name!r} is not the robot's: use the root= and held= of load_robot")

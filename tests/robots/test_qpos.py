@@ -8,11 +8,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 from skpose import Motion
-from skpose.io import MocapFormatError, load_motion, load_robot, motion_from_qpos, qpos_from_motion, save_csv, save_npz
+from skpose.io import MocapFormatError
+from skpose.robots import load_robot, motion_from_qpos, qpos_from_motion
 
 mujoco = pytest.importorskip("mujoco")
 
-from robots import ROBOTS, SCENE, compiled, mjcf, opened, random_qpos  # noqa: E402
+from robot_files import ROBOTS, SCENE, compiled, mjcf, opened, random_qpos  # noqa: E402
 
 
 def moving(text, held=None, n=50, seed=0, **root):
@@ -62,7 +63,7 @@ def test_the_root_is_where_the_body_is_in_the_world():
     data = mujoco.MjData(model)
     rng = np.random.default_rng(3)
     qpos = np.stack([random_qpos(model, {}, rng) for _ in range(5)])
-    with pytest.raises(MocapFormatError, match=r"joint 'waist' is held at 0.5, and in qpos it is at .* at frame \d"):
+    with pytest.raises(MocapFormatError, match="'waist' is held"):
         motion_from_qpos(qpos, io.StringIO(SCENE), 30, held={"waist": 0.5})
     motion = motion_from_qpos(qpos, io.StringIO(SCENE), 30, root="torso")
     orientations = Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
@@ -71,7 +72,7 @@ def test_the_root_is_where_the_body_is_in_the_world():
         mujoco.mj_kinematics(model, data)
         assert_allclose(motion.root_positions[i], data.body("torso").xpos, atol=1e-14)
         assert_allclose(orientations[i], data.body("torso").xmat.reshape(3, 3), atol=1e-14)
-    with pytest.raises(MocapFormatError, match="qpos has numbers of 'pull', 'floating', 'waist', 'hip', which 'torso'"):
+    with pytest.raises(MocapFormatError, match="'pull', 'floating', 'waist', 'hip'"):
         qpos_from_motion(motion, io.StringIO(SCENE), root="torso")
 
 
@@ -84,73 +85,33 @@ def test_worlds_with_another_axis_up_are_turned():
     assert_allclose(qpos[:3], [1, -3, 2])
     assert_allclose(qpos[3:7], Rotation.from_euler("z", 40, degrees=True).as_quat()[[3, 0, 1, 2]], atol=1e-15)
     lying = Motion(motion.skeleton, motion.angles, 30)  # the default of up is y
-    with pytest.warns(UserWarning, match=r'y is the axis that points up.* use dataclasses.replace\(motion, up="z"\)'):
+    with pytest.warns(UserWarning, match='up="z"'):
         qpos_from_motion(lying, opened(text))
     sideways = Motion(motion.skeleton, motion.angles, 30, [[1, 2, 3]], [[0, np.pi / 2, 0]], up="x")
     (qpos,) = qpos_from_motion(sideways, opened(text))
     assert_allclose(qpos[:7], [-3, 2, 1, 1, 0, 0, 0], atol=1e-15)
 
 
-def test_held_quaternions_have_either_sign():
+def test_a_motion_that_is_not_the_robots():
     text, held = ROBOTS["held"]
     motion = moving(text, held)
-    qpos = qpos_from_motion(motion, opened(text), held=held)
-    at = compiled(text).joint("s").qposadr[0]
-    qpos[::2, at : at + 4] *= -1
-    assert_array_equal(motion_from_qpos(qpos, opened(text), 50, held=held).angles, motion.angles)
-
-
-def test_errors_of_qpos_from_motion():
-    text, held = ROBOTS["held"]
-    motion = moving(text, held)
-    given = {"held": held}
-    with pytest.raises(TypeError, match=r"motion must be a skpose.Motion, got ndarray: Motion\(skeleton, poses"):
-        qpos_from_motion(motion.angles, opened(text))
-    with pytest.raises(MocapFormatError, match="the motion has no columns 'x', 'y', 's_anchor_rotvec_x'"):
+    with pytest.raises(MocapFormatError, match="'x', 'y'"):
         qpos_from_motion(motion, opened(text))
-    less = {name: value for name, value in held.items() if name != "w"}
-    with pytest.raises(MocapFormatError, match=r"the motion has no columns 'w': .* held at a value, held="):
-        qpos_from_motion(motion, opened(text), held=less)
-    with pytest.raises(MocapFormatError, match=r"the motion's bone '.*' is none of this robot: .* root= and held="):
+    with pytest.raises(MocapFormatError, match="is not the robot's"):
         qpos_from_motion(motion, opened(text), held=held | {"y": 0.1})
-    with pytest.raises(MocapFormatError, match="the motion has columns 'yaw', which are no columns of this robot"):
-        qpos_from_motion(motion, opened(text), held=held | {"yaw": 0.1})
-    with pytest.raises(MocapFormatError, match=r"columns 'root_rotvec_x'.*: motion.without_root"):
-        qpos_from_motion(motion.with_root("whole"), opened(text), **given)
+    with pytest.raises(MocapFormatError, match="without_root"):
+        qpos_from_motion(motion.with_root("whole"), opened(text), held=held)
     away = moving(text, held, root_positions=np.linspace(0, [1, 0, 0], 50))
-    with pytest.raises(MocapFormatError, match="'world' has no free joint, and the root of the motion moves, by 1 m"):
-        qpos_from_motion(away, opened(text), **given)
-    with pytest.raises(MocapFormatError, match="the motion has columns"):
-        qpos_from_motion(motion, opened(ROBOTS["free root"][0]))
+    with pytest.raises(MocapFormatError, match="no free joint"):
+        qpos_from_motion(away, opened(text), held=held)
 
 
-def test_errors_of_motion_from_qpos():
-    text, held = ROBOTS["held"]
-    with pytest.raises(
-        ValueError, match=r"qpos must have shape \(n_frames, 11\), 4 for a ball joint × 1 \+ 7 joints, "
-    ):
-        motion_from_qpos(np.zeros((3, 10)), opened(text), 30, held=held)
+def test_qpos_of_another_robot():
     free = ROBOTS["free root"][0]
-    with pytest.raises(ValueError, match="at frame 0 must be a quaternion of length one, got"):
-        motion_from_qpos(np.zeros((3, 9)), io.StringIO(free), 30)
-    with pytest.raises(ValueError, match="qpos holds nan at frame 0, column 0"):
-        motion_from_qpos(np.full((3, 9), np.nan), io.StringIO(free), 30)
-    with pytest.raises(ValueError, match="frame_rate"):
-        motion_from_qpos(np.zeros((3, 9)), io.StringIO(free), 0)
-
-
-def test_files_of_motions_keep_the_names(tmp_path):
-    pandas = pytest.importorskip("pandas")
-    text, held = ROBOTS["held"]
-    motion = moving(text, held, up="z")
-    save_npz(tmp_path / "a.npz", motion)
-    again = load_motion(tmp_path / "a.npz")
-    assert again.skeleton == motion.skeleton
-    assert_array_equal(again.angles, motion.angles)
-    assert_array_equal(
-        qpos_from_motion(again, opened(text), held=held), qpos_from_motion(motion, opened(text), held=held)
-    )
-    save_csv(tmp_path / "a.csv", motion)
-    table = pandas.read_csv(tmp_path / "a.csv")
-    assert list(table.columns[-3:]) == ["yaw", "v", "bend"]
-    assert_array_equal(table[list(motion.skeleton.dof_names)], motion.angles)
+    for qpos, message in (
+        (np.zeros((3, 10)), "shape"),
+        (np.zeros((3, 9)), "length one"),
+        (np.full((3, 9), np.nan), "finite"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            motion_from_qpos(qpos, io.StringIO(free), 30)
