@@ -8,7 +8,7 @@ from placed import FIGURE, at_random, least_cost
 from skpose import inverse_kinematics
 from skpose.datasets import humanoid
 
-N = 4
+N = 2
 SKELETONS = {"figure": FIGURE, "tree": random_tree(1, offset_frame="parent"), "humanoid": humanoid()}
 
 
@@ -27,7 +27,7 @@ def assert_least(fitted, positions, **options):
         assert cost <= least * (1 + 1e-8) + 1e-16
 
 
-@pytest.mark.parametrize(("noisy", "rho"), [("figure", 0.0), ("tree", 0.02), ("humanoid", 0.0)], indirect=["noisy"])
+@pytest.mark.parametrize(("noisy", "rho"), [("figure", 0.02), ("tree", 0.0)], indirect=["noisy"])
 def test_no_lower_sum_with_weights_and_an_initial_pose(noisy, rho):
     skeleton, positions = noisy
     rng = np.random.default_rng(2)
@@ -37,14 +37,16 @@ def test_no_lower_sum_with_weights_and_an_initial_pose(noisy, rho):
     assert_least(fitted, positions, rho=rho, **options)
 
 
+@pytest.mark.slow
 def test_no_lower_sum_where_bones_have_other_lengths():
-    positions = at_random(humanoid(1.9), N, size=0.4)[1] * np.array([1.0, 0.9, 1.1])
+    positions = at_random(humanoid(1.9), 1, size=0.4)[1] * np.array([1.0, 0.9, 1.1])
     fitted = inverse_kinematics(positions, humanoid(1.6))
     assert np.median(fitted.residuals) > 0.01
     assert_least(fitted, positions)
 
 
 @pytest.mark.parametrize(("size", "rho"), [(0.3, 0.0), (1.5, 0.02)])
+@pytest.mark.slow
 def test_no_lower_sum_within_limits(size, rho):
     positions = at_random(FIGURE, 2 * N, size)[1]
     fitted = inverse_kinematics(positions, FIGURE, joint_limits="enforce", regularization=rho)
