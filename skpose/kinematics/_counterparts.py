@@ -46,7 +46,7 @@ LIMB = 0.28
 class Counterparts(NamedTuple):
     """The counterparts of the joints of a target in a source."""
 
-    there: np.ndarray  # (n_joints,) the index of each joint's counterpart, -1 where it has none
+    there: np.ndarray  # (n_joints,) the index of each joint's counterpart, or -1
     placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
     measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
     landmarks: People
@@ -156,7 +156,7 @@ def _are_known(names: Names, people: People) -> bool:
 
 
 def _agreeing(people: People, there: np.ndarray) -> People:
-    """The landmarks that agree with given counterparts, and those of collarbones without counterparts."""
+    """The landmarks that agree with given counterparts, and collarbones without counterparts."""
     theirs, ours = (person.joints for person in people)
     same = {name for name, joint in ours.items() if there[joint] >= 0 and there[joint] == theirs.get(name)}
     alone = {

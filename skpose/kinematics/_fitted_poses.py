@@ -24,7 +24,7 @@ class FittedPoses:
     poses : ndarray of shape (n_frames, n_dofs)
         Joint angles, rad.
     residuals : ndarray of shape (n_frames, n_joints)
-        Distance of each joint from its given position, m; NaN where it is not seen.
+        Distance of each joint from its given position, m; NaN if it is not seen.
     converged : ndarray of shape (n_frames,) of bool
         Whether no small change of the pose would bring the joints nearer. False where nothing is seen.
     root_positions : ndarray of shape (n_frames, 3)
@@ -72,9 +72,9 @@ class FittedPoses:
         Parameters
         ----------
         frame_rate : float, default=None
-            Frames per second, Hz. None is that of the `Keypoints`; poses at an array of positions need it.
+            Frames per second, Hz. None takes the rate of the `Keypoints`; arrays of positions need it.
         up : {"x", "y", "z"}, default=None
-            The axis of the world that points up. None is that of the `Keypoints`; for an array, y.
+            The axis of the world that points up. None takes the axis of the `Keypoints`; for an array, y.
 
         Returns
         -------

@@ -14,7 +14,7 @@ ROUNDING = 8 * np.finfo(np.float64).eps
 class Frame:
     """A coordinate system that rotates about z, y and x by its dofs.
 
-    A hinge's rotates about any one of these, one without dofs about any one by a constant, and that of a slide not.
+    The frame of a hinge rotates about any one of these, a frame without dofs by a constant; a slide does not rotate.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Frames(NamedTuple):
 def frames_of(skeleton: Skeleton | None) -> Frames:
     """Give each joint with dofs a frame.
 
-    Every joint's world orientation is that of a frame times a constant: H_j = K_f · A_j. A rigid joint shares the
+    Every joint's world orientation is a frame's times a constant: H_j = K_f · A_j. A rigid joint shares the
     frame of its parent. A joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
     root = Frame(None, 0, 0, None, 0)
@@ -114,7 +114,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
         carrier = frame_of[carriers[j - 1]]
         if carrier is not frame:
             carrier.joints.remove(j)
-            frame.joints.insert(0, j)  # before those that it carries
+            frame.joints.insert(0, j)  # before the joints that it carries
     return frames._replace(offset=offset)
 
 
@@ -170,8 +170,8 @@ def _angle_of(u: float, v: float) -> float:
 def _split(R: np.ndarray, p: int, k: int) -> tuple[float, int, float, float]:
     """Split a rotation R = Rp(α) · Rm(β) · Rk(γ) into α, m, β and γ.
 
-    With p the axis of the last dof of the frame before, which takes α, and k that of the first dof of the next frame,
-    which takes γ, β is all that a constant rotation costs between two frames.
+    With p the axis of the last dof of the frame before, which takes α, and k the axis of the first dof of the next
+    frame, which takes γ, β is all that a constant rotation costs between two frames.
     """
     alpha, m, beta = _turn_to(R[:, k], p, k)
     rest = _about(m, -beta) @ _about(p, -alpha) @ R
@@ -251,7 +251,7 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
 
 
 def _alpha_of(frame: Frame, angular: list[Frame]) -> float:
-    """The constant that a frame takes: that of its first child, or if that is zero, of the first hinge."""
+    """The constant that a frame takes: its first child's, or if that is zero, the first hinge's."""
     first = angular[0]
     alphas = [] if first.hinge is not None else [_split(first.rest, frame.axis, first.n_dofs - 1)[0]]
     alphas += [_turn_hinge(one.rest @ one.hinge, frame.axis).alpha for one in angular if one.hinge is not None]
@@ -271,7 +271,7 @@ def _rotate_behind(frame: Frame, back: np.ndarray, offset: np.ndarray) -> None:
 
 
 def _choose_axes(frame: Frame, angular: list[Frame], offset: np.ndarray) -> None:
-    """Choose the axes of a ball joint's frame: those of the first child with angles, or x along the first offset."""
+    """Choose the axes of a ball joint's frame: the first child's with angles, or x along the first offset."""
     R = np.eye(3)
     first = angular[0] if angular else None
     if first is not None:

@@ -26,7 +26,7 @@ from skpose.skeleton._shared import positions_at_zero, size_of, with_root_joint
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
 WARM_UP = 32  # frames before a task that it computes and drops, so that its first frame does not start from scratch
 WARM_ITER = 20  # iterations from the frame before
-MAX_ITER = 1000  # iterations from the initial pose, of which a few frames need hundreds
+MAX_ITER = 1000  # iterations from the initial pose; a few frames need hundreds
 LARGER, SMALLER = 10.0, 50.0  # times that positions may differ in size from the skeleton: few joints may be seen
 N_ROOT = 3  # columns of the root's orientation
 
@@ -122,7 +122,7 @@ class Problem:
         """The found poses, in the order of the skeleton; warn of frames that did not converge."""
         fitted, unseen, n = self.fit(found), self.unseen(), len(self.weights)
         if unseen.any():
-            kept = "that of the frame before" if self.rules.is_sequence else "the initial one"
+            kept = "the one before" if self.rules.is_sequence else "the initial one"
             warn(f"no joint is seen in {unseen.sum()} of {n} frames, first in {unseen.argmax()}: their pose is {kept}")
         left = ~fitted.converged & ~unseen
         if left.any():

@@ -2,7 +2,7 @@
 
 Names alone do not suffice, as "LeftShoulder" is the shoulder in one rig and the collarbone's beginning in another. So a
 skeleton is of a rig only as a whole: at least both legs or both arms have all their names, joints follow each other as
-in a person, and the lengths at angle zero are those of a person. Uncertain joints are left out.
+in a person, and the lengths at angle zero are a person's. Uncertain joints are left out.
 """
 
 import itertools
@@ -36,8 +36,8 @@ from skpose.skeleton._shared import others, positions_at_zero, split_sides
 SIDES = ("left", "right")
 NUMBERED = re.compile(rf"(.*[^\W_])([\W_]\d+)((?:_?(?:{'|'.join(END_NAMES)}))?)", re.IGNORECASE)
 SIGNS = re.compile(r"[\W_]+")  # between words
-HIPS = "hips"  # the joint that carries both legs, where it is not the root
-ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # each comes after the one before, where it is
+HIPS = "hips"  # the joint that carries both legs, if it is not the root
+ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # in this order, as far as known
 NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
 # Lengths in a person: between two joints, and sums of these.
 SEGMENTS = {"thigh": (HIP, KNEE), "shank": (KNEE, ANKLE), "upper arm": (SHOULDER, ELBOW), "forearm": (ELBOW, WRIST)}
@@ -49,7 +49,7 @@ PROPORTIONS = (
     ("upper arm", "forearm", 0.5, 2.6),
     ("leg", "arm", 0.9, 3.0),
 )
-FORWARD = 0.5  # cosine of the angle between a foot and the direction forward, up to which it ends at the toe
+FORWARD = 0.5  # cosine of the largest angle between the direction forward and a foot that ends at the toe
 SYMMETRY = 1.25  # how many times as long as on the other side
 
 
@@ -116,7 +116,7 @@ def plain_names(names: Sequence[str]) -> list[str]:
     """Names without a namespace, and without a prefix or a number that all of them have: "mixamorig:", "Bip01 ",
     ".001".
 
-    A word for a side stays: the names of a left arm are not those of a right one.
+    A word for a side stays: the names of a left arm differ from a right one's.
     """
     names, start = _without_number(names)
     word = re.sub(r"[^\W_]*$", "", start)
@@ -238,7 +238,7 @@ def _find_misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
 
 
 def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
-    """State which lengths are not those of a person; empty if all are."""
+    """State which lengths are not a person's; empty if all are."""
     lengths, norms = {}, np.linalg.norm(skeleton.offsets, axis=1)
     for side in SIDES:
         for part, (start, end) in SEGMENTS.items():
@@ -261,7 +261,7 @@ def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
 
 
 def _axis(skeleton: Skeleton, joints: dict[str, int]) -> tuple[list[int], list[int]]:
-    """The joints of the trunk, and those of the neck up to the head."""
+    """The joints of the trunk, and of the neck up to the head."""
     shoulders = [joints[f"{side}_{SHOULDER}"] for side in SIDES if f"{side}_{SHOULDER}" in joints]
     if len(shoulders) < 2:
         return [], []

@@ -1,9 +1,9 @@
-"""The lines of two skeletons that shall be parallel: bones that are counterparts, or lines in their place.
+"""The lines of two skeletons that are made parallel: bones that are counterparts, or lines in their place.
 
 A bone's counterpart is the line between the counterparts of its ends, or, where its near end has none, the bone that
 ends at the counterpart of its far end. In people of known rigs some bones are of the rig rather than of the person: the
 bones from the spine to the collarbones and from the pelvis to the hips are steep in one rig and level in another. There
-the line from side to side is the counterpart of that of the other skeleton.
+the line from side to side is the counterpart.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from skpose.skeleton._shared import NO_DIRECTION, directions_at_zero
 
 ROOT = -1
 MIDDLE = -2  # the middle between the hips, in people of known rigs: roots are higher up in some
-STRAIGHT = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, on one line but for as much have one direction
+STRAIGHT = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, up to this angle apart have one direction
 
 
 class Line(NamedTuple):
@@ -31,13 +31,13 @@ class Line(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """The lines that shall be parallel."""
+    """The lines that are made parallel."""
 
     of_bones: dict[int, Line]  # for the joint at which each bone of the target ends
     twists: dict[int, Line]  # for joints that carry one bone or none: a line across, which shows the rotation about it
     pelvis: list[Line]  # lines that show how the rest poses of the two are rotated, if they are known
     hips: tuple[tuple[int, int] | None, tuple[int, int] | None]  # of source and target
-    directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros where there is none
+    directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros if there is none
     positions: np.ndarray  # (n_joints + 2, 3) of the target at angle zero, see `with_root`
 
 
@@ -112,7 +112,7 @@ def find_movers(skeleton: Skeleton) -> list[int]:
 def _keep_straight(
     lines: dict[int, Line], target: Skeleton, there: np.ndarray, person: Landmarks, positions: np.ndarray
 ) -> None:
-    """Give all bones between two joints with counterparts one direction, where they are on one line at angle zero.
+    """Give all bones between two joints with counterparts one direction, if they are on one line at angle zero.
 
     So a forearm of two bones is as straight as one of one bone.
     """
@@ -132,7 +132,7 @@ def _keep_straight(
 
 
 def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmarks, Landmarks]) -> None:
-    """Let the line from the ankle to the toe be that of a foot whose counterpart has no joint at the ball.
+    """Use the line from the ankle to the toe for a foot whose counterpart has no joint at the ball.
 
     The foot points there as a whole, and its toes keep their rest pose.
     """
@@ -226,7 +226,7 @@ def pair_of(person: Landmarks, mark: str) -> tuple[int, int] | None:
 def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
     """The directions (n_frames, n_lines, 3) of lines in the source; zeros for lines too short in any frame.
 
-    Positions (n_frames, n_joints + 2, 3) are those of `with_root`.
+    Positions (n_frames, n_joints + 2, 3) as from `with_root`.
     """
     starts, ends = [line.source_start for line in lines], [line.source_end for line in lines]
     vectors = positions[:, ends] - positions[:, starts]

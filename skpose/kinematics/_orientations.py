@@ -44,7 +44,7 @@ REMEDY = 'method="positions" comes close by inverse kinematics'
 def by_orientations(
     motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines, factor: float
 ) -> tuple[Motion, float, list[int], str]:
-    """Convert a motion by lines that shall be parallel; `there` is the counterpart of each joint, or -1.
+    """Convert a motion by lines that are made parallel; `there` is the counterpart of each joint, or -1.
 
     Positions of the root are multiplied by a factor. In people of known rigs the middle between the hips keeps its
     place: roots are above it in some rigs.
@@ -94,7 +94,7 @@ class _Bones(NamedTuple):
     ends: dict[int, int]  # the joint of the source at which each counterpart ends
     wished_at_zero: np.ndarray  # (n_joints, 3) directions of the counterparts at angle zero, in the axes of their root
     wished: np.ndarray  # (n_frames, n_joints, 3) in the world
-    carried: dict[int, list[int]]  # those that rotate with the root and with each joint that has dofs
+    carried: dict[int, list[int]]  # bones that rotate with the root and with each joint with dofs
     twists: dict[int, "_Twist"]  # for joints that carry one of them or none
     pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines of target and source that show how rest poses are rotated
 
@@ -302,7 +302,7 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
         with warnings.catch_warnings():  # of gimbal lock, where the third angle becomes zero
             warnings.simplefilter("ignore", UserWarning)
             triples = rotations.as_euler(bone.dofs + third)
-        is_zero = np.cos(triples[:, 2:]) > 0.0  # or else that of the other triple of the same rotation
+        is_zero = np.cos(triples[:, 2:]) > 0.0  # or else the other triple of the same rotation
         angles = np.where(is_zero, triples[:, :2], triples[:, :2] * [1.0, -1.0] + np.pi)
     angles -= TWO_PI * np.rint((angles - (0.0 if near is None else near)) / TWO_PI)
     return np.unwrap(angles, axis=0) if near is None else angles

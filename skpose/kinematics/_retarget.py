@@ -64,7 +64,7 @@ def retarget(
         robots, need `skpose.robots.retarget_to_robot` instead.
     joints : mapping of str to str, default=None
         Joints of `skeleton` to their counterparts in ``motion.skeleton``; joints left out have none. None finds them by
-        names: equal ones, or those of a person in known rigs. The roots are always counterparts.
+        names: equal ones, or a person's in known rigs. The roots are always counterparts.
     scale : float or "lengths", default=None
         Factor of positions in the world: of the root, and with "positions" of all joints. "lengths" is the ratio of the
         lengths of the bones between counterparts; between different rigs, of legs and arms. None is 1.
@@ -286,7 +286,7 @@ def at_rest_in_words(skeleton: Skeleton, at_rest: list[int]) -> str:
 
 
 def _warn_of_ends(source: Skeleton, target: Skeleton, found: Counterparts, at_rest: list[int]) -> None:
-    """Warn if a hand, a foot or the head of a person stays at rest, and that of the motion has a bone."""
+    """Warn if a hand, a foot or the head stays at rest although the motion's has a bone."""
     theirs, ours = (person.joints for person in found.people or ())
     still, carriers = [], find_carriers(target)
     for mark in LAST:

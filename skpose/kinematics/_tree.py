@@ -6,13 +6,13 @@ freely. They have no rest rotation.
 `tree_of` gets there in four passes:
 
 1. `frames_of`: one frame for each joint with dofs, its axes renamed so that its dofs are about z, y, x. A rigid joint
-   shares its parent's frame; that of a slide does not rotate. The constant rotations that this needs stand before the
-   frames (`rest`).
+   shares its parent's frame; the frame of a slide does not rotate. The constant rotations that this needs stand before
+   the frames (`rest`).
 2. `absorb`: each rest rotation is split into three rotations about axes. The first goes into the zero of the parent's
    last angle, the last one into the zero of the frame's own first angle (`shift`), where they cost nothing. The middle
-   one, if it is not zero, becomes a frame without dofs. The frame of a hinge is free but for its axis, which may be any
-   of three: hinges about parallel axes, or about axes at right angles, need no such frame. A ball joint takes any rest
-   rotation into its quaternion, and its axes are chosen so that what follows is simple.
+   one, if it is not zero, becomes a frame without dofs. The frame of a hinge is free except for its axis, which may be
+   any of three: hinges about parallel axes, or about axes at right angles, need no such frame. A ball joint takes any
+   rest rotation into its quaternion, and its axes are chosen so that what follows is simple.
 3. `_in_batches`: frames in the order in which they are computed.
 4. `_arrays`: all of it as flat arrays.
 
@@ -76,7 +76,7 @@ def counted_joints(skeleton: Skeleton) -> np.ndarray:
 
 
 def _drop_weightless(skeleton: Skeleton) -> Skeleton:
-    """The part of a skeleton that counts: joints with weight, and those that carry them."""
+    """The part of a skeleton that counts: joints with weight, and joints that carry them."""
     bones = with_carriers(skeleton, np.array(skeleton.joint_names)[skeleton.weights > 0.0])
     return replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
 
@@ -88,7 +88,7 @@ def tree_of_all_joints(skeleton: Skeleton) -> Tree:
 
 
 def _as_arrays(skeleton: Skeleton | None, columns: np.ndarray, weights: np.ndarray, dtype: np.dtype) -> Tree:
-    """A skeleton as flat arrays; `columns` are those of its dofs in an array of poses."""
+    """A skeleton as flat arrays; `columns` are its dofs' columns in an array of poses."""
     frames = frames_of(skeleton)
     shift = np.zeros(len(frames.column))
     for frame in frames.moving:
@@ -155,7 +155,7 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
 
 
 def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: np.ndarray) -> Tree:
-    """Frames and joints as the arrays of a Tree; scales are those of the root and of the skeleton's joints."""
+    """Frames and joints as the arrays of a Tree; with scales of the root and of the joints."""
     frames, batch_kind, first_frame = _in_batches(built.root)
     balls = [f for f, frame in enumerate(frames) if frame.is_ball]
     is_angle = np.zeros(len(built.column), dtype=bool)

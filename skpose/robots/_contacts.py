@@ -35,17 +35,15 @@ class Contact(NamedTuple):
 
 
 def find_contacts(
-    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, may: np.ndarray | None = None
+    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, may: np.ndarray
 ) -> list[Contact]:
     """Find when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
 
     Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. `may` (n_frames,) are
     the frames in which the foot may stand.
     """
-    slow_toes = _speeds(toes, times, WINDOW) < SLOW * leg
+    slow_toes = (_speeds(toes, times, WINDOW) < SLOW * leg) & may
     slow_ankle = _speeds(ankles, times, WINDOW) < SLOW_ANKLE * leg
-    if may is not None:
-        slow_toes &= may
     heights = toes[:, 2]
     if slow_toes.any():
         slow_toes &= heights < np.percentile(heights[slow_toes], 5) + NEAR * leg

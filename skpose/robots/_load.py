@@ -5,6 +5,7 @@ applies its joints one after another, each about an axis through a point of the 
 dofs come last; bones between two joints at one point have length zero.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._typing import ArrayLike
 from skpose._validation.names import near_names
+from skpose._warnings import warn
 from skpose.io._arguments import Readable
 from skpose.robots._model import RobotFile, list_names, read_robot
 from skpose.skeleton import Bone, Skeleton
@@ -139,7 +141,8 @@ def load_robot(
     """
     file = read_robot(path)
     robot = build_robot(file, root, held)
-    file.warn(robot.notes)
+    if robot.notes:
+        warn(f"{os.path.basename(file.name)}: {'; '.join(robot.notes)}")
     return robot.skeleton
 
 

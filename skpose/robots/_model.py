@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._warnings import warn
 from skpose.io import MocapFormatError
 from skpose.io._robot_kind import first_element, robot_kind
 from skpose.io._shared import open_file
@@ -39,10 +38,6 @@ class RobotFile(NamedTuple):
 
     def error(self, message: str) -> MocapFormatError:
         return MocapFormatError(self.name, None, message)
-
-    def warn(self, notes: Iterable[str]) -> None:
-        if text := "; ".join(notes):
-            warn(f"{os.path.basename(self.name)}: {text}")
 
 
 def list_names(names: Iterable[str]) -> str:

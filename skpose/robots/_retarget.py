@@ -261,14 +261,10 @@ def _seen_of(motion: Motion, robot: Skeleton, theirs: Stance, ours: Stance) -> n
     needed: list[set[int]] = [set() for _ in range(robot.n_joints)]
     for joint, here in marks.items():
         needed[joint] |= here
-        between: list[int] = []
-        for above in path_up(robot, joint)[1:]:
-            if above in marks:
-                for j in between:
-                    needed[j] |= marks[above]
-                break
-            between.append(above)
-            needed[above] |= here
+        path = path_up(robot, joint)[1:]
+        end = next((i for i, above in enumerate(path) if above in marks), len(path))
+        for j in path[:end]:
+            needed[j] |= here.union(*(marks[above] for above in path[end : end + 1]))
     seen = np.zeros((len(motion), robot.n_joints), bool)
     for j, joints in enumerate(needed):
         if joints:

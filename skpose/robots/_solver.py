@@ -13,12 +13,12 @@ from skpose.kinematics._inverse_problem import Task, problem_of
 from skpose.robots._stance import Place, with_places
 from skpose.skeleton import Skeleton
 
-LEVER = 0.2  # m, from a point on a pelvis or a chest to those that show its orientation
+LEVER = 0.2  # m, from a point on a pelvis or a chest to the points that show its orientation
 CORNERS = LEVER * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 class Targets:
-    """Places on the links of a skeleton, where they shall be in each frame, and their weights."""
+    """Places on the links of a skeleton, their positions in each frame, and weights."""
 
     def __init__(self, axes: np.ndarray):
         self.axes = axes  # (3, 3) of the skeleton at angle zero: forward, left, up
@@ -51,7 +51,6 @@ class Solution(NamedTuple):
     origins: np.ndarray  # (n_frames, 3)
     residuals: np.ndarray  # (n_frames, n_places) m
     converged: np.ndarray  # (n_frames,) bool
-    n_iter: np.ndarray
 
     def positions(self, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
         """The positions (n_frames, n_places, 3) of other places on the same joints."""
@@ -77,15 +76,15 @@ def solve(
     wished = np.full((n, part.n_joints, 3), np.nan)
     wished[:, first:] = np.stack(targets.positions, axis=1)
     weights = np.concatenate([np.zeros(first), targets.weights])
-    columns = [skeleton.dof_names.index(name) for name in part.dof_names]
+    start = rest[[skeleton.dof_names.index(name) for name in part.dof_names]]
     limits = "ignore" if part.limits is None else "enforce"
-    problem = problem_of(wished, part, weights, rest[columns], None, limits, stiffness)
+    problem = problem_of(wished, part, weights, start, None, limits, stiffness)
     changes = fastest * np.diff(times, prepend=-np.inf)
     problem = replace(problem, changes=changes, rules=problem.rules._replace(tries_first=True))
     found = problem.fit(problem.solve(Task(0, n, 0, n)))  # one task, so that no frame depends on where a task ends
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
     residuals = found.residuals[:, first:]
-    return Solution(part, found.poses, roots, found.root_positions, residuals, found.converged, found.n_iter)
+    return Solution(part, found.poses, roots, found.root_positions, residuals, found.converged)
 
 
 def rest_within_limits(skeleton: Skeleton, joint_limits: str) -> np.ndarray:

@@ -1,7 +1,7 @@
 """The landmarks of a person and of a robot that are counterparts, and how both stand at angle zero.
 
 A *place* is a point fixed to a joint's coordinate system. A copy of the skeleton with one rigid bone to each place has
-their positions as those of joints. So orientations are measured, and reached, by points.
+their positions as joints. So orientations are measured, and reached, by points.
 """
 
 import functools
@@ -20,14 +20,14 @@ from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero, split_sides
 
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
-FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of somebody who stands
+FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands
 HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the direction down there
-POINTED = np.cos(np.radians(15.0))  # of the angle between foot and shank, up to which the foot does not show forward
-EXACT = 1e-3  # rad, between the axes of a robot and those of the root, up to which they are equal
-UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero, below which the foot is as tilted as the shank
-NO_LENGTH = 0.02  # of the bone before, up to which a bone has no direction
+POINTED = np.cos(np.radians(15.0))  # of the largest angle to the shank of a foot that does not show forward
+EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root
+UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero; the foot of a more tilted shank is as tilted
+NO_LENGTH = 0.02  # of the bone before; shorter bones have no direction
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
-SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, where a table has none
+SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
 LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
 LIMBS = {LEG: "legs", ARM: "arms"}
 
@@ -43,7 +43,7 @@ class Stance(NamedTuple):
     """Landmarks of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
 
     places: dict[str, Place]  # of landmarks
-    axes: np.ndarray  # (3, 3) of the trunk, in those of the root
+    axes: np.ndarray  # (3, 3) of the trunk, relative to the root
     pelvis: int  # the joint that moves the pelvis
     chest: int
     feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint that moves the foot, and its axes
@@ -51,7 +51,7 @@ class Stance(NamedTuple):
     half: float  # half the width of a sole, m
     unsure: tuple[str, ...] = ()  # sides whose foot does not show at angle zero how it stands
     links: Mapping[str, np.ndarray] = MappingProxyType({})  # axes of pelvis and chest if the person does not stand
-    # By side, the height of the lowest joint of a foot whose ankle alone is named, and how far the foot reaches, m.
+    # By side, the height of the lowest joint of a foot whose ankle alone is named, and the reach of the foot, m.
     lowest: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     def has(self, limb: Sequence[str]) -> bool:
@@ -203,8 +203,8 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
 def find_stance(
     skeleton: Skeleton, places: dict[str, Place], axes: np.ndarray | None = None, name: str = "", half: float = 0.0
 ) -> Stance:
-    """How a skeleton with these places stands at angle zero; the axes are those of a robot that is known."""
-    movers = [*find_movers(skeleton), ROOT]  # the last is that of the root
+    """How a skeleton with these places stands at angle zero; `axes` are given for known robots."""
+    movers = [*find_movers(skeleton), ROOT]  # the last is the root's
     places = _with_length(places)
     hips, shoulders = (_pair(places, mark) for mark in (HIP, SHOULDER))
     pelvis, chest = (

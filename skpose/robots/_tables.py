@@ -24,9 +24,9 @@ class Robot(NamedTuple):
     name: str
     source: str
     left: Mapping[str, Any]  # a link, or a link and how far from its origin
-    right: tuple[tuple[str, str], ...]  # parts of the names of the left side, and those of the right
+    right: tuple[tuple[str, str], ...]  # parts of names on the left side, and on the right
     # Forward and up, m: from the middle between the origins of the links of the hips, or else of the wrists, to that
-    # between those of the shoulders, at angle zero. It shows how the root of a file is turned.
+    # between the shoulders', at angle zero. It shows how the root of a file is turned.
     trunk: tuple[float, float]
     sole: float = 0.0  # half its width, m
 

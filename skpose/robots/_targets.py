@@ -1,4 +1,4 @@
-"""Where places on a robot shall be in each frame of a person's motion.
+"""The target positions of places on a robot in each frame of a person's motion.
 
 The pelvis and the chest of the robot are put where the person's are, in the size of its legs, as near as its trunk can.
 From the robot's own hips and shoulders the ends of its limbs are where the person's are, in the size of each limb; feet
@@ -30,7 +30,7 @@ from skpose.robots._stance import ARM, LEG, Place, Stance, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import positions_at_zero
 
-# Of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight.
+# Share of a limb's first bone: knees bend forward and elbows backward by so much if the person's are straight.
 POLE = 0.15
 BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
 BENDS = 0.5  # rad
@@ -40,26 +40,26 @@ TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
 WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
-FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
+FASTEST = 20.0  # rad/s, of a joint; the G1 reaches 20 to 37
 
 
 class Aim(NamedTuple):
-    """The positions of places to which the poses of the robot shall be near."""
+    """The target positions of places on the robot."""
 
     skeleton: Skeleton  # the robot with the enforced limits
     rest: np.ndarray  # (n_dofs,) its pose at rest
-    bent: np.ndarray  # (n_dofs,) the pose at rest with bent knees and elbows, from which the search starts
+    bent: np.ndarray  # (n_dofs,) the pose at rest with bent knees and elbows, the start of the search
     rolls: list[int]  # joints that stay at rest, though they carry places
     targets: Targets
     legs: dict[str, Held]
     paths: dict[str, np.ndarray]  # (n_frames, 3) of the person's toes, by side, and pelvis, in the size of the robot
-    is_on_base: bool  # whether the robot's own joints move it over the floor, and its root stays where it is
+    is_on_base: bool  # whether the robot's joints move it over the floor, and its root stays
 
 
 def aim_at(
     motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
 ) -> Aim:
-    """Find where places on the robot shall be; `factor` None is the ratio of the legs."""
+    """Find the targets of places on the robot; `factor` None is the ratio of the legs."""
     person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
     warn_of_flips(person, motion.times)
     rest = rest_within_limits(skeleton, joint_limits)
@@ -71,7 +71,7 @@ def aim_at(
         name = skeleton.joint_names[base]
         raise ValueError(f"joints move the base {name!r} of a robot with legs: use load_robot(path, root={name!r})")
     size = _size_of_legs(theirs, ours)
-    scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights are those of the legs
+    scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights scale with the legs
     contacts: dict[str, list[Contact]] = {}
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
@@ -105,7 +105,7 @@ def aim_at(
     return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base=base != ROOT)
 
 
-# --- where the target shall be ----------------------------------------------------------------------------------------
+# --- the targets ----------------------------------------------------------------------------------------
 
 
 def _size_of_legs(theirs: Stance, ours: Stance) -> float:
@@ -159,7 +159,7 @@ def _base_of(skeleton: Skeleton, trunk: int) -> int:
 def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float) -> None:
     """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
 
-    Where joints move the base the root stays where it is.
+    If joints move the base, the root stays.
     """
     hips, shoulders = person.middle(HIP), person.middle(SHOULDER)
     targets.add_link(base, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], level(person.pelvis), WHEELS, "wheels")
@@ -198,7 +198,7 @@ def _stand(
 
 
 def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
-    """Limit distances to what a limb can reach, ever more as it stretches."""
+    """Limit distances to the reach of a limb, smoothly."""
     start, most = (share * length for share in STRETCH)
     beyond = np.maximum(distances - start, 0.0)
     return np.where(beyond > 0.0, most - (most - start) * np.exp(-beyond / (most - start)), distances)
@@ -208,7 +208,7 @@ def _shift_within_reach(legs: dict[str, Held], starts: dict[str, np.ndarray], ou
     """The shift (n_frames, 3) of the hips by which legs reach feet that stand."""
     length = ours.leg()
     shift = np.zeros_like(starts[f"left_{HIP}"])
-    for _ in range(3):  # each leg moves the hip of the other one
+    for _ in range(3):  # each leg moves the other hip
         for side, leg in legs.items():
             reach = leg.ankles - starts[f"{side}_{HIP}"] - shift
             distance = np.linalg.norm(reach, axis=1)
