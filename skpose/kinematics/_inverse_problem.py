@@ -123,7 +123,8 @@ class Problem:
         fitted, unseen, n = self.fit(found), self.unseen(), len(self.weights)
         if unseen.any():
             kept = "the one before" if self.rules.is_sequence else "the initial one"
-            warn(f"no joint is seen in {unseen.sum()} of {n} frames, first in {unseen.argmax()}: their pose is {kept}")
+            frames = f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}"
+            warn(f"{frames}, no joint is seen: their pose is {kept}")
         left = ~fitted.converged & ~unseen
         if left.any():
             message = f"{left.sum()} of {n} frames did not converge, first in {left.argmax()}: try regularization=0.01"

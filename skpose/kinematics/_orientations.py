@@ -70,8 +70,8 @@ def by_orientations(
         worst = max(worst, float(apart.max(initial=0.0)))
         if worst > LARGEST_DIFFERENCE:
             frame, i = np.unravel_index(apart.argmax(), apart.shape)
-            name = target.joint_names[bones.carried[joint][i]]
-            reason = f"bone {name!r} is {worst:.0f}° from its counterpart in frame {frame} after the best fit: {REMEDY}"
+            bone = f"bone {target.joint_names[bones.carried[joint][i]]!r} is {worst:.0f}° apart from its counterpart"
+            reason = f"{bone} after the best fit, in frame {frame}: {REMEDY}"
             return result, worst, [], reason
     angles, reason = _angles(motion, target, there, rotations, bones)
     result = replace(result, angles=angles)

@@ -188,10 +188,12 @@ def retarget_and_report(
 def _difference(source: Skeleton, target: Skeleton, method: str) -> str:
     """State why equal angles are different poses on two skeletons; empty if they are the same poses."""
     if difference := mismatch(source, target):
-        return f'the skeletons differ: {difference}. method="orientations" or "positions" converts'
+        return f"the motion's angles do not carry over to this skeleton: {difference}. method='orientations' converts"
     try:
         if method != "unchecked":
-            check_rest_poses([source, target], ["the motion's skeleton", "the given one"], 'Use method="orientations"')
+            check_rest_poses(
+                [source, target], ["the motion's skeleton", "the given one"], 'method="orientations" keeps directions'
+            )
     except ValueError as error:
         return str(error)
     return ""

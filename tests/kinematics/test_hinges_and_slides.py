@@ -1,6 +1,5 @@
 """Joints of robots: hinges about any axis, and slides, in what is computed of poses."""
 
-
 import numpy as np
 import pytest
 import reference
@@ -18,7 +17,6 @@ from skpose import (
     pose_distances,
     position_jacobian,
 )
-from skpose.geodesics import frechet_mean, interpolate
 from skpose.metrics import Spatial
 
 KINDS = ("hinge", "slide", "rotvec", "hinge", "", "slide", "zy", "hinge", "ZXY", "slide", "x", "hinge")
@@ -94,15 +92,6 @@ def test_differences_of_slides_are_not_wrapped():
     assert found.path[-1] == pytest.approx(b[0])
 
 
-def test_geodesics_are_between_the_chord_and_the_line(tree):
-    rng = np.random.default_rng(2)
-    a = rng.uniform(-1, 1, size=tree.n_dofs)
-    b = a + rng.uniform(-0.5, 0.5, size=tree.n_dofs)
-    found = geodesic(a, b, tree)
-    position, spatial = (pose_distances([a], [b], skeleton=tree, metric=m)[0, 0] for m in ("position", "spatial"))
-    assert position * (1 - 1e-12) <= found.length <= spatial * (1 + 1e-9)
-
-
 def test_inverse_kinematics_finds_the_positions(tree):
     rng = np.random.default_rng(3)
     X = np.cumsum(rng.normal(scale=0.02, size=(20, tree.n_dofs)), axis=0)
@@ -140,7 +129,7 @@ def test_a_hinge_along_an_axis_is_that_axis(axis, frame):
         )
 
     X = np.random.default_rng(0).normal(size=(6, 4))
-    for metric in ("position", "rotation", "spatial", "geodesic"):
+    for metric in ("position", "rotation", "spatial"):
         letters, hinge, against = (
             pose_distances(Y, skeleton=arm(**dofs), metric=metric)
             for Y, dofs in (
@@ -166,18 +155,6 @@ LIFT = Skeleton(
 
 def moved(poses):
     return Motion(LIFT, poses, 10.0, up="z")
-
-
-def test_slides_between_frames_are_not_wrapped():
-    between = moved([[0.0, 0, 0, 0], [8.0, 0, 0, 0]]).resample(20.0)
-    assert between.angles[1, 0] == pytest.approx(4.0)
-    assert moved([[0.0, 0, 0, 0], [8.0, 7, 0, 0]]).unwrap().angles[1] == pytest.approx([8.0, 7 - 2 * np.pi, 0, 0])
-    keys = interpolate(
-        np.array([[0.0, 0, 0, 0], [8.0, 0.3, 0, 0], [1.0, 0, 0, 0]]), skeleton=LIFT, times=[0, 1, 2], frame_rate=4
-    )
-    assert keys.angles[:, 0].max() > 7.0
-    mean = frechet_mean(np.array([[0.0, 0, 0, 0], [8.0, 0.2, 0, 0]]), LIFT, metric="position")
-    assert mean.pose[0] == pytest.approx(4.0, abs=1e-3)
 
 
 def test_mirrored_slides_are_mirror_images():

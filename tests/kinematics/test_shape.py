@@ -11,10 +11,10 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics
-from skpose.robots import load_robot
 from skpose.kinematics._person_shape import R_SKULL
 from skpose.kinematics._shape import find_shape, outline
 from skpose.kinematics._shared import find_landmarks
+from skpose.robots import load_robot
 from skpose.skeleton._mass import ARM, LEG
 from skpose.skeleton._shared import PROPORTIONS
 

@@ -54,16 +54,6 @@ def test_bodies_are_where_mujoco_has_them(name):
         assert_allclose(data.xmat, before[1], rtol=0, atol=TIGHT * 10)
 
 
-def test_a_joint_at_another_point_has_a_bone_to_it_and_back():
-    robot = load_robot(
-        io.StringIO(mjcf('<body name="a" pos="0 0 1"><joint name="j" pos="0 0 0.2" axis="0 1 0"/></body>'))
-    )
-    assert robot.joint_names == ("j_anchor", "a")
-    assert_array_equal(robot.offsets, [[0, 0, 1.2], [0, 0, -0.2]])
-    assert robot["j_anchor"].dof_name == "j"
-    assert robot["a"].dofs == ""
-
-
 def test_limits_are_those_of_joints_that_have_any():
     robot = load_robot(
         io.StringIO(
@@ -74,23 +64,7 @@ def test_limits_are_those_of_joints_that_have_any():
         )
     )
     assert_allclose(robot.limits, [[-np.pi / 2, np.pi / 4], [-np.inf, np.inf], [-np.inf, np.inf]])
-    explicit = mjcf(
-        '<body name="a"><joint name="i" range="-1 2" limited="true"/><joint name="j" axis="1 0 0"/></body>',
-        '<compiler autolimits="false" angle="radian"/>',
-    )
-    assert_allclose(load_robot(io.StringIO(explicit)).limits, [[-1, 2], [-np.inf, np.inf]])
-    continuous = urdf(link("a", "base", "continuous"), link("b", "a", "revolute"))
-    assert_allclose(load_robot(opened(continuous)).limits, [[-np.inf, np.inf], [-1, 2]])
     assert load_robot(io.StringIO(mjcf('<body name="a"><joint name="i"/></body>'))).limits is None
-
-
-def test_the_root_is_the_body_with_the_free_joint():
-    with pytest.warns(
-        UserWarning, match="links that 'pelvis' does not carry are left out: 'table', 'drawer', 'target'"
-    ):
-        robot = load_robot(io.StringIO(SCENE))
-    assert robot.joint_names == ("torso", "arm", "leg")
-    assert robot.dof_names == ("waist", "shoulder", "hip")
 
 
 def test_includes_are_read(tmp_path):
@@ -104,12 +78,6 @@ def test_includes_are_read(tmp_path):
     with pytest.raises(MocapFormatError, match=r"^robot\.xml: MuJoCo cannot read this file: .*parts/arm.xml") as caught:
         load_robot(tmp_path / "robot.xml")
     assert caught.value.filename == str(tmp_path / "robot.xml")
-
-
-def test_a_compiled_model_is_a_robot():
-    for name in ("free root", "points of joints", "random 2"):
-        text, held = ROBOTS[name]
-        assert load_robot(compiled(text), held=held) == load_robot(opened(text), held=held)
 
 
 def test_the_root_without_a_free_joint():

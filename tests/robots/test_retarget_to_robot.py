@@ -147,12 +147,20 @@ def test_angles_do_not_depend_on_the_world():
         )
 
 
-def test_a_robot_without_legs_stands_on_the_floor():
-    motion, _ = walk()
-    result = to_robot(motion, robot(legs=False))
+def test_robots_without_legs_stand_on_the_floor_or_move_by_the_joints_of_their_base():
+    motion, arms = walk()[0], robot(legs=False)
+    result = to_robot(motion, arms)
     up = Rotation.from_euler(result.root_axes, result.root_angles).apply([0.0, 0.0, 1.0])
     assert np.allclose(up, [0.0, 1.0, 0.0], atol=1e-3)
     assert np.abs(result.root_positions[:, 1]).max() < 1e-3
+    axes = zip(
+        ("base_x", "base_y", "base"), ("slide", "slide", "hinge"), np.eye(3), (None, "base_x", "base_y"), strict=True
+    )
+    base = [Bone(name, above, (0, 0, 0), dofs, axis=axis) for name, dofs, axis, above in axes]
+    on_base = [bone._replace(parent="base") if bone.parent is None else bone for bone in arms.bones]
+    mobile = retarget_to_robot(motion, Skeleton([*base, *on_base], "parent"), joints=counterparts(arms))
+    assert not np.ptp(np.c_[mobile.root_positions, mobile.root_angles], axis=0).any()
+    np.testing.assert_allclose(in_space(mobile)[:, 3:], in_space(result), rtol=0, atol=1e-4)
 
 
 def test_joints_without_counterpart_stay_at_rest():
@@ -183,31 +191,6 @@ def test_a_robot_is_raised_where_its_soles_would_be_below_the_floor(capsys):
 def test_the_report(capsys):
     report = report_of(MOTIONS["walk"], robot(), capsys)
     assert re.match(r"limbs, 14 places, soles .* mm off .*, hands .*, feet stand 5 times .*; at rest: head\n", report)
-
-
-def test_no_frames():
-    skeleton = robot()
-    assert to_robot(walk()[0][:0], skeleton).angles.shape == (0, skeleton.n_dofs)
-    assert len(to_robot(walk()[0][:1], skeleton)) == 1
-
-
-def test_a_mobile_base_moves_by_its_own_joints():
-    arms = robot(legs=False)
-    base = [
-        Bone("base_x", None, (0, 0, 0), "slide", axis=(1, 0, 0)),
-        Bone("base_y", "base_x", (0, 0, 0), "slide", axis=(0, 1, 0)),
-        Bone("base", "base_y", (0, 0, 0), "hinge", axis=(0, 0, 1)),
-    ]
-    on_base = [bone._replace(parent="base") if bone.parent is None else bone for bone in arms.bones]
-    motion, _ = walk()
-    there = retarget_to_robot(motion, arms, joints=counterparts(arms))
-    mobile = retarget_to_robot(motion, Skeleton([*base, *on_base], "parent"), joints=counterparts(arms))
-    assert not np.ptp(mobile.root_positions, axis=0).any()
-    assert not np.ptp(mobile.root_angles, axis=0).any()
-    assert mobile.angles[-1, :2] - mobile.angles[0, :2] == pytest.approx(
-        there.root_positions[-1, [2, 0]] - there.root_positions[0, [2, 0]], abs=1e-6
-    )
-    np.testing.assert_allclose(in_space(mobile)[:, 3:], in_space(there), rtol=0, atol=1e-4)
 
 
 def with_legs_turned(motion, joint, angle):
@@ -309,10 +292,6 @@ def test_a_given_scale_is_that_of_the_way():
     expected = to_robot(motion, skeleton)
     assert result.root_positions[:, 1] == pytest.approx(expected.root_positions[:, 1], abs=0.02)
     assert np.abs(at(result, "left_toe", "right_toe")[..., 1].min(axis=1)).max() < 5e-3
-    wheels = robot(legs=False)
-    one, other = (to_robot(motion, wheels, scale=scale) for scale in (None, 1.0))
-    assert np.abs(one.angles - other.angles).max() < 1e-3
-    assert np.ptp(other.root_positions[:, 2]) == pytest.approx(np.ptp(motion.root_positions[:, 2]), rel=1e-3)
 
 
 def test_joints_are_seen_where_their_counterparts_are():

@@ -166,11 +166,11 @@ def test_hinges_convert_where_they_can():
     np.testing.assert_allclose(world(there), world(motion), atol=1e-9)
     np.testing.assert_allclose(np.exp(1j * there.angles[:, 3]), np.exp(1j * (motion.angles[:, 3] + 1)), atol=1e-9)
     aside = arm(0.2 * np.array([np.cos(1), np.sin(1), 0]))
-    with pytest.raises(ValueError, match=r"joint 'hand' has the dofs 'y', with which bone 'hand' .* off by [0-9.e+]+°"):
+    with pytest.raises(ValueError, match="'hand' with dofs 'y'"):
         retarget(motion, aside, method="orientations")
     two = [arm((0.2, 0, 0), dofs="yz"), arm((0, 0.2, 0), dofs="yz")]
     motion = Motion(two[0], np.random.default_rng(0).uniform(-3, 3, (99, 5)), 30)
-    with pytest.raises(ValueError, match=r"joint 'hand' has the dofs 'yz'"):
+    with pytest.raises(ValueError, match="'hand' with dofs 'yz'"):
         retarget(motion, two[1], method="orientations")
     for dofs in ("yz", "ZX", "xz", "YX", "z"):  # a skeleton that is rotated as a whole, as two bones of its root show
         one = Skeleton([*arm((0.2, 0.1, 0), dofs=dofs).bones, Bone("a", None, (0, 1, 0)), Bone("b", None, (0, 0, 1))])
@@ -219,7 +219,7 @@ def test_generated_people_have_one_rest_pose():
     X, _ = gait.poses(frame_rate=10)
     Y, _ = gait.retarget(gait.skeleton, method="orientations").poses(frame_rate=10)
     assert X.shape == Y.shape
-    with pytest.raises(ValueError, match=r"method must be 'numbers', .* or 'unchecked', got None"):
+    with pytest.raises(ValueError, match="method"):
         retarget(gait.motions[0], gait.skeleton, method=None)
 
 
@@ -243,5 +243,5 @@ def test_the_remedy_for_different_orders_of_angles_works():
         retarget(motions[0], motions[1].skeleton)
     assert len(retarget(motions[0].to_rotvec(), motions[1].to_rotvec().skeleton)) == 2
     hinge = Skeleton([Bone("a", None, (1, 0, 0), "z")])
-    with pytest.raises(ValueError, match=r"in the other\. retarget\("):
+    with pytest.raises(ValueError, match="in the other"):
         retarget(motions[0], hinge)
