@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from skpose import forward_kinematics, position_jacobian
-from skpose.io import load_robot
+from skpose.robots import load_robot
 
 N_CONFIGURATIONS, CHUNK = 10_000, 500
 WITHIN = 1e-13  # m, and m/rad

@@ -2,7 +2,7 @@
 
     python benchmarks/robots_retargeting.py --robots FOLDER OF MJCF FILES [--cmu FOLDER OF CMU FILES] [--quick]
 
-Each motion of CMU (or generated gait) as it is, at its own frame rate, on each robot, by ``retarget(method="limbs")``.
+Each motion of CMU (or generated gait) as it is, at its own frame rate, on each robot, by ``retarget_to_robot``.
 What a robot does is measured by MuJoCo's forward kinematics at the places of its links, and what the person does at
 joints whose names are typed here:
 
@@ -37,14 +37,11 @@ from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics
 from skpose.datasets import load_cmu, make_gait
-from skpose.io import load_robot
-from skpose.kinematics import retarget
-from skpose.kinematics._by_limbs import _targets
-from skpose.kinematics._by_limbs._contacts import Held
-from skpose.kinematics._by_limbs._person import to_vertical
-from skpose.kinematics._by_limbs._places import Place, sole_of
-from skpose.kinematics._by_limbs._solver import LEVER, solve
-from skpose.kinematics._by_limbs._stances import stances_of
+from skpose.robots import _targets, load_robot, retarget_to_robot
+from skpose.robots._contacts import Held
+from skpose.robots._person import to_vertical
+from skpose.robots._solver import LEVER, solve
+from skpose.robots._stance import Place, sole_of, stances_of
 
 ROBOTS = ("unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro")
 SIDES = ("left", "right")
@@ -256,12 +253,12 @@ def every_motion(robot, dataset, names, repeats):
     cases = [Case(robot, motion, names) for motion in dataset]
     results = []
     for case in cases:
-        results.append(case.measure(retarget(case.motion, robot.skeleton, method="limbs")))
+        results.append(case.measure(retarget_to_robot(case.motion, robot.skeleton)))
     seconds, frames = [], sum(len(motion) for motion in dataset)
     for _ in range(repeats):
         start = time.process_time()
         for motion in dataset:
-            retarget(motion, robot.skeleton, method="limbs")
+            retarget_to_robot(motion, robot.skeleton)
         seconds.append(time.process_time() - start)
     print(f"  all: {frames / np.median(seconds):,.0f} frames/s; {in_words(results)}")
     for action in sorted(set(dataset.actions)):
@@ -372,7 +369,7 @@ def race(robot, motions, names, repeats):
     cases = [Case(robot, motion[:RACE], names) for motion in motions]
     minks = [Mink(case) for case in cases]
     frames = sum(len(case.motion) for case in cases)
-    ours = [retarget(case.motion, robot.skeleton, method="limbs") for case in cases]
+    ours = [retarget_to_robot(case.motion, robot.skeleton) for case in cases]
     costs = []
     for mink, motion in zip(minks, ours, strict=True):
         configuration, cost = mink.mink.Configuration(mink.model), []
@@ -391,7 +388,7 @@ def race(robot, motions, names, repeats):
     for _ in range(repeats):
         start = time.process_time()
         for case in cases:
-            retarget(case.motion, robot.skeleton, method="limbs")
+            retarget_to_robot(case.motion, robot.skeleton)
         seconds["skpose, whole call"].append(time.process_time() - start)
         start = time.process_time()
         for case in cases:
@@ -422,7 +419,7 @@ def controls(robot, motion, bend, names):
     """Print what should and should not be."""
     rng = np.random.default_rng(0)
     noise = replace(motion, angles=motion.angles + rng.normal(scale=0.5, size=motion.angles.shape))
-    print(f"  noise of 0.5 rad on each angle: {violations(retarget(noise, robot.skeleton, method='limbs'))}")
+    print(f"  noise of 0.5 rad on each angle: {violations(retarget_to_robot(noise, robot.skeleton))}")
     up = "xyz".index(motion.up)
     world = Rotation.from_rotvec(np.eye(3)[up] * 2.0)
     root = Rotation.from_euler(motion.root_axes, motion.root_angles)
@@ -432,7 +429,7 @@ def controls(robot, motion, bend, names):
         root_angles=(world * root).as_euler("xyz"),
         root_axes="xyz",
     )
-    first, second = (retarget(one, robot.skeleton, method="limbs") for one in (motion, turned))
+    first, second = (retarget_to_robot(one, robot.skeleton) for one in (motion, turned))
     there = np.degrees(np.abs(first.angles - second.angles).max())
     moved = 1e3 * np.abs(world.apply(first.root_positions) - second.root_positions).max()
     print(f"  the world rotated by 2 rad: angles differ by {there:.2g}°, the root by {moved:.2g} mm")
@@ -443,7 +440,7 @@ def controls(robot, motion, bend, names):
         root_angles=(circle * root).as_euler("xyz"),
         root_axes="xyz",
     )
-    result = retarget(around, robot.skeleton, method="limbs")
+    result = retarget_to_robot(around, robot.skeleton)
     steps = Rotation.from_euler(result.root_axes, result.root_angles)
     largest = np.degrees((steps[1:] * steps[:-1].inv()).magnitude().max())
     wished = Rotation.from_euler("xyz", around.root_angles)
@@ -454,15 +451,15 @@ def controls(robot, motion, bend, names):
         f"{largest_wished:.2f}°; its angles change by {jump:.2f}° at most"
     )
     for label, one in (("walk", motion), ("bending", bend)):
-        free = violations(retarget(one, robot.skeleton, method="limbs", joint_limits="ignore"))
+        free = violations(retarget_to_robot(one, robot.skeleton, joint_limits="ignore"))
         print(f"  {label}, limits ignored: {free['outside']} angles outside, by {free['beyond']:.1f}° at most")
     if "left_hip" in stances_of(motion.skeleton, robot.skeleton, None)[1].places:
         case = Case(robot, motion, names)
-        held = case.measure(retarget(motion, robot.skeleton, method="limbs"))["slides"]
+        held = case.measure(retarget_to_robot(motion, robot.skeleton))["slides"]
         hold = _targets.hold_foot
         _targets.hold_foot = lambda end, foot, *rest: Held(end, foot, np.zeros(len(end)), [])
         try:
-            loose = case.measure(retarget(motion, robot.skeleton, method="limbs"))["slides"]
+            loose = case.measure(retarget_to_robot(motion, robot.skeleton))["slides"]
         finally:
             _targets.hold_foot = hold
         if held.size:  # on a treadmill feet stand nowhere

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from skpose import neighbors as neighbors
     from skpose import plot as plot
     from skpose import preprocessing as preprocessing
+    from skpose import robots as robots
     from skpose import scores as scores
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
@@ -85,6 +86,7 @@ else:
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
+        "robots": [],
         "scores": [],
         "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
         "statistics": [],

@@ -12,9 +12,9 @@ import numpy as np
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
-from skpose.kinematics import retarget
 from skpose.metrics import Spatial
 from skpose.plot import PoseStripDisplay
+from skpose.robots import retarget_to_robot
 
 # %%
 # An arm of seven hinges. z points up; an offset is that of a link's far end, in the axes of the link, m.
@@ -67,15 +67,15 @@ for i, (title, poses) in enumerate(configurations.items(), start=1):
 plt.show()
 
 # %%
-# How near the path comes to the limits: enforced, none is exceeded. The hand goes past the base
-# instead of around it, as the elbow folds.
+# The share of its limits that each joint uses: enforced limits are not exceeded. The elbow folds, and the hand passes
+# close to the base.
 lower, upper = arm.limits.T
 share = np.abs(path.resample(200) / upper).max(axis=0)
 for name, value in zip(arm.dof_names, share, strict=True):
     print(f"{name:<16} uses {value:4.0%} of its limit")
 
 # %%
-# A biped of 12 hinges, with a mast that no joint moves. x is ahead and z up.
+# A biped of 12 hinges with a fixed mast. x points forward and z up.
 hinges = {
     "hip_roll": ((1, 0, 0), (-0.5, 0.5), (0, 0, 0)),
     "hip_yaw": (Z, (-0.8, 0.8), (0, 0, 0)),
@@ -96,12 +96,12 @@ for side, y in (("left", 0.1), ("right", -0.1)):
 biped = Skeleton(bones, offset_frame="parent")
 
 # %%
-# Which link is which joint of the person, whose legs are longer. A foot that stands would be held still;
-# this walk is one in place, as on a treadmill, in which none stands.
+# The links and their counterparts in the person, whose legs are longer. Feet on the ground are held still;
+# this walk is in place, as on a treadmill, so that no foot stands.
 walk = make_gait(n_subjects=1, n_sequences=1, activities=["walk"], random_state=0).motions[0]
 counterparts = {"hip_roll": "pelvis", "knee": "thigh", "ankle": "shank", "toe": "foot"}
 joints = {f"{side}_{ours}": f"{side}_{theirs}" for side in ("left", "right") for ours, theirs in counterparts.items()}
-retargeted = retarget(walk, biped, method="limbs", joints=joints, verbose=1)
+retargeted = retarget_to_robot(walk, biped, joints=joints, verbose=1)
 
 figure, axes = plt.subplots(2, 1, figsize=(10, 6), layout="constrained")
 stride = slice(0, 70)

@@ -212,7 +212,7 @@ class MotionDataset:
         method: Method = "numbers",
         joints: Mapping[str, str] | Sequence[Mapping[str, str] | None] | None = None,
         scale: float | Literal["lengths"] | None = None,
-        joint_limits: Literal["ignore", "enforce"] | None = None,
+        joint_limits: Literal["ignore", "enforce"] = "ignore",
         n_jobs: int | None = None,
         verbose: int = 0,
     ) -> "MotionDataset":
@@ -224,15 +224,15 @@ class MotionDataset:
         ----------
         skeleton : Skeleton
             The target skeleton.
-        method : {"numbers", "orientations", "positions", "limbs", "auto", "unchecked"}, default="numbers"
+        method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None
             The counterpart of each joint of `skeleton` in the motions, or a sequence with one mapping per motion. None
             calls `skpose.kinematics.find_counterparts`.
         scale : float or "lengths", default=None
-            Factor for positions in the world; None is 1, and "lengths" for "limbs".
-        joint_limits : {"ignore", "enforce"}, default=None
-            Whether angles are kept inside ``skeleton.limits``; None does so for "limbs" only.
+            Factor for positions in the world; None is 1.
+        joint_limits : {"ignore", "enforce"}, default="ignore"
+            Whether angles are kept inside ``skeleton.limits``.
         n_jobs : int, default=None
             Threads of "positions"; None is 1 unless in a ``joblib.parallel_config`` context, -1 uses all processors.
         verbose : int, default=0

@@ -1,7 +1,7 @@
 """Readers of motion-capture files; writers of BVH, .npz and CSV.
 
 BVH, Acclaim ASF/AMC and AMASS files hold motions; TRC, C3D and keypoint files (JSON, CSV, arrays) hold positions
-without a skeleton. Angles are in radians, lengths in metres. A file that does not follow its format raises
+without a skeleton. Robots are in `skpose.robots`. Angles are in radians, lengths in metres. A file that does not follow its format raises
 `MocapFormatError`.
 """
 
@@ -15,8 +15,6 @@ from skpose.io._c3d import load_c3d, load_c3d_quantities
 from skpose.io._error import MocapFormatError
 from skpose.io._formats import load_motion
 from skpose.io._keypoints import load_keypoints
-from skpose.io._qpos import motion_from_qpos, qpos_from_motion
-from skpose.io._robot import load_robot
 from skpose.io._save import save_bvh
 from skpose.io._save_csv import save_csv
 from skpose.io._save_npz import save_npz
@@ -32,10 +30,7 @@ __all__ = [
     "load_c3d_quantities",
     "load_keypoints",
     "load_motion",
-    "load_robot",
     "load_trc",
-    "motion_from_qpos",
-    "qpos_from_motion",
     "save_bvh",
     "save_csv",
     "save_npz",

@@ -11,7 +11,7 @@ STEP = 1e-5  # of differences, rad: their error is some 1e-10 relative to the de
 
 
 def jacobian_at(tree: Tree, pose: np.ndarray, frees_angles: bool) -> np.ndarray:
-    """Return the derivative (3 n_joints, n_dofs) of scaled positions in the chart at a pose."""
+    """The derivative (3 n_joints, n_dofs) of scaled positions in the chart at a pose."""
     free, coordinates = chart_at(tree, pose, frees_angles)
     jacobians = np.empty((1, 3 * len(tree.offset) - 3, len(pose)))
     position_jacobians(coordinates[None], free, jacobians)
@@ -19,7 +19,7 @@ def jacobian_at(tree: Tree, pose: np.ndarray, frees_angles: bool) -> np.ndarray:
 
 
 def retract(tree: Tree, pose: np.ndarray, step: np.ndarray, frees_angles: bool) -> np.ndarray:
-    """Return a pose that is a step away from another one, in the chart at that."""
+    """Move a pose by a step in the chart at the pose."""
     free, coordinates = chart_at(tree, pose, frees_angles)
     return pose_of(tree, free, coordinates + step, pose)
 
@@ -27,9 +27,9 @@ def retract(tree: Tree, pose: np.ndarray, step: np.ndarray, frees_angles: bool) 
 def columns_around(
     tree: Tree, pose: np.ndarray, step: np.ndarray, shifts: np.ndarray, others: np.ndarray, frees_angles: bool
 ) -> np.ndarray:
-    """Return the columns of the pose that is a step away, and of those that are shifts (n, n_dofs) more, and less.
+    """The columns of the pose a step away, and of those shifts (n, n_dofs) further and shifts back.
 
-    What moves no joint is as in the columns of others.
+    Dofs that move no joint are those of `others`.
     """
     near = np.stack([retract(tree, pose, one, frees_angles) for one in (step, *(step + shifts), *(step - shifts))])
     return from_tree_order(tree, near, np.repeat(others[None], len(near), axis=0))

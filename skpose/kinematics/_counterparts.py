@@ -1,97 +1,88 @@
-"""The joints of two differently rigged skeletons that are counterparts of each other."""
+"""The joints of two differently rigged skeletons that are counterparts of each other.
+
+Where all joints of one skeleton have their names in the other, joints of equal names are counterparts. Otherwise, if
+both are people of known rigs, joints with the same landmark are, and joints of trunk and neck by their place along it.
+"""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from skpose._validation.names import near_names
-from skpose._validation.skeletons import check_skeleton
 from skpose._warnings import warn
-from skpose.kinematics._landmarks import SIDES, Landmarks, find_landmarks, path_up, plain_names
-from skpose.kinematics._lengths import find_bones, find_mapped_above
-from skpose.kinematics._matching import match_landmarks
-from skpose.kinematics._rigs import ANKLE, COLLAR, ELBOW, KNEE, LIMBS, SHOULDER, WRIST
+from skpose.kinematics._landmarks import HIPS, SIDES, Landmarks, find_landmarks, path_up, plain_names
+from skpose.kinematics._lines import base_of_neck
+from skpose.kinematics._rigs import (
+    ANKLE,
+    BALL,
+    COLLAR,
+    ELBOW,
+    HEAD,
+    HEAD_CENTER,
+    HEAD_TOP,
+    HIP,
+    KNEE,
+    LIMBS,
+    SHOULDER,
+    TOE,
+    WRIST,
+)
 from skpose.skeleton import Skeleton
 
 People = tuple[Landmarks, Landmarks]  # of the source and of the target
+Names = tuple[list[str], list[str]]
+WHOSE = "the motion's skeleton", "the given skeleton"
 ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different rigs are compared in size
-SHOWN = 4  # names in a message
+SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all rigs, within a few centimetres
+NEARLY = ((BALL, TOE), (TOE, BALL), (HEAD_TOP, HEAD_CENTER), (HEAD_CENTER, HEAD_TOP))  # in one direction
+SHARE = 0.25  # of the length of trunk or neck: joints further apart are not counterparts
+SHOWN = 8  # names in a message
 # A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
 # is longer.
 LIMB = 0.28
-HINT = "; joints that it leaves out stay at rest. skpose.kinematics.find_counterparts returns those found by names"
 
 
 class Counterparts(NamedTuple):
     """The counterparts of the joints of a target in a source."""
 
-    there: np.ndarray  # (n_joints,) the index of each joint's counterpart, -1 where it has none
+    there: np.ndarray  # (n_joints,) the index of each joint's counterpart, or -1
     placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
     measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
-    people: People | None  # the landmarks of source and target, if both are of known rigs
-
-    def in_words(self, by_place: bool = False) -> str:
-        """Return in words how many joints have counterparts."""
-        return f"{int((self.placed if by_place else self.there >= 0).sum())} of {len(self.there)} joints"
+    landmarks: People
+    people: People | None  # the landmarks that are counterparts, if both skeletons are of known rigs
 
 
 def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
-    """Return which joint of one skeleton `retarget` takes as the counterpart of each joint of another, by their names.
-
-    It can be changed and passed to `retarget` and to `MotionDataset.retarget` as ``joints=``.
+    """Find the joints that `retarget` takes as counterparts, by their names.
 
     Parameters
     ----------
     source : Skeleton
         The skeleton of a motion.
     target : Skeleton
-        The skeleton that its poses shall have.
+        The skeleton to retarget to.
 
     Returns
     -------
     dict of str to str
-        Names of joints of `target`, in its order, to names of joints of `source`. Joints without a counterpart are
-        left out. The two roots are counterparts always.
+        Names of joints of `target` to names of joints of `source`, for the parameter `joints` of `retarget`. Joints
+        without a counterpart are left out.
 
     Raises
     ------
     ValueError
-        If the skeletons have no name in common and are not both of known rigs, or if an arm or a leg has no
-        counterpart. For a skeleton that has the names of a person and is none: a joint of an animal, or joints that do
-        not follow each other as in a person.
+        If the skeletons have no name in common and are not both of known rigs; if an arm or a leg has no counterpart;
+        if a skeleton has a person's names, but not a person's joints.
 
     Warns
     -----
     UserWarning
-        If a skeleton has names, but not the proportions of a person: `retarget` refuses the counterparts unless they
-        are passed.
+        If a skeleton has the names, but not the proportions of a person: `retarget` needs the counterparts as `joints`.
 
     See Also
     --------
-    retarget : Return the poses of a motion on another skeleton.
-
-    Notes
-    -----
-    Where all joints of one skeleton have their names in the other, joints of equal names are counterparts.
-    Otherwise, if both are people of known rigs, those that are at the same place of a person. Known are the names
-    of CMU and HDM05 (as ASF and as BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal, 3ds Max's
-    Biped, AnimatedDrawings, of `skpose.keypoints.layouts` and of `skpose.datasets.humanoid`: with any prefix that
-    all names of a skeleton have, such as "mixamorig:" and "Bip01 ", or a number that all end with, such as ".001",
-    any spelling of left and right, and in any case.
-
-    Names alone do not suffice: "LeftShoulder" is the shoulder in one rig and the beginning of the collarbone in
-    another. A skeleton is of a rig if all names of both legs or of both arms are the rig's, if these joints follow
-    each other as in a person, and have a person's proportions at angle zero; one with a tail is none. Joints
-    between the hips and the chest, and in the neck, of which rigs have any number, are counterparts in their order,
-    where they are at nearly the same share of the length. Joints of equal names that are attached to counterparts,
-    such as fingers, are counterparts.
-
-    The ends of hands, feet and the head are joints of the rig, or those with the name of the last joint and a word for
-    the end, as the End Sites of a file have, "LeftHand_end". A foot without a joint at its ball ends at the toe if it
-    points forward at angle zero.
-
-    If one of the skeletons is of no known rig, joints of equal names are counterparts, and no others.
+    retarget : Retarget a motion to another skeleton; its notes list the known rigs.
 
     Examples
     --------
@@ -107,58 +98,65 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     >>> find_counterparts(mixamo, humanoid().select(["left_shank", "right_shank"]))["left_thigh"]
     'mixamorig:LeftLeg'
     """
-    check_skeleton(source)
-    check_skeleton(target)
-    people = _people(source, target, any_proportions=True)
-    _check_people(people)
-    there = _found_by_names(source, target, people).there
-    for person, whose in _find_uncertain(people):
-        warn(
-            f"the counterparts rest on names of {whose} that may mean other joints than a person's: {person.reason}. "
-            "Check them: retarget takes them as joints=, and refuses them otherwise"
-        )
-    return {name: source.joint_names[j] for name, j in zip(target.joint_names, there, strict=True) if j >= 0}
+    found = counterparts(source, target, None, any_proportions=True)
+    for one, other, whose in zip(found.landmarks, found.landmarks[::-1], WHOSE, strict=True):
+        if one.reason and other.joints:
+            warn(f"the joints of {whose} may not be a person's: {one.reason}. Check them and pass them as joints=")
+    return {name: source.joint_names[j] for name, j in zip(target.joint_names, found.there, strict=True) if j >= 0}
 
 
-def counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None) -> Counterparts:
-    """Return the counterparts of the joints of a target: the given ones, or those that follow from the names."""
-    people = _people(source, target, any_proportions=joints is not None)
-    if joints is None:
-        _check_people(people)
-        return _found_by_names(source, target, people)
-    there = _by_names(source, target, joints, people)
-    _check_order(source, target, there)
-    agreed = _agreeing(people, there) if _are_known(source, target, people) else None
-    return Counterparts(there, there >= 0, there >= 0, agreed)
-
-
-def _people(source: Skeleton, target: Skeleton, *, any_proportions: bool) -> People:
-    """Return the landmarks of both skeletons."""
+def counterparts(
+    source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, *, any_proportions: bool = False
+) -> Counterparts:
+    """The given counterparts of the joints of a target, or those found by names."""
+    any_proportions |= joints is not None
     theirs, ours = (find_landmarks(skeleton, any_proportions=any_proportions) for skeleton in (source, target))
-    return theirs, ours
-
-
-def _are_known(source: Skeleton, target: Skeleton, people: People) -> bool:
-    """Return whether landmarks are the counterparts of each other, and not equal names."""
-    return bool(people[0].joints and people[1].joints) and not _have_equal_names(source, target, people)
-
-
-def _found_by_names(source: Skeleton, target: Skeleton, people: People) -> Counterparts:
-    """Return the counterparts that follow from the names."""
-    if known := _are_known(source, target, people):
-        there, placed = match_landmarks(source, target, people)
+    names, people = (plain_names(source.joint_names), plain_names(target.joint_names)), (theirs, ours)
+    known = _are_known(names, people)
+    index = {name: j for j, name in enumerate(source.joint_names)}
+    if joints is not None:
+        check_joints(source, target, joints)
+        there = np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], np.intp)
+        _check_order(source, target, there)
+        return Counterparts(there, there >= 0, there >= 0, people, _agreeing(people, there) if known else None)
+    for one, other, whose in zip(people, people[::-1], WHOSE, strict=True):
+        if one.reason and other.joints and not one.joints:
+            raise ValueError(f"the joints of {whose} may not be a person's: {one.reason}. Pass joints=")
+    if known:
+        there, placed = _match_landmarks(source, target, people, names)
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     else:
-        there = _by_names(source, target, None, people)
+        plain = {name: j for j, name in enumerate(names[0])}
+        pairs = zip(target.joint_names, names[1], strict=True)
+        there = np.array([index.get(name, plain.get(short, -1)) for name, short in pairs], np.intp)
         placed = measured = there >= 0
+        if not placed.any():
+            raise ValueError(
+                "the skeletons have no joint names in common, and are not both of known rigs: pass joints="
+            )
+        if len(np.unique(there[placed])) < placed.sum():
+            raise ValueError("several joints have the same name without prefix: pass joints=")
     _check_order(source, target, there)
-    _check_limbs(source, target, there, people)
-    return Counterparts(there, placed, measured, people if known else None)
+    _check_limbs(target, there, people[1].joints)
+    return Counterparts(there, placed, measured, people, people if known else None)
+
+
+def _are_known(names: Names, people: People) -> bool:
+    """Whether landmarks are the counterparts of each other: one skeleton lacks names of the other, or means others."""
+    theirs, ours = (person.joints for person in people)
+    if not (theirs and ours):
+        return False
+    if not (set(names[0]) <= set(names[1]) or set(names[1]) <= set(names[0])):
+        return True
+    pairs = [(theirs[mark], ours[mark]) for mark in theirs.keys() & ours.keys()]
+    if people[0].trunk and people[1].trunk:
+        pairs.append((people[0].trunk[-1], people[1].trunk[-1]))
+    return any(names[0][j] != names[1][k] for j, k in pairs)
 
 
 def _agreeing(people: People, there: np.ndarray) -> People:
-    """Return the landmarks that given counterparts agree with, and those of collarbones that have none."""
+    """The landmarks that agree with given counterparts, and collarbones without counterparts."""
     theirs, ours = (person.joints for person in people)
     same = {name for name, joint in ours.items() if there[joint] >= 0 and there[joint] == theirs.get(name)}
     alone = {
@@ -174,83 +172,152 @@ def _agreeing(people: People, there: np.ndarray) -> People:
     )
 
 
-def _have_equal_names(source: Skeleton, target: Skeleton, people: People) -> bool:
-    """Return whether one skeleton has all names of the other, and equal names are at one place, if that is known."""
-    names = [plain_names(skeleton.joint_names) for skeleton in (source, target)]
-    if not (set(names[0]) <= set(names[1]) or set(names[1]) <= set(names[0])):
-        return False
-    theirs, ours = (person.joints for person in people)
-    pairs = [(theirs[mark], ours[mark]) for mark in theirs.keys() & ours.keys()]
+def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str]) -> None:
+    """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
+    if not isinstance(joints, Mapping) or not joints:
+        raise ValueError(f"joints must map joints of the given skeleton to those of the motion's, got {joints!r}")
+    for skeleton, names, whose in ((target, joints.keys(), WHOSE[1]), (source, joints.values(), WHOSE[0])):
+        for name in names:
+            if name not in skeleton:
+                raise ValueError(f"joints: {whose} has no joint {name!r}: {near_names(skeleton.joint_names, name)}")
+    if len(set(joints.values())) < len(joints):
+        raise ValueError("joints must have each counterpart once")
+
+
+# --- by landmarks -----------------------------------------------------------------------------------------------------
+
+
+def _match_landmarks(source: Skeleton, target: Skeleton, people: People, names: Names) -> tuple[np.ndarray, np.ndarray]:
+    """The counterpart (n_joints,) of each joint of the target, and whether both are at one place of a person."""
+    _check_hips(source, target, people)
+    there = np.full(target.n_joints, -1, dtype=np.intp)
+    placed = np.zeros(target.n_joints, dtype=bool)
+    theirs, ours = people[0].joints, people[1].joints
+    for name, joint in ours.items():
+        if name in theirs:
+            there[joint] = theirs[name]
+            placed[joint] = name.removeprefix("left_").removeprefix("right_") in SAME_PLACE
+    for one, other in NEARLY:
+        for prefix in ("left_", "right_") if one in (BALL, TOE) else ("",):
+            joint, near = ours.get(prefix + one, -1), theirs.get(prefix + other, -1)
+            if joint >= 0 and near >= 0 and prefix + one not in theirs and prefix + other not in ours:
+                there[joint] = near
     if people[0].trunk and people[1].trunk:
-        pairs.append((people[0].trunk[-1], people[1].trunk[-1]))
-    return all(names[0][j] == names[1][k] for j, k in pairs)
+        _match_trunk(source, target, people, there)
+    _match_equal_names(source, target, people, names, there)
+    return there, placed
 
 
-def _by_names(source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, people: People) -> np.ndarray:
-    """Return the index (n_joints,) of the counterpart of each joint of the target by a mapping, or by equal names."""
-    if joints is None:
-        plain = dict(zip(plain_names(source.joint_names), source.joint_names, strict=True))
-        pairs = zip(target.joint_names, plain_names(target.joint_names), strict=True)
-        joints = {
-            name: name if name in source else plain[short] for name, short in pairs if name in source or short in plain
-        }
-        if not joints:
-            raise ValueError(
-                "the motion's skeleton and the given one have no name of a joint in common: pass joints=, a mapping of "
-                f"joints of the given skeleton ({_list_some(target.joint_names)}) to the motion's "
-                f"({_list_some(source.joint_names)}){_list_rigs(people)}"
-            )
-    check_joints(source, target, joints)
-    index = {name: i for i, name in enumerate(source.joint_names)}
-    return np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], dtype=np.intp)
+def _check_hips(source: Skeleton, target: Skeleton, people: People) -> None:
+    """Refuse a skeleton whose root is on the ground where the other's is at the hips: roots are counterparts."""
+    far = []
+    for skeleton, person in zip((source, target), people, strict=True):
+        shank = path_up(skeleton, person.joints.get(f"left_{ANKLE}", -1))
+        shank = shank[: shank.index(person.joints[f"left_{KNEE}"])] if shank else []
+        hips = path_up(skeleton, person.joints.get(HIPS, -1))
+        lengths = np.linalg.norm(skeleton.offsets, axis=1)
+        far.append(bool(shank) and lengths[hips].sum() > lengths[shank].sum())
+    if far[0] != far[1]:
+        i = far.index(True)
+        name = (source, target)[i].joint_names[people[i].joints[HIPS]]
+        raise ValueError(f"the root of {WHOSE[i]} is far from the hips: read it with load_bvh(..., root={name!r})")
 
 
-def _find_uncertain(people: People) -> list[tuple[Landmarks, str]]:
-    """Return the landmarks that may not be those of a person, where the other skeleton is one, and whose they are."""
-    named = zip(people, people[::-1], ("the motion's skeleton", "the given skeleton"), strict=True)
-    return [(one, whose) for one, other, whose in named if one.reason and other.joints]
+def _match_trunk(source: Skeleton, target: Skeleton, people: People, there: np.ndarray) -> None:
+    """Match the joints from which the arms begin, and those below and above them.
+
+    If a neck begins within the chest, as in files whose neck is one joint with a bone before it, and in the other
+    skeleton arms and neck begin at one joint, this joint is the counterpart of the nearer of the two.
+    """
+    heads = [[person.joints[HEAD]] if HEAD in person.joints else [] for person in people]
+    chains = [[*person.trunk, *person.neck, *head] for person, head in zip(people, heads, strict=True)]
+    chests = [len(person.trunk) - 1 for person in people]
+    if all(heads):
+        bases = [base_of_neck(skeleton, person) for skeleton, person in zip((source, target), people, strict=True)]
+        shares = [_shares(skeleton, chain) for skeleton, chain in zip((source, target), chains, strict=True)]
+        for i, j in ((0, 1), (1, 0)):
+            if bases[i] >= 0 and bases[j] < 0:
+                base = chains[i].index(bases[i])
+                place = shares[j][chests[j]]
+                chests[i] = base if abs(shares[i][base] - place) < abs(shares[i][chests[i]] - place) else chests[i]
+    (theirs, ours), (chest, other) = chains, chests
+    there[ours[other]] = theirs[chest]
+    _match_in_order(source, target, theirs[: chest + 1], ours[: other + 1], there)
+    if all(heads):
+        _match_in_order(source, target, theirs[chest + 1 :], ours[other + 1 :], there)
 
 
-def _check_people(people: People) -> None:
-    """Refuse a person and a skeleton that has the names of one and is none, by its names or its proportions."""
-    for person, whose in _find_uncertain(people):
-        if person.joints:
+def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours: list[int], there: np.ndarray) -> None:
+    """Match the joints of two chains before their last ones, which are counterparts, by their share of the length.
+
+    As many as possible are matched, in their order, and of these the nearest.
+    """
+    shares = [_shares(skeleton, chain) for skeleton, chain in ((source, theirs), (target, ours))]
+    best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
+    for i in range(len(theirs)):
+        for j in range(len(ours)):
+            options = [best.get((i - 1, j), (0, 0.0, [])), best.get((i, j - 1), (0, 0.0, []))]
+            if i and j and (apart := abs(shares[0][i - 1] - shares[1][j - 1])) <= SHARE:
+                count, sum_of_all, pairs = best.get((i - 1, j - 1), (0, 0.0, []))
+                options.append((count + 1, sum_of_all + apart, [*pairs, (i - 1, j - 1)]))
+            best[i, j] = min(options, key=lambda option: (-option[0], option[1]))
+    for i, j in best[len(theirs) - 1, len(ours) - 1][2]:
+        there[ours[j]] = theirs[i]
+
+
+def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:
+    """The share of the length of a chain at which each of its joints is."""
+    lengths = np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1))
+    return lengths / max(lengths[-1], np.finfo(float).tiny)
+
+
+def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names: Names, there: np.ndarray) -> None:
+    """Match joints of equal names without landmarks, such as fingers, that are attached to counterparts."""
+    index = {name: j for j, name in enumerate(names[0])}
+    theirs, ours = ({*p.joints.values(), *p.trunk, *p.neck} for p in people)
+    for joint, name in enumerate(names[1]):
+        other = index.get(name, -1)
+        if there[joint] >= 0 or other < 0 or joint in ours or other in theirs:
             continue
-        rig = next(other.rig for other in people if other.joints)
-        raise ValueError(
-            f"the names of {whose} may mean other joints than those of a person of {rig}: {person.reason}. Pass "
-            "joints=, a mapping of joints of the given skeleton to the motion's, if they are counterparts; "
-            "skpose.kinematics.find_counterparts returns those found by names, where only proportions differ"
-        )
+        above = [there[j] for j in path_up(target, joint)[1:] if there[j] >= 0]
+        matched = [j for j in path_up(source, other)[1:] if j in there]
+        if above[:1] == matched[:1]:
+            there[joint] = other
 
 
-def _check_limbs(source: Skeleton, target: Skeleton, there: np.ndarray, people: People) -> None:
+# --- checks -----------------------------------------------------------------------------------------------------------
+
+
+def _check_order(source: Skeleton, target: Skeleton, there: np.ndarray) -> None:
+    """Refuse counterparts that are in the opposite order along the tree."""
+    for joint in np.flatnonzero(there >= 0).tolist():
+        above = _mapped_above(target, there, joint)
+        if above >= 0 and there[joint] in path_up(source, there[above]):
+            names, others = target.joint_names, source.joint_names
+            pairs = f"{names[above]!r}: {others[there[above]]!r} and {names[joint]!r}: {others[there[joint]]!r}"
+            raise ValueError(f"counterparts are in opposite orders along the skeletons: {pairs}")
+
+
+def _check_limbs(target: Skeleton, there: np.ndarray, ours: Mapping[str, int]) -> None:
     """Refuse counterparts that leave an arm or a leg, or as long a part of another skeleton, without any."""
-    ours = people[1].joints
-    out: dict[int, None] = {}  # in their order
+    out: list[int] = []
     for side in SIDES:
         for limb in LIMBS:
             joints = [ours[f"{side}_{mark}"] for mark in limb if f"{side}_{mark}" in ours]
             alone = [joint for joint in joints if there[joint] < 0]
             if len(alone) > 1 or joints[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
-                out.update(dict.fromkeys(alone))
+                out += alone
     if not all(f"{side}_{mark}" in ours for side in SIDES for limb in LIMBS for mark in limb):
-        out.update(dict.fromkeys(_long_parts(target, there)))
+        out += _long_parts(target, there)
     if out:
-        found = int((there >= 0).sum())
-        free = [name for j, name in enumerate(source.joint_names) if j not in there]
-        raise ValueError(
-            f"only {found} of {target.n_joints} joints of the given skeleton have counterparts in the motion's, and "
-            f"limbs would stay at rest: {_list_some([target.joint_names[j] for j in out], 8)} have none"
-            f"{_list_rigs(people)}. Pass joints=, a mapping of joints of the given skeleton to the motion's, of which "
-            f"{_list_some(free, 8)} are free{HINT}"
-        )
+        names = _list_some([target.joint_names[j] for j in dict.fromkeys(out)])
+        raise ValueError(f"limbs would stay at rest: {names} have no counterparts. Pass joints=, names to names")
 
 
 def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
-    """Return the joints of those parts of a skeleton without counterparts that are as long as limbs.
+    """The joints of those parts of a skeleton without counterparts that are as long as limbs.
 
-    A part ends at the end of a chain, or is of several joints that move before a chain that does not branch.
+    A part ends at the end of a chain, or consists of several joints that move before a chain that does not branch.
     """
     lengths = np.linalg.norm(target.offsets, axis=1)
     from_root = np.array([lengths[path_up(target, j)].sum() for j in range(target.n_joints)])
@@ -261,69 +328,48 @@ def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
     out: set[int] = set()
     for end in range(target.n_joints):
         if len(children[end]) and (there[end] < 0 or branches[end]):
-            continue  # neither the end of a chain nor a joint with a counterpart that no branch follows
+            continue  # neither the end of a chain nor a joint with a counterpart and no branches after it
         path = path_up(target, end)
         if there[end] >= 0:
             path = path[1:]
-        part = []
-        for joint in path:
-            if there[joint] >= 0:
-                break
-            part.append(joint)
+        part = path[: next((i for i, joint in enumerate(path) if there[joint] >= 0), len(path))]
         moving = [joint for joint in part if target.bones[joint].dofs]
         if lengths[part].sum() > LIMB * from_root.max() and len(moving) > (there[end] >= 0):
             out.update(part)
     return sorted(out)
 
 
-def _list_rigs(people: People) -> str:
-    """Return in words of which rigs two skeletons are."""
-    words = []
-    for person, whose in zip(people, ("the motion's skeleton", "the given one"), strict=True):
-        if person.rig:
-            words.append(f"{whose} has names of {person.rig}")
-        else:
-            words.append(f"{whose} has names of no rig that is known")
-    return "; " + ", ".join(words)
+def _list_some(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)
 
 
-def check_joints(source: Skeleton, target: Skeleton, joints: Any) -> None:
-    """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
-    if not isinstance(joints, Mapping):
-        raise TypeError(
-            "joints must be a mapping of the given skeleton's joints to those of the motion's, such as "
-            f'{{"left_knee": "LeftLeg"}}, got {type(joints).__name__}'
-        )
-    if not joints:
-        raise ValueError("joints has no counterparts: name at least one joint, or pass None to match equal names")
-    first: dict[str, str] = {}
-    for name, counterpart in joints.items():
-        for joint, skeleton, whose in ((name, target, "the given skeleton"), (counterpart, source, "the motion's")):
-            if joint not in skeleton:
-                near = near_names(skeleton.joint_names, joint) if isinstance(joint, str) else "names are strings"
-                swapped = counterpart in target and name in source
-                hint = "; its keys are joints of the given skeleton, its values those of the motion's" * swapped
-                raise ValueError(f"joints maps {name!r} to {counterpart!r}, but {whose} has no {joint!r}: {near}{hint}")
-        if counterpart in first:
-            raise ValueError(
-                f"joints maps {first[counterpart]!r} and {name!r} to one joint, {counterpart!r}: a joint is the "
-                "counterpart of one only; leave out the other"
-            )
-        first[counterpart] = name
+# --- sizes ------------------------------------------------------------------------------------------------------------
 
 
-def _check_order(source: Skeleton, target: Skeleton, there: np.ndarray) -> None:
-    """Refuse counterparts that are in the opposite order along the tree."""
-    for joint in np.flatnonzero(there >= 0):
-        above = find_mapped_above(target, there, int(joint))
-        if above >= 0 and find_bones(source, int(there[above]), int(there[joint])) is not None:
-            names = target.joint_names[joint], target.joint_names[above]
-            others = source.joint_names[there[joint]], source.joint_names[there[above]]
-            raise ValueError(
-                f"joints maps {names[0]!r} to {others[0]!r} and {names[1]!r} to {others[1]!r}, but {names[0]!r} comes "
-                f"after {names[1]!r} and {others[0]!r} before {others[1]!r}: exchange the two"
-            )
+def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) -> float:
+    """The ratio of the lengths, summed, of the target's bones and the source's bones between counterparts.
+
+    A bone is between a joint with a counterpart and the next joint toward the root with one, or the root itself.
+    """
+    lengths = [np.linalg.norm(skeleton.offsets, axis=1) for skeleton in (target, source)]
+    sums = np.zeros(2)
+    for joint in np.flatnonzero(found.measured).tolist():
+        above = _mapped_above(target, found.there, joint)
+        first = int(found.there[above]) if above >= 0 else -1
+        path = _bones_between(source, int(found.there[joint]), first)
+        if path is not None:
+            sums += lengths[0][_bones_between(target, joint, above)].sum(), lengths[1][path].sum()
+    if not (sums > 0.0).all():
+        raise ValueError('scale="lengths" needs bones between joints with counterparts: pass a number instead')
+    return float(sums[0] / sums[1])
 
 
-def _list_some(names: Sequence[str], n: int = SHOWN) -> str:
-    return ", ".join(map(repr, names[:n])) + ", …" * (len(names) > n)
+def _mapped_above(target: Skeleton, there: np.ndarray, joint: int) -> int:
+    """The next joint toward the root that has a counterpart, or -1, the root."""
+    return next((above for above in path_up(target, joint)[1:] if there[above] >= 0), -1)
+
+
+def _bones_between(skeleton: Skeleton, last: int, first: int) -> list[int] | None:
+    """The bones from a joint, or the root, -1, to a joint after it; None if it is not after it."""
+    path = [*path_up(skeleton, last), -1]
+    return path[: path.index(first)] if first in path else None

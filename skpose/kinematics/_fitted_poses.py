@@ -24,7 +24,7 @@ class FittedPoses:
     poses : ndarray of shape (n_frames, n_dofs)
         Joint angles, rad.
     residuals : ndarray of shape (n_frames, n_joints)
-        Distance of each joint from its given position, m; NaN where it is not seen.
+        Distance of each joint from its given position, m; NaN if it is not seen.
     converged : ndarray of shape (n_frames,) of bool
         Whether no small change of the pose would bring the joints nearer. False where nothing is seen.
     root_positions : ndarray of shape (n_frames, 3)
@@ -67,14 +67,14 @@ class FittedPoses:
         return f"FittedPoses({frames}, {joints}, {off}, {f'{left} not converged' if left else 'all converged'})"
 
     def to_motion(self, frame_rate: float | None = None, up: Literal["x", "y", "z"] | None = None) -> Motion:
-        """Return the poses as a motion.
+        """Convert the poses to a motion.
 
         Parameters
         ----------
         frame_rate : float, default=None
-            Frames per second, Hz. None is that of the `Keypoints`; poses at an array of positions need it.
+            Frames per second, Hz. None takes the rate of the `Keypoints`; arrays of positions need it.
         up : {"x", "y", "z"}, default=None
-            The axis of the world that points up. None is that of the `Keypoints`, and y for an array.
+            The axis of the world that points up. None takes the axis of the `Keypoints`; for an array, y.
 
         Returns
         -------
@@ -89,14 +89,11 @@ class FittedPoses:
         Warns
         -----
         UserWarning
-            If the axis that points up is not known, and in nearly all frames the poses stand along another one than y.
+            If the axis that points up is not known, and in nearly all frames the poses stand along another axis than y.
         """
         rate = self.frame_rate if frame_rate is None else frame_rate
         if rate is None:
-            raise ValueError(
-                "the frame rate is not known, as the positions came as an array: pass frame_rate=, in Hz, or give "
-                "inverse_kinematics Keypoints, which have one"
-            )
+            raise ValueError("the frame rate is not known: pass frame_rate=, in Hz")
         angles, axes = np.zeros((len(self), 3)), "xyz"
         if len(self):
             angles, axes = root_angles_of(Rotation.from_rotvec(self.root_rotations), angles, axes)

@@ -73,8 +73,12 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     array([[[1., 0., 0.],
             [1., 1., 0.]]])
     """
-    angles = _check_angles(angles, skeleton)
-    positions = _positions(angles, tree_of_all_joints(skeleton), effective_n_jobs(n_jobs))
+    return joint_positions(_check_angles(angles, skeleton), skeleton, effective_n_jobs(n_jobs))
+
+
+def joint_positions(angles: np.ndarray, skeleton: Skeleton, n_threads: int = 1) -> np.ndarray:
+    """`forward_kinematics` of checked angles."""
+    positions = _positions(angles, tree_of_all_joints(skeleton), n_threads)
     return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
 
 
@@ -87,7 +91,7 @@ def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
 
 def weighted_positions(angles: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return F(θ) (n_poses, n): positions of the joints that count, times the square roots of their weights."""
+    """F(θ) (n_poses, n): positions of the joints with weight, times the square roots of their weights."""
     return _positions(angles, tree_of(skeleton))
 
 
@@ -203,7 +207,7 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
 
 def jacobians_of(angles: np.ndarray, tree: Tree) -> np.ndarray:
-    """Return the Jacobians (n_poses, n, n_dofs) of the positions that a tree has, by the columns of poses."""
+    """The Jacobians (n_poses, n, n_dofs) of the positions of a tree, by the columns of poses."""
     rates = np.empty((len(angles), 3 * len(tree.offset) - 3, len(tree.column)))
     jacobian.position_jacobians(to_tree_order(tree, angles.astype(np.float64)), tree, rates)
     # A rate of change by dofs becomes one by columns as dofs become columns: the change of axes is a rotation.

@@ -14,7 +14,7 @@ ROUNDING = 8 * np.finfo(np.float64).eps
 class Frame:
     """A coordinate system that rotates about z, y and x by its dofs.
 
-    A hinge's rotates about any one of these, one without dofs about any one by a constant, and that of a slide not.
+    The frame of a hinge rotates about any one of these, a frame without dofs by a constant; a slide does not rotate.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Frames(NamedTuple):
 def frames_of(skeleton: Skeleton | None) -> Frames:
     """Give each joint with dofs a frame.
 
-    Every joint's world orientation is that of a frame times a constant: H_j = K_f · A_j. A rigid joint shares the
+    Every joint's world orientation is a frame's times a constant: H_j = K_f · A_j. A rigid joint shares the
     frame of its parent. A joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
     root = Frame(None, 0, 0, None, 0)
@@ -114,12 +114,12 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
         carrier = frame_of[carriers[j - 1]]
         if carrier is not frame:
             carrier.joints.remove(j)
-            frame.joints.insert(0, j)  # before those that it carries
+            frame.joints.insert(0, j)  # before the joints that it carries
     return frames._replace(offset=offset)
 
 
 def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
-    """Return a rotation Q that takes the last axis to x, the one before to y, the first to ± z; and that sign.
+    """A rotation Q that takes the last axis to x, the one before to y, the first to ± z; and that sign.
 
     The rotation about an axis a by θ is Qᵀ·R·Q, with R the rotation by θ about Qa, so a product of rotations about
     any axes is one about z, y and x between Qᵀ and Q.
@@ -137,7 +137,7 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
 
 
 def _depth_first(parents: np.ndarray) -> list[int]:
-    """Return the joints in an order in which all descendants of a joint follow it at once."""
+    """The joints in an order in which all descendants of a joint follow it at once."""
     children: list[list[int]] = [[] for _ in range(len(parents) + 1)]  # the root's last, as its index is -1
     for joint, parent in enumerate(parents):
         children[parent].append(joint)
@@ -152,7 +152,7 @@ def _depth_first(parents: np.ndarray) -> list[int]:
 
 
 def _about(axis: int, angle: float) -> np.ndarray:
-    """Return the rotation matrix about a coordinate axis."""
+    """The rotation matrix about a coordinate axis."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
     R = np.eye(3)
     R[b, b] = R[c, c] = np.cos(angle)
@@ -162,7 +162,7 @@ def _about(axis: int, angle: float) -> np.ndarray:
 
 
 def _angle_of(u: float, v: float) -> float:
-    """Return the direction of the vector (v, u), rounded to zero where only rounding keeps it from zero."""
+    """The direction of the vector (v, u), zero within rounding errors."""
     angle = np.arctan2(u, v) if max(abs(u), abs(v)) > ROUNDING else 0.0
     return float(angle) if abs(angle) > ROUNDING else 0.0
 
@@ -170,8 +170,8 @@ def _angle_of(u: float, v: float) -> float:
 def _split(R: np.ndarray, p: int, k: int) -> tuple[float, int, float, float]:
     """Split a rotation R = Rp(α) · Rm(β) · Rk(γ) into α, m, β and γ.
 
-    With p the axis of the last dof of the frame before, which takes α, and k that of the first dof of the next frame,
-    which takes γ, β is all that a constant rotation costs between two frames.
+    With p the axis of the last dof of the frame before, which takes α, and k the axis of the first dof of the next
+    frame, which takes γ, β is all that a constant rotation costs between two frames.
     """
     alpha, m, beta = _turn_to(R[:, k], p, k)
     rest = _about(m, -beta) @ _about(p, -alpha) @ R
@@ -179,7 +179,7 @@ def _split(R: np.ndarray, p: int, k: int) -> tuple[float, int, float, float]:
 
 
 def _turn_to(direction: np.ndarray, p: int, k: int) -> tuple[float, int, float]:
-    """Return α, m and β for which Rp(α) · Rm(β) takes the axis k to a direction."""
+    """α, m and β for which Rp(α) · Rm(β) takes the axis k to a direction."""
     m = 3 - p - k if p != k else 1 if k == 0 else 0
     b, c = (p + 1) % 3, (p + 2) % 3
     u, v = (direction[c], direction[b]) if m == c else (-direction[b], direction[c])
@@ -200,10 +200,10 @@ class _Turned(NamedTuple):
 
 
 def _turn_hinge(direction: np.ndarray, p: int) -> _Turned:
-    """Return the least that takes an axis of a frame to the direction of a hinge.
+    """The fewest rotations that take an axis of a frame to the direction of a hinge.
 
-    Along an axis it is nothing. Across the axis p, the one about which the frame before rotates, α is enough, which
-    costs nothing there.
+    Along an axis none is needed. Across the axis p, about which the frame before rotates, α is enough, which costs
+    nothing there.
     """
     k = int(np.abs(direction).argmax())
     if np.abs(np.delete(direction, k)).max() <= ROUNDING:
@@ -251,7 +251,7 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
 
 
 def _alpha_of(frame: Frame, angular: list[Frame]) -> float:
-    """Return the constant that a frame takes: that of its first child, or where that needs none of the first hinge."""
+    """The constant that a frame takes: its first child's, or if that is zero, the first hinge's."""
     first = angular[0]
     alphas = [] if first.hinge is not None else [_split(first.rest, frame.axis, first.n_dofs - 1)[0]]
     alphas += [_turn_hinge(one.rest @ one.hinge, frame.axis).alpha for one in angular if one.hinge is not None]
@@ -271,7 +271,7 @@ def _rotate_behind(frame: Frame, back: np.ndarray, offset: np.ndarray) -> None:
 
 
 def _choose_axes(frame: Frame, angular: list[Frame], offset: np.ndarray) -> None:
-    """Choose the axes of a ball joint's frame: those of the first child with angles, or x along the first offset."""
+    """Choose the axes of a ball joint's frame: the first child's with angles, or x along the first offset."""
     R = np.eye(3)
     first = angular[0] if angular else None
     if first is not None:
@@ -287,7 +287,7 @@ def _choose_axes(frame: Frame, angular: list[Frame], offset: np.ndarray) -> None
 
 
 def _axes_along(direction: np.ndarray) -> np.ndarray:
-    """Return a rotation matrix whose first axis is along a vector."""
+    """A rotation matrix whose first axis is along a vector."""
     x = direction / np.linalg.norm(direction)
     y = np.cross(x, np.eye(3)[np.abs(x).argmin()])
     y /= np.linalg.norm(y)

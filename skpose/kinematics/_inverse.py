@@ -17,7 +17,7 @@ from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._inverse_problem import Problem, Task, problem_of
 from skpose.skeleton import Skeleton
 
-WORTH_SENDING = 20_000  # frames, for which other processes are started
+WORTH_SENDING = 20_000  # frames, from which on other processes are started
 
 
 @validate_params(
@@ -103,16 +103,16 @@ def inverse_kinematics(
     See Also
     --------
     skpose.keypoints.fit_skeleton : Find the skeleton of keypoints.
-    skpose.PoseFromPositions : The same as a transformer, each row by itself.
+    skpose.PoseFromPositions : A transformer that fits each row separately.
     frechet_mean : The pose nearest to the mean of positions.
 
     Notes
     -----
     *What the positions leave open.* A twist of a bone at the end of a chain moves no joint, and joints may not be seen.
     With ``regularization=0`` such angles do not matter to the sum. They follow the frame before, and go back to the
-    initial pose by a tenth from frame to frame at most: so they do not drift. Where a joint is lost for some frames,
-    the joints before it keep the angles of the frame before, but for what other joints say of them. Positions between
-    the frames in which it is seen are a better guess, see `skpose.keypoints.Keypoints.fill_gaps`.
+    initial pose by a tenth from frame to frame at most: so they do not drift. If a joint is lost for some frames,
+    the joints before it keep the angles of the frame before unless other joints determine them. Interpolated positions
+    are a better guess, see `skpose.keypoints.Keypoints.fill_gaps`.
 
     *Method.* Gauss-Newton steps in a trust region, with turns of joints instead of angles; JᵀJ is summed along the
     skeleton and factorised along it without filling in [2]_; where positions cannot be reached the exact Hessian takes
@@ -120,7 +120,7 @@ def inverse_kinematics(
     with the root by the best fit of all joints [3]_, and each joint turned to where the ends of its bones are seen,
     parents first. Minima are local; hinges are tried on both sides. Sequences are computed in tasks of 512 frames.
 
-    Some 0.1 ms a frame of 30 joints and 56 dofs in a sequence, and 1 ms a frame by itself, on one thread.
+    Some 0.1 ms a frame of 30 joints and 56 dofs in a sequence, and 1 ms for a separate frame, on one thread.
 
     References
     ----------

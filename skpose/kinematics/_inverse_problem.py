@@ -1,4 +1,4 @@
-"""The arguments of inverse kinematics, checked, as arrays in the order of compiled code; parts of the work."""
+"""The checked arguments of inverse kinematics as arrays in the order of compiled code, and its tasks."""
 
 import functools
 from collections.abc import Iterator
@@ -24,10 +24,10 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import positions_at_zero, size_of, with_root_joint
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
-WARM_UP = 32  # frames before a task that it computes too, and drops: its first frame is then no start
+WARM_UP = 32  # frames before a task that it computes and drops, so that its first frame does not start from scratch
 WARM_ITER = 20  # iterations from the frame before
-MAX_ITER = 1000  # iterations from the initial pose, of which a few frames need hundreds
-LARGER, SMALLER = 10.0, 50.0  # times that what is seen may differ in size from the skeleton: few joints may be seen
+MAX_ITER = 1000  # iterations from the initial pose; a few frames need hundreds
+LARGER, SMALLER = 10.0, 50.0  # times that positions may differ in size from the skeleton: few joints may be seen
 N_ROOT = 3  # columns of the root's orientation
 
 
@@ -42,7 +42,7 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Positions and all that states how to find poses at them, in the order of a tree with the root as a joint."""
+    """Positions and options of inverse kinematics, in the order of a tree with the root as a joint."""
 
     skeleton: Skeleton
     tree: Tree
@@ -82,7 +82,7 @@ class Problem:
         return found
 
     def warm_up(self, task: Task) -> np.ndarray:
-        """Return the frames before a task from which it starts.
+        """The frames before a task from which it starts.
 
         They are those just before it, and just before the last sight of each joint: a joint that is lost keeps the
         angles that it had then, however long ago.
@@ -94,11 +94,11 @@ class Problem:
         return np.unique(np.concatenate(chosen))
 
     def unseen(self) -> np.ndarray:
-        """Return in which frames (n_frames,) nothing is seen."""
+        """The frames (n_frames,) in which no joint is seen."""
         return np.asarray(~(self.weights > 0.0).any(axis=1))
 
     def fit(self, found: Found) -> FittedPoses:
-        """Return what has been found, in the order of the skeleton."""
+        """The found poses, in the order of the skeleton."""
         n = len(self.weights)
         columns = from_tree_order(self.tree, found.dofs, np.zeros((n, N_ROOT + self.skeleton.n_dofs)))
         unseen = self.unseen()
@@ -119,25 +119,20 @@ class Problem:
         )
 
     def collect(self, found: Found) -> FittedPoses:
-        """Return what has been found, in the order of the skeleton; warn of frames that did not converge."""
+        """The found poses, in the order of the skeleton; warn of frames that did not converge."""
         fitted, unseen, n = self.fit(found), self.unseen(), len(self.weights)
         if unseen.any():
-            kept = "that of the frame before" if self.rules.is_sequence else "the initial one"
-            warn(
-                f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}, no joint is seen: their pose is "
-                f"{kept}, and is not converged; leave them out, or interpolate the positions"
-            )
+            kept = "the one before" if self.rules.is_sequence else "the initial one"
+            frames = f"in {unseen.sum()} of {n} frames, first in frame {unseen.argmax()}"
+            warn(f"{frames}, no joint is seen: their pose is {kept}")
         left = ~fitted.converged & ~unseen
         if left.any():
-            warn(
-                f"{left.sum()} of {n} frames did not converge, first frame {left.argmax()}; their poses are the best "
-                "found, see residuals. A regularization of 0.01 helps where positions leave the angles nearly open",
-                ConvergenceWarning,
-            )
+            message = f"{left.sum()} of {n} frames did not converge, first in {left.argmax()}: try regularization=0.01"
+            warn(message, ConvergenceWarning)
         return fitted
 
     def last_seen(self, unseen: np.ndarray) -> np.ndarray:
-        """Return the last frame up to each one in which something is seen; without one, the sequence's first."""
+        """The last frame up to each one in which a joint is seen; without one, the sequence's first."""
         starts = np.repeat(np.append(0, self.ends[:-1]), np.diff(self.ends, prepend=0))
         return np.asarray(np.maximum.accumulate(np.where(unseen, starts, np.arange(len(unseen)))))
 
@@ -191,12 +186,12 @@ def problem_of(
 
 @functools.lru_cache(maxsize=64)
 def _tree_with_root(skeleton: Skeleton) -> Tree:
-    """Return a skeleton with a joint that turns its root as flat arrays."""
+    """A skeleton with a joint that turns its root as flat arrays."""
     return tree_of_all_joints(with_root_joint(skeleton))
 
 
 def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (n_frames, n_joints, 3) and confidences (n_frames, n_joints) in the skeleton's order."""
+    """Positions (n_frames, n_joints, 3) and confidences (n_frames, n_joints) in the skeleton's order."""
     if not isinstance(positions, Keypoints):
         given = check_positions(positions, skeleton.n_joints, "positions")
         if is_spatial(positions_at_zero(skeleton)):  # an arm may move in one plane
@@ -204,11 +199,8 @@ def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.nda
         return given, np.ones(given.shape[:2])
     common = [name for name in skeleton.joint_names if name in positions.names]
     if not common:
-        points, joints = (", ".join(names[:6]) for names in (positions.names, skeleton.joint_names))
-        raise ValueError(
-            f"no keypoint has the name of a joint of the skeleton: the keypoints are {points}, …, the joints {joints}, "
-            "…; name the keypoints as the joints, or find a skeleton for them with skpose.keypoints.fit_skeleton"
-        )
+        names = f"the first are {positions.names[0]!r} and {skeleton.joint_names[0]!r}"
+        raise ValueError(f"no keypoint has the name of a joint: {names}; use skpose.keypoints.fit_skeleton")
     chosen = [skeleton.joint_names.index(name) for name in common]
     given = np.full((len(positions), skeleton.n_joints, 3), np.nan)
     confidences = np.zeros(given.shape[:2])
@@ -218,21 +210,19 @@ def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.nda
 
 
 def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> np.ndarray:
-    """Return weights (n_frames, n_joints)."""
+    """Check weights (n_frames, n_joints)."""
     if weights is None:
         return np.ones(shape)
     array = as_numbers(weights, "weights", masked=0.0)
     if array.shape not in (shape, shape[1:]):
-        raise ValueError(
-            f"weights must have shape {shape[1:]} or {shape}, (n_joints,) or one a position, got {array.shape}"
-        )
+        raise ValueError(f"weights must have shape {shape[1:]} or {shape}, got {array.shape}")
     if not np.isfinite(array).all() or (array < 0.0).any():
-        raise ValueError("weights must be finite and nowhere negative; zero is a joint that is not seen")
+        raise ValueError("weights must be finite and not negative")
     return np.broadcast_to(array, shape)
 
 
 def _check_initial(initial: ArrayLike | None, skeleton: Skeleton, n: int) -> np.ndarray:
-    """Return the first poses (1, n_dofs) or (n_frames, n_dofs)."""
+    """Check the first poses (1, n_dofs) or (n_frames, n_dofs)."""
     if initial is None:
         return np.zeros((1, skeleton.n_dofs))
     array = np.asarray(initial)
@@ -244,20 +234,17 @@ def _check_initial(initial: ArrayLike | None, skeleton: Skeleton, n: int) -> np.
 
 
 def _ends(lengths: ArrayLike | None, n: int) -> np.ndarray:
-    """Return the number of the frame after the last of each sequence."""
+    """The number of the frame after the last of each sequence."""
     if lengths is None:
         return np.array([n])
     array = np.asarray(lengths)
     if array.ndim != 1 or array.dtype.kind not in "iu" or (array < 1).any() or array.sum() != n:
-        raise ValueError(
-            f"lengths must be whole numbers of frames, 1 or more, whose sum is the number of frames, {n}, got "
-            f"{array.tolist() if array.size < 10 else f'{array.size} of sum {array.sum()}'}"
-        )
+        raise ValueError(f"lengths must be positive integers whose sum is the number of frames, {n}, got {lengths!r}")
     return np.cumsum(array)
 
 
 def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest value of each dof, in the tree's order."""
+    """The limits of each dof, in the tree's order."""
     lower = np.full(len(tree.column), -np.inf)
     if joint_limits == "ignore":
         return lower, -lower
@@ -268,14 +255,11 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
 
 
 def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
-    """Warn if the sizes of what is seen and of the skeleton are those of different units."""
+    """Warn if positions and skeleton are likely in different units."""
     seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
     size = size_of(skeleton)
     if not len(seen) or not size > 0.0:
         return
     extent = float(np.median(np.nanmax(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=1)))
     if extent > LARGER * size or 0.0 < extent < size / SMALLER:
-        warn(
-            f"the joints that are seen extend over {extent:.3g} m, and the skeleton at rest over {size:.3g} m: one of "
-            "them is likely in another unit than metres; convert it"
-        )
+        warn(f"positions extend over {extent:.3g} m, the skeleton over {size:.3g} m: one is likely not in metres")

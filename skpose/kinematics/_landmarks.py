@@ -2,7 +2,7 @@
 
 Names alone do not suffice, as "LeftShoulder" is the shoulder in one rig and the collarbone's beginning in another. So a
 skeleton is of a rig only as a whole: at least both legs or both arms have all their names, joints follow each other as
-in a person, and the lengths at angle zero are those of a person. What remains uncertain is no landmark.
+in a person, and the lengths at angle zero are a person's. Uncertain joints are left out.
 """
 
 import itertools
@@ -36,8 +36,8 @@ from skpose.skeleton._shared import others, positions_at_zero, split_sides
 SIDES = ("left", "right")
 NUMBERED = re.compile(rf"(.*[^\W_])([\W_]\d+)((?:_?(?:{'|'.join(END_NAMES)}))?)", re.IGNORECASE)
 SIGNS = re.compile(r"[\W_]+")  # between words
-HIPS = "hips"  # the joint that carries both legs, where it is not the root
-ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # each comes after the one before, where it is
+HIPS = "hips"  # the joint that carries both legs, if it is not the root
+ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # in this order, as far as known
 NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
 # Lengths in a person: between two joints, and sums of these.
 SEGMENTS = {"thigh": (HIP, KNEE), "shank": (KNEE, ANKLE), "upper arm": (SHOULDER, ELBOW), "forearm": (ELBOW, WRIST)}
@@ -49,7 +49,7 @@ PROPORTIONS = (
     ("upper arm", "forearm", 0.5, 2.6),
     ("leg", "arm", 0.9, 3.0),
 )
-FORWARD = 0.5  # cosine of the angle between a foot and the direction forward, up to which it ends at the toe
+FORWARD = 0.5  # cosine of the largest angle between the direction forward and a foot that ends at the toe
 SYMMETRY = 1.25  # how many times as long as on the other side
 
 
@@ -60,19 +60,20 @@ class Landmarks(NamedTuple):
     joints: dict[str, int]  # "left_knee", "head" and so on
     trunk: list[int]  # the joints after the root, or after the joint of the hips, up to the one that carries the arms
     neck: list[int]  # the joints after that up to the head
-    reason: str = ""  # in words, why a rig whose names it has was not taken, or is uncertain
+    reason: str = ""  # why a rig whose names it has was not taken, or is uncertain
 
 
 NONE = Landmarks("", {}, [], [])
 
 
 def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Landmarks:
-    """Return the landmarks of a skeleton by its names, also with other proportions than a person's if that is wished.
-
-    These have the reason why they are uncertain.
-    """
+    """Find the landmarks of a skeleton by its names; `any_proportions` accepts other proportions than a person's."""
     keys = _keys_of(skeleton.joint_names)
-    ends = _ends_of(keys, skeleton)
+    ends = {}  # by joint the child that has its name and a word for the end, such as "Head_end" after "Head"
+    for j, (side, rest) in enumerate(keys):
+        parent = int(skeleton.parents[j])
+        if parent >= 0 and (side, rest) in [(keys[parent][0], keys[parent][1] + word) for word in END_NAMES]:
+            ends[parent] = j
     animal = [name for name, (_, rest) in zip(skeleton.joint_names, keys, strict=True) if rest.startswith(NO_PERSON)]
     candidates = [(rig, *_find(keys, ends, rig, skeleton)) for rig in RIGS]
     most = max(n_known for *_, n_known in candidates)
@@ -97,7 +98,7 @@ def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Land
 
 
 def path_up(skeleton: Skeleton, joint: int) -> list[int]:
-    """Return a joint and all between it and the root."""
+    """A joint and all joints above it."""
     path = []
     while joint >= 0:
         path.append(joint)
@@ -106,57 +107,48 @@ def path_up(skeleton: Skeleton, joint: int) -> list[int]:
 
 
 def common_parent(skeleton: Skeleton, a: int, b: int) -> int:
-    """Return the last joint that both joints come after; -1 is the root."""
+    """The last joint that both joints come after; -1 is the root."""
     above = path_up(skeleton, a)[1:]
     return next((joint for joint in path_up(skeleton, b)[1:] if joint in above), -1)
 
 
 def plain_names(names: Sequence[str]) -> list[str]:
-    """Return names without a namespace, and without what all of them begin or end with: "mixamorig:", "Bip01 ", ".001".
+    """Names without a namespace, and without a prefix or a number that all of them have: "mixamorig:", "Bip01 ",
+    ".001".
 
-    A word for a side stays: the names of a left arm are not those of a right one.
+    A word for a side stays: the names of a left arm differ from a right one's.
     """
-    names = _without_number(_without_namespace(names))
-    word = re.sub(r"[^\W_]*$", "", _common_start(names))
+    names, start = _without_number(names)
+    word = re.sub(r"[^\W_]*$", "", start)
     return names if split_sides([word])[0][0] else [name.removeprefix(word) for name in names]
 
 
 def _keys_of(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the side of each name, and the rest of it in lower case without signs between words.
+    """The side of each name, and the rest of it in lower case without signs between words.
 
-    What all names begin with, or a number at the end of all, is left out. It is no side: those of a rig have both.
+    A prefix or a number that all names have is left out. It is not a side: the names of a rig have both.
     """
-    names = _without_number(_without_namespace(names))
-    start = _common_start(names)
+    names, start = _without_number(names)
     sides = split_sides([name.removeprefix(start) for name in names])
     return [(side, SIGNS.sub("", rest).lower()) for side, rest in sides]
 
 
-def _without_namespace(names: Sequence[str]) -> list[str]:
-    return [name.rpartition(":")[2] or name for name in names]
+def _without_number(names: Sequence[str]) -> tuple[list[str], str]:
+    """Names without a namespace, and without a number at the end of all; and the prefix that all have.
 
-
-def _without_number(names: list[str]) -> list[str]:
-    """Return names without a number that all of them end with, such as ".001" of Blender's duplicates and "_01".
-
-    The word for the end of a chain stays, before which the number is: "Head.001_end".
+    Such numbers are ".001" of Blender's duplicates and "_01". A word for the end of a chain stays: "Head.001_end".
     """
+    names = [name.rpartition(":")[2] or name for name in names]
     found = [NUMBERED.fullmatch(name) for name in names]
-    if len(found) < 2 or len({match and match[2] for match in found}) > 1 or not found[0]:
-        return names
-    return [match[1] + match[3] for match in found if match]
-
-
-def _common_start(names: Sequence[str]) -> str:
-    """Return the letters with which all names begin; none for a single name."""
-    if len(names) < 2:
-        return ""
-    first, last = min(names), max(names)
-    return first[: next((i for i in range(len(first)) if first[i] != last[i : i + 1]), len(first))]
+    if len(found) > 1 and found[0] and len({match and match[2] for match in found}) == 1:
+        names = [match[1] + match[3] for match in found if match]
+    first, last = min(names, default=""), max(names, default="")
+    start = next((i for i in range(len(first)) if first[i] != last[i : i + 1]), len(first))
+    return names, first[:start] if len(names) > 1 else ""
 
 
 def _table_of(rig: Rig) -> dict[tuple[str, str], str]:
-    """Return the landmark of each name of a rig, both sides, or "" for others."""
+    """The landmark of each name of a rig, both sides, or "" for others."""
     left = list(rig.left)
     right = [others(name)[0] for name in left]
     keys = _keys_of([*rig.middle, *left, *right, "z"])[:-1]  # the last, so that nothing is common to all
@@ -166,16 +158,6 @@ def _table_of(rig: Rig) -> dict[tuple[str, str], str]:
 
 
 TABLES = {rig.name: _table_of(rig) for rig in RIGS}
-
-
-def _ends_of(keys: list[tuple[str, str]], skeleton: Skeleton) -> dict[int, int]:
-    """Return by joint the child that has its name and a word for the end, such as "Head_end" after "Head"."""
-    ends = {}
-    for j, (side, rest) in enumerate(keys):
-        parent = int(skeleton.parents[j])
-        if parent >= 0 and (side, rest) in [(keys[parent][0], keys[parent][1] + word) for word in END_NAMES]:
-            ends[parent] = j
-    return ends
 
 
 def _add_ends(joints: dict[str, int], ends: dict[int, int], skeleton: Skeleton) -> None:
@@ -200,7 +182,7 @@ def _add_ends(joints: dict[str, int], ends: dict[int, int], skeleton: Skeleton) 
 
 
 def _points_forward(skeleton: Skeleton, joint: int, joints: dict[str, int]) -> bool:
-    """Return whether the bone that ends at a joint points forward at angle zero, by hips and shoulders."""
+    """Whether the bone that ends at a joint points forward at angle zero, by hips and shoulders."""
     needed = [f"{side}_{mark}" for mark in (HIP, SHOULDER) for side in SIDES]
     if not all(mark in joints for mark in needed):
         return False
@@ -214,10 +196,10 @@ def _points_forward(skeleton: Skeleton, joint: int, joints: dict[str, int]) -> b
 def _find(
     keys: list[tuple[str, str]], ends: dict[int, int], rig: Rig, skeleton: Skeleton
 ) -> tuple[dict[str, int], int]:
-    """Return the joints that have names of a rig, by landmark, and how many names of it there are.
+    """The joints that have names of a rig, by landmark, and the number of names.
 
-    Names of ends of chains are of no rig: each file and reader has its own. The landmarks of legs, or arms, of which
-    both do not have all names, are left out; all of them if neither has.
+    Ends of chains do not count: each file and reader has its own names for them. Legs and arms need all names of both
+    sides; a rig needs one of the two.
     """
     if rig.frame not in (None, skeleton.offset_frame):
         return {}, 0
@@ -240,7 +222,7 @@ def _find(
 
 
 def _find_misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
-    """Return in words which joints do not follow each other as in a person; empty if all do."""
+    """State which joints do not follow each other as in a person; empty if all do."""
     names = skeleton.joint_names
     for side in SIDES:
         for order in ORDER:
@@ -256,39 +238,30 @@ def _find_misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
 
 
 def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
-    """Return in words which lengths are not those of a person; empty if all are."""
-    lengths = {}
+    """State which lengths are not a person's; empty if all are."""
+    lengths, norms = {}, np.linalg.norm(skeleton.offsets, axis=1)
     for side in SIDES:
         for part, (start, end) in SEGMENTS.items():
             above, below = joints.get(f"{side}_{start}", -1), joints.get(f"{side}_{end}", -1)
             if above >= 0 and above in path_up(skeleton, below):
-                lengths[side, part] = _length(skeleton, above, below)
+                path = path_up(skeleton, below)
+                lengths[side, part] = float(norms[path[: path.index(above)]].sum())
         for whole, parts in WHOLES.items():
             if all((side, part) in lengths for part in parts):
                 lengths[side, whole] = sum(lengths[side, part] for part in parts)
         for first, second, low, high in PROPORTIONS:
             a, b = lengths.get((side, first)), lengths.get((side, second))
             if a is not None and b is not None and not low * b <= a <= high * b:
-                return f"its {side} {first} is {_ratio(a, b):.2g} times as long as its {second}"
+                return f"its {side} {first} is {a:.2g} m long, its {second} {b:.2g} m"
     for part in WHOLES:
         a, b = (lengths.get((side, part), 0.0) for side in SIDES)
         if max(a, b) > SYMMETRY * min(a, b):
-            return f"one {part} of it is {_ratio(max(a, b), min(a, b)):.2g} times as long as the other"
+            return f"one {part} is {a:.2g} m long, the other {b:.2g} m"
     return ""
 
 
-def _ratio(a: float, b: float) -> float:
-    return a / b if b else np.inf
-
-
-def _length(skeleton: Skeleton, above: int, below: int) -> float:
-    """Return the length of the bones between two joints."""
-    path = path_up(skeleton, below)
-    return float(np.linalg.norm(skeleton.offsets[path[: path.index(above)]], axis=1).sum())
-
-
 def _axis(skeleton: Skeleton, joints: dict[str, int]) -> tuple[list[int], list[int]]:
-    """Return the joints of the trunk, and those of the neck up to the head."""
+    """The joints of the trunk, and of the neck up to the head."""
     shoulders = [joints[f"{side}_{SHOULDER}"] for side in SIDES if f"{side}_{SHOULDER}" in joints]
     if len(shoulders) < 2:
         return [], []

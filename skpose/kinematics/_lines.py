@@ -1,16 +1,16 @@
-"""The lines of two skeletons that shall be parallel: bones that are counterparts, and what stands for them.
+"""The lines of two skeletons that are made parallel: bones that are counterparts, or lines in their place.
 
 A bone's counterpart is the line between the counterparts of its ends, or, where its near end has none, the bone that
 ends at the counterpart of its far end. In people of known rigs some bones are of the rig rather than of the person: the
 bones from the spine to the collarbones and from the pelvis to the hips are steep in one rig and level in another. There
-the line from side to side is the counterpart of that of the other skeleton.
+the line from side to side is the counterpart.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._forward import forward_kinematics
+from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent
 from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, HIP, SHOULDER, TOE
 from skpose.skeleton import Skeleton
@@ -18,7 +18,7 @@ from skpose.skeleton._shared import NO_DIRECTION, directions_at_zero
 
 ROOT = -1
 MIDDLE = -2  # the middle between the hips, in people of known rigs: roots are higher up in some
-STRAIGHT = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, on one line but for as much have one direction
+STRAIGHT = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, up to this angle apart have one direction
 
 
 class Line(NamedTuple):
@@ -31,20 +31,21 @@ class Line(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """The lines that shall be parallel."""
+    """The lines that are made parallel."""
 
     of_bones: dict[int, Line]  # for the joint at which each bone of the target ends
     twists: dict[int, Line]  # for joints that carry one bone or none: a line across, which shows the rotation about it
     pelvis: list[Line]  # lines that show how the rest poses of the two are rotated, if they are known
     hips: tuple[tuple[int, int] | None, tuple[int, int] | None]  # of source and target
-    directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros where there is none
+    directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros if there is none
+    positions: np.ndarray  # (n_joints + 2, 3) of the target at angle zero, see `with_root`
 
 
 def find_lines(
     source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Landmarks, Landmarks] | None
 ) -> Lines:
-    """Return the lines of counterparts; people are the landmarks of source and target, if both are of known rigs."""
-    lines = {}
+    """Find the lines of counterparts; people are the landmarks of source and target, if both are of known rigs."""
+    lines, carriers = {}, find_carriers(target)
     lengths = np.linalg.norm(target.offsets, axis=1)
     for joint in np.flatnonzero(there >= 0).tolist():
         start = int(target.parents[joint])
@@ -54,57 +55,45 @@ def find_lines(
         source_start = ROOT if start < 0 else int(there[start]) if there[start] >= 0 else int(source.parents[end])
         lines[joint] = Line(int(target.parents[joint]), joint, source_start, end)
     directions = directions_at_zero(target)
+    hips = (None, None) if people is None else (pair_of(people[0], HIP), pair_of(people[1], HIP))
+    positions = with_root(joint_positions(np.zeros((1, target.n_dofs)), target), hips[1])[0]
     if people is None:
-        return Lines(lines, {}, [], (None, None), directions)
-    hips = pair_of(people[0], HIP), pair_of(people[1], HIP)
-    positions = at_zero(target, hips[1])
+        return Lines(lines, {}, [], hips, directions, positions)
     _keep_straight(lines, target, there, people[1], positions)
     _point_feet(lines, there, people)
     _tie_neck_to_chest(lines, source, target, there, people)
-    _lay_across(lines, source, target, there, people)
-    if None not in hips:
-        _begin_between_hips(lines, target, people[1])
+    _align_left_right(lines, source, target, there, people, carriers)
+    for joint in people[1].trunk if None not in hips else ():  # the trunk begins in the middle between the hips
+        line = lines.get(joint)
+        if line is not None and line.source_start == ROOT:
+            start = MIDDLE if line.start == ROOT and carriers[joint] == ROOT else line.start
+            lines[joint] = line._replace(start=start, source_start=MIDDLE)
     for joint, line in lines.items():
         if line.start != int(target.parents[joint]) or line.end != joint:
             directions[joint] = unit(positions[line.end] - positions[line.start])
-    return Lines(lines, _find_twists(target, people), _find_pelvis(people), hips, directions)
-
-
-def _find_pelvis(people: tuple[Landmarks, Landmarks]) -> list[Line]:
-    """Return the line between the hips, and that from the root to the chest.
-
-    At angle zero limbs may point anywhere, but a trunk is straight.
-    """
-    hips = [pair_of(person, HIP) for person in people]
-    if None in hips or not (people[0].trunk and people[1].trunk):
-        return []
-    (theirs, ours) = [pair or (ROOT, ROOT) for pair in hips]
-    return [
-        Line(ours[1], ours[0], theirs[1], theirs[0]),
-        Line(MIDDLE, people[1].trunk[-1], MIDDLE, people[0].trunk[-1]),
-    ]
-
-
-def at_zero(skeleton: Skeleton, hips: tuple[int, int] | None) -> np.ndarray:
-    """Return the positions (n_joints + 2, 3) at angle zero; `MIDDLE` and `ROOT` are the indices of the last two."""
-    return with_root(forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton), hips)[0]
+    pelvis = []
+    if hips[0] is not None and hips[1] is not None and people[0].trunk and people[1].trunk:
+        # At angle zero limbs may point anywhere, but a trunk is straight.
+        pelvis.append(Line(hips[1][1], hips[1][0], hips[0][1], hips[0][0]))
+        pelvis.append(Line(MIDDLE, people[1].trunk[-1], MIDDLE, people[0].trunk[-1]))
+    return Lines(lines, _find_twists(target, people, carriers), pelvis, hips, directions, positions)
 
 
 def with_root(positions: np.ndarray, hips: tuple[int, int] | None) -> np.ndarray:
-    """Return positions (n_frames, n_joints, 3) with those of the middle between the hips and of the root."""
+    """Append the middle between the hips and the root, `MIDDLE` and `ROOT`, to positions (n_frames, n_joints, 3)."""
     root = np.zeros((len(positions), 1, 3))
     middle = positions[:, list(hips)].mean(axis=1, keepdims=True) if hips is not None else root
     return np.concatenate([positions, middle, root], axis=1)
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (..., 3) of length one; zeros where they have none."""
+    """Normalise vectors (..., 3); zeros stay zero."""
     sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, sizes, out=np.zeros_like(vectors), where=sizes > 0.0)
 
 
 def find_carriers(skeleton: Skeleton) -> list[int]:
-    """Return for each bone the joint with which it rotates; -1 is the root."""
+    """The joint with which each bone rotates; -1 is the root."""
     movers = find_movers(skeleton)
     if skeleton.offset_frame == "own":
         return movers
@@ -112,7 +101,7 @@ def find_carriers(skeleton: Skeleton) -> list[int]:
 
 
 def find_movers(skeleton: Skeleton) -> list[int]:
-    """Return for each joint the last one with dofs from the root to it; -1 is the root."""
+    """The last joint with dofs from the root to each joint; -1 is the root."""
     movers: list[int] = []
     for j, bone in enumerate(skeleton.bones):
         parent = int(skeleton.parents[j])
@@ -123,7 +112,7 @@ def find_movers(skeleton: Skeleton) -> list[int]:
 def _keep_straight(
     lines: dict[int, Line], target: Skeleton, there: np.ndarray, person: Landmarks, positions: np.ndarray
 ) -> None:
-    """Give all bones between two joints with counterparts one direction, where they are on one line at angle zero.
+    """Give all bones between two joints with counterparts one direction, if they are on one line at angle zero.
 
     So a forearm of two bones is as straight as one of one bone.
     """
@@ -143,7 +132,7 @@ def _keep_straight(
 
 
 def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmarks, Landmarks]) -> None:
-    """Let the line from the ankle to the toe be that of a foot whose counterpart has no joint at the ball.
+    """Use the line from the ankle to the toe for a foot whose counterpart has no joint at the ball.
 
     The foot points there as a whole, and its toes keep their rest pose.
     """
@@ -156,21 +145,8 @@ def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmar
             lines.pop(ours[toe], None)
 
 
-def _begin_between_hips(lines: dict[int, Line], target: Skeleton, person: Landmarks) -> None:
-    """Let the lines of the trunk that begin at the root begin in the middle between the hips.
-
-    In the target they do where the root carries the bone, and the line is fixed to the pelvis.
-    """
-    carriers = find_carriers(target)
-    for joint in person.trunk:
-        line = lines.get(joint)
-        if line is not None and line.source_start == ROOT:
-            start = MIDDLE if line.start == ROOT and carriers[joint] == ROOT else line.start
-            lines[joint] = line._replace(start=start, source_start=MIDDLE)
-
-
 def base_of_neck(skeleton: Skeleton, person: Landmarks) -> int:
-    """Return the joint of the neck that moves with the chest, above which the neck bends; -1 if there is none."""
+    """The joint of the neck that moves with the chest, above which the neck bends; -1 if there is none."""
     carriers = find_carriers(skeleton)
     chest = person.trunk[-1] if person.trunk else ROOT
     while chest >= 0 and not skeleton.bones[chest].dofs:
@@ -184,7 +160,7 @@ def _tie_neck_to_chest(
 ) -> None:
     """Give the bone from the chest to the base of the neck the direction of the trunk below the chest of the source.
 
-    This is where the source has no bone that moves with the chest: its neck would tilt the chest.
+    This is for sources without a bone from chest to neck that moves with the chest: their neck would tilt the chest.
     """
     base = base_of_neck(target, people[1])
     trunk = people[0].trunk
@@ -193,15 +169,16 @@ def _tie_neck_to_chest(
     lines[base] = Line(int(target.parents[base]), base, int(source.parents[trunk[-1]]), trunk[-1])
 
 
-def _lay_across(
+def _align_left_right(
     lines: dict[int, Line],
     source: Skeleton,
     target: Skeleton,
     there: np.ndarray,
     people: tuple[Landmarks, Landmarks],
+    carriers: list[int],
 ) -> None:
-    """Replace the lines of bones to hips, collarbones and shoulders by those from side to side, where they can be."""
-    here, carriers = people[1].joints, find_carriers(target)
+    """Replace the lines of bones to hips, collarbones and shoulders by those from side to side, where possible."""
+    here = people[1].joints
     for mark in (HIP, COLLAR, SHOULDER):
         pair = [here[f"{side}_{mark}"] for side in SIDES if f"{side}_{mark}" in here]
         ends = pair_of(people[0], mark) or (pair_of(people[0], SHOULDER) if mark == COLLAR else None)
@@ -222,13 +199,12 @@ def _lay_across(
                     lines[joint] = Line(parent, joint, start, int(there[joint]))
 
 
-def _find_twists(target: Skeleton, people: tuple[Landmarks, Landmarks]) -> dict[int, Line]:
-    """Return the lines between the hips, and between the shoulders, for the joints that carry them by others.
+def _find_twists(target: Skeleton, people: tuple[Landmarks, Landmarks], carriers: list[int]) -> dict[int, Line]:
+    """The lines between the hips, and between the shoulders, for the joints that carry both sides by other joints.
 
     These are the root or the joint of the hips, and the joint of the chest.
     """
     found = {}
-    carriers = find_carriers(target)
     for mark in (HIP, SHOULDER):
         pair, ends = pair_of(people[1], mark), pair_of(people[0], mark)
         if pair is None or ends is None or carriers[pair[0]] == carriers[pair[1]]:
@@ -242,15 +218,15 @@ def _find_twists(target: Skeleton, people: tuple[Landmarks, Landmarks]) -> dict[
 
 
 def pair_of(person: Landmarks, mark: str) -> tuple[int, int] | None:
-    """Return the joints of both sides at a landmark."""
+    """The joints of both sides at a landmark."""
     left, right = (person.joints.get(f"{side}_{mark}", ROOT) for side in SIDES)
     return (left, right) if min(left, right) >= 0 else None
 
 
 def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
-    """Return the directions (n_frames, n_lines, 3) of lines in the source; zeros where they are too short in a frame.
+    """The directions (n_frames, n_lines, 3) of lines in the source; zeros for lines too short in any frame.
 
-    Positions (n_frames, n_joints + 2, 3) are those of `with_root`.
+    Positions (n_frames, n_joints + 2, 3) as from `with_root`.
     """
     starts, ends = [line.source_start for line in lines], [line.source_end for line in lines]
     vectors = positions[:, ends] - positions[:, starts]

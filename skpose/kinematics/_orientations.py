@@ -1,15 +1,14 @@
 """Conversion of a motion to another rig by orientations: bones point in the world where their counterparts do.
 
 Let d be the direction of a bone at angle zero, and G the rotation, since angle zero, of the joint that carries it, in
-the axes of the world: the bone points along G·d. A constant rotation A of each joint takes the directions of the target
-at zero to those of the source, A·d_target = d_source. So the bones of the target point where those of the source do if
-its joints have rotated by G_target = G_source·A. Where the source bends between the two ends of a bone, as a trunk of
-three joints does for one of two, the rotation that is left to fit the direction follows, frame by frame.
+the world: the bone points along G·d. A constant rotation A of each joint takes the directions of the target at zero to
+those of the source, A·d_target = d_source. So the bones of the target point where those of the source do if its joints
+have rotated by G_target = G_source·A. If the source bends between the two ends of a bone, as a trunk of three joints
+does for a trunk of two, the rotation that is left to fit the direction follows, frame by frame.
 
 A joint carries the bones that rotate with it: those that end at it (offsets in its "own" axes) or start at it, and
-those of joints that do not rotate, which follow it; the root carries bones likewise. Rotations that fit are the
-shortest, beyond that of the joint before, where a joint carries one direction, and the least squares fit (Kabsch) where
-it carries several.
+those of joints without dofs that follow it; the root carries bones likewise. The fit is the shortest rotation for a
+joint that carries one direction, and least squares (Kabsch) for several.
 """
 
 import warnings
@@ -20,9 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._at_rest import joints_at_rest
-from skpose.kinematics._forward import forward_kinematics
-from skpose.kinematics._lines import ROOT, Lines, at_zero, find_carriers, source_lines, unit, with_root
+from skpose.kinematics._forward import joint_positions
+from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._shared import (
     LARGEST_DIFFERENCE,
@@ -40,60 +38,65 @@ ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few
 # degrees, as of hips from noisy keypoints, say nothing about the rotation about their line.
 LINE = 2e-2
-REMEDY = 'method="positions" comes as near to the positions of the joints as this skeleton can, by inverse kinematics'
+REMEDY = 'method="positions" comes close by inverse kinematics'
 
 
 def by_orientations(
-    motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines
-) -> tuple[Motion, float, list[int]]:
-    """Return the motion on the target, the largest angle, degrees, between a bone and its counterpart, what is at rest.
+    motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines, factor: float
+) -> tuple[Motion, float, list[int], str]:
+    """Convert a motion by lines that are made parallel; `there` is the counterpart of each joint, or -1.
 
-    At rest are joints that move in no frame, though they carry bones.
-    There is the index of each joint's counterpart in the motion's skeleton, -1 where it has none, and lines are those
-    that shall be parallel.
+    Positions of the root are multiplied by a factor. In people of known rigs the middle between the hips keeps its
+    place: roots are above it in some rigs.
+
+    The result is the motion, the largest angle between a line and its counterpart, degrees, the joints that move, and
+    the reason why it is not possible, or "".
     """
-    for skeleton in (motion.skeleton, target):
-        if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
-            raise ValueError(
-                f"the directions of bones do not show how far the joint {slides[0]!r} slides: "
-                'method="positions" finds it, and method="numbers" keeps it between skeletons with the same joints'
-            )
     seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
+    result = replace(motion, skeleton=target, angles=np.zeros((len(motion), target.n_dofs)), seen=seen)
+    if slides := [bone.name for bone in (*motion.skeleton.bones, *target.bones) if bone.is_slide]:
+        return result, 0.0, [], f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}"
     if not len(motion):
-        nothing = replace(motion, skeleton=target, angles=np.zeros((0, target.n_dofs)), seen=seen)
-        return nothing, 0.0, []
+        return result, 0.0, list(range(target.n_joints)), ""
     root = root_orientations(motion.root_angles, motion.root_axes)
-    bones = _bones(motion, root, target, lines)
+    positions = with_root(joint_positions(motion.angles, motion.skeleton), lines.hips[0])
+    bones = _bones(motion.skeleton, positions, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
     turns = _turns(target, bones, leaders)
     followed = rotations_since_zero(motion.skeleton, motion.angles, root)
     rotations, worst = {}, 0.0
     for joint, leader in leaders.items():
-        rotations[joint], angle = _fit_joint(followed[leader] * turns[joint], joint, target, bones)
-        worst = max(worst, angle)
-    result = replace(
-        motion,
-        skeleton=target,
-        angles=_angles(motion, target, there, rotations, bones),
-        seen=seen,
-    )
+        rotations[joint], apart = _fit_joint(followed[leader] * turns[joint], joint, bones)
+        worst = max(worst, float(apart.max(initial=0.0)))
+        if worst > LARGEST_DIFFERENCE:
+            frame, i = np.unravel_index(apart.argmax(), apart.shape)
+            bone = f"bone {target.joint_names[bones.carried[joint][i]]!r} is {worst:.0f}° apart from its counterpart"
+            reason = f"{bone} after the best fit, in frame {frame}: {REMEDY}"
+            return result, worst, [], reason
+    angles, reason = _angles(motion, target, there, rotations, bones)
+    result = replace(result, angles=angles)
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
         result = replace(result, root_angles=root_angles, root_axes=axes)
-    return result, worst, joints_at_rest(target, leaders)
+    root_positions = factor * motion.root_positions
+    if None not in lines.hips:
+        theirs = root.apply(positions[:, MIDDLE]) + motion.root_positions
+        ours = joint_positions(angles, target)[:, lines.hips[1]].mean(axis=1)
+        ours = root_orientations(result.root_angles, result.root_axes).apply(ours) + result.root_positions
+        root_positions = factor * theirs + (result.root_positions - ours)
+    return replace(result, root_positions=root_positions), worst, list(leaders), reason
 
 
 class _Bones(NamedTuple):
-    """The bones of the target that have a direction and a counterpart with one, or lines that stand for them."""
+    """The bones of the target whose directions have counterparts, or lines in their place."""
 
     directions: np.ndarray  # (n_joints, 3) at angle zero, in the axes of the root
     ends: dict[int, int]  # the joint of the source at which each counterpart ends
     wished_at_zero: np.ndarray  # (n_joints, 3) directions of the counterparts at angle zero, in the axes of their root
     wished: np.ndarray  # (n_frames, n_joints, 3) in the world
-    carried: dict[int, list[int]]  # those that rotate with the root and with each joint that has dofs
+    carried: dict[int, list[int]]  # bones that rotate with the root and with each joint with dofs
     twists: dict[int, "_Twist"]  # for joints that carry one of them or none
-    pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines at angle zero that show how the rest poses are rotated, and
-    # those of the source; none if they are not known
+    pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines of target and source that show how rest poses are rotated
 
 
 class _Twist(NamedTuple):
@@ -104,24 +107,24 @@ class _Twist(NamedTuple):
     wished: np.ndarray  # (n_frames, 3)
 
 
-def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
-    """Return the bones of the target, and the directions in which they shall point."""
-    n, source = target.n_joints, motion.skeleton
+def _bones(source: Skeleton, positions: np.ndarray, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
+    """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
+    n = target.n_joints
     joints, across = list(lines.of_bones), list(lines.twists)
     all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
-    zero = source_lines(source, at_zero(source, lines.hips[0])[None], all_lines)[0]
-    positions = with_root(forward_kinematics(motion.angles, source), lines.hips[0])
+    at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
+    zero = source_lines(source, at_zero, all_lines)[0]
     found = source_lines(source, positions, all_lines)
     for i in range(len(all_lines)):
         found[:, i] = root.apply(found[:, i])
-    wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(motion), n, 3))
+    wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(positions), n, 3))
     wished_at_zero[joints], wished[:, joints] = zero[: len(joints)], found[:, : len(joints)]
     directions = lines.directions
     known = np.logical_and.reduce([directions.any(axis=1), wished_at_zero.any(axis=1), wished.any(axis=(0, 2))])
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
-    points, twists = at_zero(target, lines.hips[1]), {}
+    points, twists = lines.positions, {}
     here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
     for i, joint in enumerate(across, start=len(joints)):
         if len(carried[joint]) < 2 and here[i].any() and zero[i].any() and found[:, i].any():
@@ -132,7 +135,7 @@ def _bones(motion: Motion, root: Rotation, target: Skeleton, lines: Lines) -> _B
 
 
 def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bones) -> dict[int, int]:
-    """Return the joint of the source whose rotation the root, and each joint of the target with dofs, follows.
+    """The joint of the source whose rotation the root, and each joint of the target with dofs, follows.
 
     It is the one that carries the counterpart of the bone that the joint carries. A joint that carries none follows its
     own counterpart if dofs have the same meaning in both skeletons, and otherwise stays at rest.
@@ -150,7 +153,7 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
 
 
 def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> dict[int, Rotation]:
-    """Return the rotation (n_frames,) of the root and of each joint since angle zero, in the world."""
+    """The rotation (n_frames,) of the root and of each joint since angle zero, in the world."""
     axes, zero, column = {ROOT: root}, axes_at_zero(skeleton), 0
     rotations = {ROOT: root}
     for j, (bone, rest) in enumerate(zip(skeleton.bones, skeleton.rest_rotations, strict=True)):
@@ -163,7 +166,7 @@ def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation)
 
 
 def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int, Rotation]:
-    """Return the constant rotation of the root and of each joint: the A of the module's text."""
+    """The constant rotation of the root and of each joint: A in the docstring of the module."""
     at_root = np.flatnonzero(target.parents == ROOT)
     # The joint that has the orientation of the root in the poses, as `Motion.with_root` makes it.
     in_poses = len(at_root) == 1 and at_root[0] in leaders and not target.offsets[at_root[0]].any()
@@ -183,7 +186,7 @@ def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int
 
 
 def _quarter_turns(bones: _Bones) -> Rotation:
-    """Return the rotation that brings the two rest poses nearest to each other, by quarter turns.
+    """The quarter turns that bring the two rest poses nearest to each other.
 
     Files differ in the axis that points up and in the one that points forward. Where the bones that the root carries do
     not show it, as a root that carries none, the whole skeleton does. People's pelvis shows it, to the degree.
@@ -205,13 +208,13 @@ def _quarter_turns(bones: _Bones) -> Rotation:
     return Rotation.from_matrix(nearest)
 
 
-def _fit_joint(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones) -> tuple[Rotation, float]:
-    """Return the rotations (n_frames,) of a joint that give its bones their directions, and the largest angle left."""
+def _fit_joint(predicted: Rotation, joint: int, bones: _Bones) -> tuple[Rotation, np.ndarray]:
+    """The rotations (n_frames,) of a joint that give its bones their directions, and the angles left, degrees."""
     carried = bones.carried[joint]
     if not carried:
         if twist := bones.twists.get(joint):
             predicted = _fit_twist(np.zeros((0, 3)), predicted.apply(twist.direction), twist.wished) * predicted
-        return predicted, 0.0
+        return predicted, np.zeros((0, 0))
     wished = bones.wished[:, carried]
     now = np.stack([predicted.apply(bones.directions[k]) for k in carried], axis=1)
     if np.abs(now - wished).max() > 1e-13:
@@ -220,19 +223,11 @@ def _fit_joint(predicted: Rotation, joint: int, target: Skeleton, bones: _Bones)
         now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
     if twist := bones.twists.get(joint):
         predicted = _fit_twist(now[:, 0], predicted.apply(twist.direction), twist.wished) * predicted
-    apart = _degrees_between(now, wished)
-    if apart.max() > LARGEST_DIFFERENCE:
-        frame, i = np.unravel_index(apart.argmax(), apart.shape)
-        raise ValueError(
-            f"the motion's poses have no counterpart on this skeleton: bone {target.joint_names[carried[i]]!r} is "
-            f"{apart.max():.0f}° apart from its counterpart after the best fit of all bones that move with it, at "
-            f"frame {frame}, and no joint is between them; expected at most {LARGEST_DIFFERENCE:.0f}°. {REMEDY}"
-        )
-    return predicted, float(apart.max())
+    return predicted, _degrees_between(now, wished)
 
 
 def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
-    """Return the rotations (n,) that take directions a (n, k, 3) nearest to b; the shortest where all are on a line."""
+    """The rotations (n,) that take directions a (n, k, 3) nearest to b; the shortest if all are on a line."""
     U, singular, Vt = np.linalg.svd(np.einsum("nka,nkb->nab", b, a))
     sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
     matrices = np.stack([U[..., 0], U[..., 1], sign[:, None] * U[..., 2]], axis=2) @ Vt
@@ -247,7 +242,7 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
 
 
 def _fit_twist(axes: np.ndarray, a: np.ndarray, b: np.ndarray) -> Rotation:
-    """Return the rotations (n,) that take directions a (n, 3) to b, or nearest to it about given axes (n, 3)."""
+    """The rotations (n,) that take directions a (n, 3) to b, or nearest to it about given axes (n, 3)."""
     if not len(axes):
         return _fit(a[:, None], b[:, None])
     sines = (axes * np.cross(a, b)).sum(axis=1)
@@ -257,9 +252,9 @@ def _fit_twist(axes: np.ndarray, a: np.ndarray, b: np.ndarray) -> Rotation:
 
 def _angles(
     motion: Motion, target: Skeleton, there: np.ndarray, rotations: dict[int, Rotation], bones: _Bones
-) -> np.ndarray:
-    """Return the angles (n_frames, n_dofs) of the target whose joints have rotated so; others are at rest."""
-    source, zero = motion.skeleton, axes_at_zero(target)
+) -> tuple[np.ndarray, str]:
+    """The angles (n_frames, n_dofs) of the target whose joints have rotated so, others at rest; why not, or ""."""
+    source, zero, reason = motion.skeleton, axes_at_zero(target), ""
     axes = {ROOT: rotations[ROOT]}
     columns: list[np.ndarray] = [np.zeros((len(motion), 0))]
     for j, bone in enumerate(target.bones):
@@ -274,12 +269,15 @@ def _angles(
         axes[j] = before * rotations_of(bone, columns[-1])
         for k in bones.carried[j] if bone.n_dofs < 3 else ():
             along = zero[j].T @ bones.directions[k]
-            _check(bone, target.joint_names[k], axes[j].apply(along), wished.apply(along))
-    return np.concatenate(columns, axis=1)
+            apart = _degrees_between(axes[j].apply(along), wished.apply(along))
+            if not reason and apart.max() > np.degrees(ROUNDING):
+                names = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r}"
+                reason = f"{names} off by {apart.max():.2g}° in frame {apart.argmax()}: {REMEDY}"
+    return np.concatenate(columns, axis=1), reason
 
 
 def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_frame: bool) -> np.ndarray | None:
-    """Return the columns of the joint's counterpart if they have the same meaning."""
+    """The columns of the joint's counterpart if they have the same meaning."""
     skeleton = motion.skeleton
     other = skeleton.bones[counterpart]
     if counterpart < 0 or not same_frame or (other.dofs, other.axis) != (bone.dofs, bone.axis):
@@ -289,9 +287,9 @@ def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_f
 
 
 def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.ndarray:
-    """Return the columns of a joint, near to others or continuous in time.
+    """The columns of a joint, near to others or continuous in time.
 
-    Those of a joint with one or two dofs are its rotations if there are such columns.
+    With one or two dofs they may not reach the rotations.
     """
     if bone.n_dofs == 3:
         return continuous_columns(bone, rotations) if near is None else columns_of(bone, rotations, near)
@@ -304,22 +302,12 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
         with warnings.catch_warnings():  # of gimbal lock, where the third angle becomes zero
             warnings.simplefilter("ignore", UserWarning)
             triples = rotations.as_euler(bone.dofs + third)
-        is_zero = np.cos(triples[:, 2:]) > 0.0  # or else that of the other triple of the same rotation
+        is_zero = np.cos(triples[:, 2:]) > 0.0  # or else the other triple of the same rotation
         angles = np.where(is_zero, triples[:, :2], triples[:, :2] * [1.0, -1.0] + np.pi)
     angles -= TWO_PI * np.rint((angles - (0.0 if near is None else near)) / TWO_PI)
     return np.unwrap(angles, axis=0) if near is None else angles
 
 
-def _check(bone: Bone, carried: str, reached: np.ndarray, wished: np.ndarray) -> None:
-    """Refuse directions (n, 3) that a joint cannot give to a bone."""
-    apart = _degrees_between(reached, wished)
-    if apart.max() > np.degrees(ROUNDING):
-        raise ValueError(
-            f"joint {bone.name!r} has the dofs {bone.dofs!r}, with which bone {carried!r} cannot keep its direction: "
-            f'at frame {apart.argmax()} it is off by {apart.max():.2g}°. A joint with dofs="rotvec" can, and {REMEDY}'
-        )
-
-
 def _degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the angles (...), degrees, between unit vectors (..., 3)."""
+    """The angles (...), degrees, between unit vectors (..., 3)."""
     return np.degrees(2.0 * np.arcsin(np.minimum(np.linalg.norm(a - b, axis=-1) / 2.0, 1.0)))

@@ -1,12 +1,12 @@
-"""The rigs whose names of joints are known, a table each, with the source of the names.
+"""The rigs whose names of joints are known, one table each, with the source of the names.
 
-A table has the names of the left side and of the middle; those of the right follow. It states for each name the
-landmark, the place on a person, at which the joint is: the joint itself, not its bone, as the same word is the shoulder
-in one rig and the end of the collarbone in another. Joints between landmarks, and others, are `OTHER`: they help to
-know the rig, and those of trunk and neck become counterparts by their place along it.
+A table has the names of the left side and of the middle. It states for each name the landmark, the place of the joint
+on a person: of the joint, not of its bone, as the same word is the shoulder in one rig and the end of the collarbone in
+another. Joints between landmarks, and others, are `OTHER`: they help to identify the rig, and joints of trunk and neck
+become counterparts by their place along it.
 
-Names of the ends of chains, "Head_end" and the like, are those of whoever wrote or read the file, and of no rig: they
-are in no table, and are landmarks by the joint that they end, see `ENDS`.
+Names of the ends of chains, such as "Head_end", differ between programs and are not in the tables; they are landmarks
+by the joint before them, see `ENDS`.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ HEAD = "head"  # the joint between neck and head
 HEAD_TOP, HEAD_CENTER = "head_top", "head_center"
 OTHER = ""
 ENDS = {WRIST: HAND, HEAD: HEAD_TOP, BALL: TOE}  # of a chain whose last joint is there
-# What names of ends have after that of the joint: End Sites as the reader names them, Blender's leaf bones, 3ds Max's.
+# Suffixes of the names of ends: End Sites as the reader names them, Blender's leaf bones, 3ds Max's.
 END_NAMES = ("end", "nub")
 
 Frame = Literal["own", "parent"]
@@ -35,7 +35,7 @@ class Rig(NamedTuple):
     source: str
     left: Mapping[str, str]
     middle: Mapping[str, str]
-    frame: Frame | None = None  # where names are those of bones: in which frame the joint is at the bone's far end
+    frame: Frame | None = None  # if names are names of bones: the frame in which the joint is at the bone's far end
 
 
 _ASF_LEGS = {"lfemur": KNEE, "ltibia": ANKLE, "lfoot": BALL, "ltoes": TOE}

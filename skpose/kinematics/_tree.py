@@ -6,13 +6,13 @@ freely. They have no rest rotation.
 `tree_of` gets there in four passes:
 
 1. `frames_of`: one frame for each joint with dofs, its axes renamed so that its dofs are about z, y, x. A rigid joint
-   shares its parent's frame; that of a slide does not rotate. The constant rotations that this needs stand before the
-   frames (`rest`).
+   shares its parent's frame; the frame of a slide does not rotate. The constant rotations that this needs stand before
+   the frames (`rest`).
 2. `absorb`: each rest rotation is split into three rotations about axes. The first goes into the zero of the parent's
    last angle, the last one into the zero of the frame's own first angle (`shift`), where they cost nothing. The middle
-   one, if it is not zero, becomes a frame without dofs. The frame of a hinge is free but for its axis, which may be any
-   of three: hinges about parallel axes, or about axes at right angles, need no such frame. A ball joint takes any rest
-   rotation into its quaternion, and its axes are chosen so that what follows is simple.
+   one, if it is not zero, becomes a frame without dofs. The frame of a hinge is free except for its axis, which may be
+   any of three: hinges about parallel axes, or about axes at right angles, need no such frame. A ball joint takes any
+   rest rotation into its quaternion, and its axes are chosen so that what follows is simple.
 3. `_in_batches`: frames in the order in which they are computed.
 4. `_arrays`: all of it as flat arrays.
 
@@ -59,9 +59,9 @@ FLOAT64 = np.dtype(np.float64)
 
 @functools.lru_cache(maxsize=64)
 def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
-    """Return what counts in distances as flat arrays, reals of the given dtype; None is the root alone.
+    """The joints that count in distances as flat arrays, reals of the given dtype; None is the root alone.
 
-    Joints without weight that carry none with weight are left out, with their columns.
+    Joints without weight that carry no joint with weight are left out, with their columns.
     """
     if skeleton is None:
         return _as_arrays(None, np.zeros(0, dtype=int), np.zeros(0), dtype)
@@ -70,25 +70,25 @@ def tree_of(skeleton: Skeleton | None, dtype: np.dtype = FLOAT64) -> Tree:
 
 
 def counted_joints(skeleton: Skeleton) -> np.ndarray:
-    """Return the indices of the joints that `tree_of` has, in the order of the positions that it computes."""
+    """The indices of the joints of `tree_of`, in the order of its positions."""
     number = {name: j for j, name in enumerate(skeleton.joint_names)}
     return np.array([number[name] for name in _drop_weightless(skeleton).joint_names])
 
 
 def _drop_weightless(skeleton: Skeleton) -> Skeleton:
-    """Return the part of a skeleton that counts: joints with weight, and those that carry them."""
+    """The part of a skeleton that counts: joints with weight, and joints that carry them."""
     bones = with_carriers(skeleton, np.array(skeleton.joint_names)[skeleton.weights > 0.0])
     return replace(skeleton, bones=bones) if any(bone.dofs for bone in bones) else skeleton
 
 
 @functools.lru_cache(maxsize=64)
 def tree_of_all_joints(skeleton: Skeleton) -> Tree:
-    """Return the skeleton as flat arrays, each joint of weight one."""
+    """The skeleton as flat arrays, each joint of weight one."""
     return _as_arrays(skeleton, np.arange(skeleton.n_dofs), np.ones(skeleton.n_joints), FLOAT64)
 
 
 def _as_arrays(skeleton: Skeleton | None, columns: np.ndarray, weights: np.ndarray, dtype: np.dtype) -> Tree:
-    """Return a skeleton as flat arrays, given the columns that its dofs have in an array of poses."""
+    """A skeleton as flat arrays; `columns` are its dofs' columns in an array of poses."""
     frames = frames_of(skeleton)
     shift = np.zeros(len(frames.column))
     for frame in frames.moving:
@@ -109,7 +109,7 @@ def to_tree_order(tree: Tree, poses: np.ndarray) -> np.ndarray:
 
 
 def from_tree_order(tree: Tree, dofs: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Invert `to_tree_order`: return a copy of poses (..., n_dofs) with the columns that the tree has from its dofs."""
+    """Invert `to_tree_order`: a copy of poses (..., n_dofs) with the tree's columns from its dofs."""
     dofs, poses = dofs * tree.sign, poses.copy()
     for f in tree.ball_frame:
         ball = slice(tree.first_dof[f], tree.end_dof[f])
@@ -119,7 +119,7 @@ def from_tree_order(tree: Tree, dofs: np.ndarray, poses: np.ndarray) -> np.ndarr
 
 
 def wrap_dofs(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return poses in the tree's order, the differences of their angles from another pose wrapped to [−π, π]."""
+    """Wrap the differences of angles from another pose to [−π, π]; poses are in the tree's order."""
     dofs = dofs.copy()
     angles = dofs[..., tree.angle_dof]
     dofs[..., tree.angle_dof] = angles - TWO_PI * np.rint((angles - near[..., tree.angle_dof]) / TWO_PI)
@@ -130,7 +130,7 @@ def wrap_dofs(tree: Tree, dofs: np.ndarray, near: np.ndarray) -> np.ndarray:
 
 
 def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
-    """Return all frames, parents first and leaves last; of each batch the kind and the first frame."""
+    """All frames, parents first and leaves last; of each batch the kind and the first frame."""
     frames, starts = [root], []
     kinds: list[int] = []
     waiting, leaves = list(root.children), []
@@ -155,7 +155,7 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
 
 
 def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: np.ndarray) -> Tree:
-    """Return frames and joints as the arrays of a Tree; scales are those of the root and of the skeleton's joints."""
+    """Frames and joints as the arrays of a Tree; with scales of the root and of the joints."""
     frames, batch_kind, first_frame = _in_batches(built.root)
     balls = [f for f, frame in enumerate(frames) if frame.is_ball]
     is_angle = np.zeros(len(built.column), dtype=bool)
@@ -165,7 +165,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     n_angles_to = np.concatenate([[0], np.cumsum(is_angle)])
     reference = np.tile([1.0, 0.0, 0.0, 0.0], (len(frames), 1))
     if balls:
-        from scipy.spatial.transform import Rotation  # 0.1 s to import, and needed for ball joints alone
+        from scipy.spatial.transform import Rotation  # 0.1 s to import, for ball joints only
 
         reference[balls] = Rotation.from_matrix([frames[f].rest for f in balls]).as_quat()[:, [3, 0, 1, 2]]
     end_dof = np.array([frame.end_dof for frame in frames])
@@ -224,9 +224,9 @@ def _joint_ranges(
     scale: np.ndarray,
     first_leaf: int,
 ) -> np.ndarray:
-    """Return where ranges of joints begin: of any ones, of those of ball joints that lie along x, of slides, in turns.
+    """The starts of ranges of joints, in turns: other joints, ball joints' children along x, slides.
 
-    Three that follow each other have one weight.
+    Three ranges in a row have one weight.
     """
     moving = [j for j, f in enumerate(joint_frame) if 0 < f < first_leaf]
     starts = moving[:1] or [0]
@@ -241,14 +241,14 @@ def _joint_ranges(
 
 
 def _leaf_ranges(frames: list[Frame], joint_frame: np.ndarray, scale: np.ndarray, first_leaf: int) -> np.ndarray:
-    """Return where ranges of leaves' joints of one weight begin, and where the joints of ball joints begin."""
+    """The starts of ranges of leaves' joints of one weight, and of the joints of ball joints."""
     leaves = [j for j, f in enumerate(joint_frame) if f >= first_leaf and not frames[f].is_ball]
     end = len(joint_frame) - sum(f >= first_leaf and frames[f].is_ball for f in joint_frame)
     return np.array([j for j in leaves if j == leaves[0] or scale[j] != scale[j - 1]] + [end])
 
 
 def _dof_ranges(frame: Frame) -> list[tuple[int, int]]:
-    """Return the dofs of a frame and of its ancestors, as ranges that do not touch."""
+    """The dofs of a frame and of its ancestors, as ranges that do not touch."""
     ranges: list[tuple[int, int]] = []
     while frame.parent is not None:
         if ranges and ranges[-1][0] == frame.end_dof:

@@ -66,7 +66,7 @@ class Skeleton:
     --------
     skpose.io.load_asf : Read a skeleton from an ASF file.
     skpose.io.load_bvh : Read a skeleton and its motion from a BVH file.
-    skpose.io.load_robot : Read a robot from a URDF or MJCF file.
+    skpose.robots.load_robot : Read a robot from a URDF or MJCF file.
 
     Examples
     --------

@@ -4,19 +4,13 @@ import numpy as np
 import pytest
 from conftest import in_space
 from placed import FIGURE, at_random, of
-from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Bone, Skeleton, forward_kinematics, inverse_kinematics
 from skpose.datasets import make_gait
-from skpose.kinematics import _inverse_problem
 
 ELBOW, WRIST, FINGER = (FIGURE.joint_names.index(name) for name in ("elbow", "wrist", "finger"))
-NOT_SEEN = pytest.mark.filterwarnings("ignore:in .* frames, first in frame:UserWarning")
 BODY = [Bone("hip", None, (0.3, 0, 0)), Bone("back", None, (0, 0, 0.3)), Bone("neck", None, (0, 0.3, 0))]
 ARM = Skeleton([*BODY, Bone("elbow", None, (0, -0.3, 0), "rotvec"), Bone("wrist", "elbow", (0, -0.25, 0), "rotvec")])
-
-
-FIRST = forward_kinematics(np.zeros((1, FIGURE.n_dofs)), FIGURE)[0]
 
 
 @pytest.fixture
@@ -42,34 +36,12 @@ def test_weight_zero_is_not_seen(noisy):
     np.testing.assert_array_equal(np.isnan(one.residuals), weights == 0.0)
 
 
-@pytest.mark.parametrize("scale", [1e-12, 0.25, 1e6, 1e200])
-def test_only_ratios_of_weights_count(noisy, scale):
-    weights = np.random.default_rng(0).uniform(0.1, 1.0, FIGURE.n_joints)
-    one = inverse_kinematics(noisy, FIGURE, weights=weights)
-    other = inverse_kinematics(noisy, FIGURE, weights=scale * weights)
-    np.testing.assert_allclose(of(other), of(one), atol=1e-6)
-    assert other.converged.all()
-
-
 def test_regularization_is_as_heavy_as_distances(noisy):
     """Four times the weight, and twice ρ, are the same sum."""
     one = inverse_kinematics(noisy, FIGURE, regularization=0.1)
     other = inverse_kinematics(noisy, FIGURE, regularization=0.2, weights=np.full(FIGURE.n_joints, 4.0))
     np.testing.assert_allclose(other.poses, one.poses, atol=1e-9)
     assert np.abs(one.poses - inverse_kinematics(noisy, FIGURE).poses).max() > 0.01
-
-
-def test_a_heavy_joint_is_reached_best(noisy):
-    weights = np.ones(FIGURE.n_joints)
-    weights[ELBOW] = 1e4
-    heavy = inverse_kinematics(noisy, FIGURE, weights=weights)
-    assert (heavy.residuals[:, ELBOW] < 0.01 * inverse_kinematics(noisy, FIGURE).residuals[:, ELBOW]).all()
-
-
-def test_what_regularization_keeps_is_near_the_initial_pose(noisy):
-    initial = np.full(FIGURE.n_dofs, 0.2)
-    fitted = inverse_kinematics(noisy, FIGURE, initial=initial, regularization=100.0)
-    np.testing.assert_allclose(fitted.poses, np.tile(initial, (6, 1)), atol=1e-3)
 
 
 def test_a_joint_that_is_never_seen_keeps_the_initial_angles():
@@ -95,21 +67,12 @@ def test_a_lost_joint_keeps_the_angles_of_the_frame_before(walk):
     np.testing.assert_allclose(np.delete(of(fitted) - positions, hand, axis=1), 0, atol=1e-6)
 
 
-def test_a_lost_joint_keeps_its_angles_where_the_rest_leaps():
-    """Such a frame is computed from the initial pose on: all but what is lost."""
-    _, positions = at_random(FIGURE, 12, size=0.8)
-    positions[1:, FINGER] = np.nan
-    columns = [FIGURE.dof_names.index(name) for name in ("finger_ry", "finger_rz")]
-    fitted = inverse_kinematics(positions, FIGURE)
-    np.testing.assert_allclose(fitted.poses[1:, columns], fitted.poses[[0] * 11][:, columns], atol=1e-6)
-
-
-@NOT_SEEN
 def test_frames_in_which_nothing_is_seen_have_the_pose_before(walk):
     positions, skeleton = walk
     lost = positions[:30].copy()
     lost[:3] = lost[10:14] = lost[28:] = np.nan
-    fitted = inverse_kinematics(lost, skeleton)
+    with pytest.warns(UserWarning, match="in 9 of 30 frames"):
+        fitted = inverse_kinematics(lost, skeleton)
     seen = ~np.isnan(lost).all(axis=(1, 2))
     np.testing.assert_array_equal(fitted.converged, seen)
     np.testing.assert_array_equal(fitted.n_iter > 0, seen)
@@ -118,70 +81,6 @@ def test_frames_in_which_nothing_is_seen_have_the_pose_before(walk):
             np.testing.assert_array_equal(values[gap], np.broadcast_to(values[before], values[gap].shape))
     np.testing.assert_allclose(fitted.poses[:3], 0, atol=1e-12)
     np.testing.assert_allclose(of(fitted)[seen], positions[:30][seen], atol=1e-6)
-
-
-@NOT_SEEN
-def test_frames_alone_in_which_nothing_is_seen_have_their_initial_pose():
-    poses, positions = at_random(FIGURE, 4)
-    positions[2] = np.nan
-    fitted = inverse_kinematics(positions, FIGURE, initial=poses)
-    np.testing.assert_allclose(fitted.poses[2], poses[2], atol=1e-12)
-    np.testing.assert_allclose([fitted.root_positions[2], fitted.root_rotations[2]], 0, atol=1e-12)
-    np.testing.assert_array_equal(fitted.converged, [True, True, False, True])
-
-
-def test_frames_in_which_nothing_is_seen_are_warned_of():
-    positions = at_random(FIGURE, 4)[1]
-    positions[1:3] = np.nan
-    with pytest.warns(UserWarning, match="in 2 of 4 frames, first in frame 1, no joint is seen"):
-        inverse_kinematics(positions, FIGURE)
-    positions[:] = np.nan
-    with pytest.warns(UserWarning, match="in 4 of 4 frames"):
-        fitted = inverse_kinematics(positions, FIGURE)
-    assert np.isnan(fitted.residuals).all()
-    np.testing.assert_allclose(fitted.poses, 0, atol=1e-12)
-
-
-def test_frames_that_do_not_converge_are_warned_of(monkeypatch):
-    positions = at_random(FIGURE, 3)[1]
-    solve = _inverse_problem.Problem.solve
-
-    def stopped(self, task):
-        found = solve(self, task)
-        found.converged[1] = False
-        return found
-
-    monkeypatch.setattr(_inverse_problem.Problem, "solve", stopped)
-    with pytest.warns(ConvergenceWarning, match="1 of 3 frames did not converge, first frame 1"):
-        inverse_kinematics(positions, FIGURE)
-
-
-@pytest.mark.parametrize("n_seen", [1, 2, 3])
-def test_few_joints_are_reached(n_seen):
-    positions = at_random(FIGURE, 4)[1]
-    positions[:, np.random.default_rng(0).permutation(FIGURE.n_joints)[n_seen:]] = np.nan
-    fitted = inverse_kinematics(positions, FIGURE)
-    assert np.nanmax(fitted.residuals) < 1e-6
-    assert np.abs(fitted.poses).max() < 2 * np.pi
-
-
-@pytest.mark.parametrize(
-    "place", [np.zeros((8, 3)), np.ones((8, 3)), np.linspace(0, 1, 8)[:, None] * [1.0, 0.0, 0.0], np.eye(8)[:, :3]]
-)
-@pytest.mark.filterwarnings("ignore:.*did not converge")
-def test_strange_positions_are_fitted(place):
-    """All in one point, far from any minimum, on a line, and in a few points."""
-    fitted = inverse_kinematics([place], FIGURE, regularization=0.01)
-    assert np.sum(fitted.residuals**2) < np.sum((FIRST - FIRST.mean(axis=0) - place + place.mean(axis=0)) ** 2)
-    assert np.isfinite(fitted.poses).all()
-    np.testing.assert_allclose(fitted.residuals[0], np.linalg.norm(of(fitted)[0] - place, axis=1), atol=1e-9)
-
-
-def test_angles_have_no_whole_turns_too_many():
-    """Poses that leap from frame to frame, along axes that positions barely show."""
-    skeleton = Skeleton.chain(3)
-    fitted = inverse_kinematics(at_random(skeleton, 60, size=3.0)[1], skeleton)
-    assert np.abs(fitted.poses).max() <= np.pi
 
 
 def test_twists_do_not_drift():
@@ -197,14 +96,3 @@ def test_twists_do_not_drift():
     late, later = fitted.poses[300:900], fitted.poses[300 + 5 * period : 900 + 5 * period]
     assert np.abs(late).max() > 0.1
     np.testing.assert_allclose(np.abs(late).max(axis=0), np.abs(later).max(axis=0), atol=0.05)
-
-
-def test_open_twists_go_back_to_the_initial_pose():
-    """Positions that stand still, after others."""
-    moving = np.random.default_rng(0).uniform(-1, 1, (10, 6))
-    still = np.tile(moving[-1], (150, 1))
-    fitted = inverse_kinematics(forward_kinematics(np.concatenate([moving, still]), ARM), ARM)
-    away = np.sum(fitted.poses[10:] ** 2, axis=1)
-    assert (np.diff(away) < 0).all()
-    assert away[-1] < 0.7 * away[0]
-    np.testing.assert_allclose(of(fitted)[-1], forward_kinematics(still[:1], ARM)[0], atol=1e-6)

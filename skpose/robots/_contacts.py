@@ -1,7 +1,7 @@
 """Feet that stand: when they do, and how a foot is held still meanwhile.
 
-A foot stands on its toes while the point that touches the floor is slow, near the floor and stays where it is, and flat
-while the ankle is slow too. Positions have the vertical as their last axis.
+A foot stands on its toes while the point that touches the floor is slow, near the floor and stays in one place. It is
+flat while the ankle is slow too. Positions have the vertical as their last axis.
 """
 
 from typing import NamedTuple
@@ -35,17 +35,15 @@ class Contact(NamedTuple):
 
 
 def find_contacts(
-    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, may: np.ndarray | None = None
+    toes: np.ndarray, ankles: np.ndarray, times: np.ndarray, leg: float, may: np.ndarray
 ) -> list[Contact]:
-    """Return when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
+    """Find when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
 
-    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. A foot stands only in
-    frames in which it may (n_frames,).
+    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. `may` (n_frames,) are
+    the frames in which the foot may stand.
     """
-    slow_toes = _speeds(toes, times, WINDOW) < SLOW * leg
+    slow_toes = (_speeds(toes, times, WINDOW) < SLOW * leg) & may
     slow_ankle = _speeds(ankles, times, WINDOW) < SLOW_ANKLE * leg
-    if may is not None:
-        slow_toes &= may
     heights = toes[:, 2]
     if slow_toes.any():
         slow_toes &= heights < np.percentile(heights[slow_toes], 5) + NEAR * leg
@@ -63,7 +61,7 @@ def find_contacts(
 
 
 def _speeds(points: np.ndarray, times: np.ndarray, window: float) -> np.ndarray:
-    """Return the speeds (n_frames,) of a point, m/s, over a window, s, before and after each frame."""
+    """Speeds (n_frames,) of a point, m/s, over a window, s, before and after each frame."""
     n = len(points)
     if n < 2:
         return np.zeros(n)
@@ -73,7 +71,7 @@ def _speeds(points: np.ndarray, times: np.ndarray, window: float) -> np.ndarray:
 
 
 def _phases(stands: np.ndarray, times: np.ndarray) -> list[tuple[int, int]]:
-    """Return the first frame, and the one after the last, of times in which a point is slow; short gaps are none."""
+    """The first frame and the one after the last of each phase in which a point is slow, without short gaps."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], stands.astype(np.int8), [0]]))).reshape(-1, 2).tolist()
     merged: list[list[int]] = []
     for first, end in edges:
@@ -87,7 +85,7 @@ def _phases(stands: np.ndarray, times: np.ndarray) -> list[tuple[int, int]]:
 def _stays(
     points: np.ndarray, first: int, end: int, still: np.ndarray, times: np.ndarray, away: float
 ) -> list[tuple[int, int]]:
-    """Return the parts of a slow movement in which a point stays within a distance of its mean.
+    """The parts of a slow movement in which a point stays within a distance of its mean.
 
     That is all of it, or else the parts in which it is still: one that slides on does not stay.
     """
@@ -111,19 +109,19 @@ def _stays(
 
 
 def _is_near(points: np.ndarray, away: float) -> bool:
-    """Return whether points stay within a distance of their mean."""
+    """Whether points stay within a distance of their mean."""
     return bool(np.linalg.norm(points - points.mean(axis=0), axis=1).max() <= away)
 
 
 def _count_near(points: np.ndarray, away: float) -> int:
-    """Return how many first points, one at least, are within a distance of the mean of those before."""
+    """Count the first points, at least one, within a distance of the mean of those before."""
     means = np.cumsum(points, axis=0) / np.arange(1, len(points) + 1)[:, None]
     left = np.linalg.norm(points - means, axis=1) > away
     return int(left.argmax()) if left.any() else len(points)
 
 
 def find_floor(heights: np.ndarray, leg: float) -> float:
-    """Return the height of the floor from those of the places where feet stand: their median, the lowest if uneven."""
+    """The median height of the places where feet stand; on uneven ground, of the lowest."""
     low = float(np.min(heights))
     return float(np.median(heights[heights < low + LEVEL * leg]))
 
@@ -136,7 +134,7 @@ class Sole(NamedTuple):
     half: float  # of its width
 
     def corners(self) -> np.ndarray:
-        """Return its corners (4, 3)."""
+        """The corners (4, 3), heel first."""
         across = np.array([0.0, self.half, 0.0])
         return np.stack([end + side * across for end in (self.heel, self.tip) for side in (1.0, -1.0)])
 
@@ -158,7 +156,7 @@ def hold_foot(
     times: np.ndarray,
     leg: float,
 ) -> Held:
-    """Return the positions of the ankle (n_frames, 3) and the axes of the foot with the foot held while it stands.
+    """Hold a foot still while it stands.
 
     Frames (n_frames, 3, 3) have the axes forward, left and up in their columns. The floor is at zero. Contacts become
     shorter where the foot would have no time to go from one place to the next, as where it slides in between.
@@ -185,11 +183,9 @@ def hold_foot(
 
 
 def _lay_flat(frames: np.ndarray, contacts: list[Contact], times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the axes of a foot that is flat where it stands flat, and how much it is held, from 0 to 1."""
+    """The axes of a foot, level where it stands flat, and how much it is held, from 0 to 1."""
     n = len(frames)
-    ahead = frames[:, :, 0] + np.cross(
-        frames[:, :, 1], [0.0, 0.0, 1.0]
-    )  # of a foot that points down, where its instep is
+    ahead = frames[:, :, 0] + np.cross(frames[:, :, 1], [0.0, 0.0, 1.0])  # of a foot that points down, its instep
     yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     turns, phases = [], []
     for contact in contacts:
@@ -216,7 +212,7 @@ def _lay_flat(frames: np.ndarray, contacts: list[Contact], times: np.ndarray) ->
 def _leave_time(
     contacts: list[Contact], moves: list[np.ndarray], tips: np.ndarray, times: np.ndarray, leg: float
 ) -> list[Contact]:
-    """Return contacts between which there is time to go from one place to the next; what is left too short is none.
+    """Shorten contacts between which there is no time to go from one place to the next, and drop short ones.
 
     Moves are by how much a foot is held away from where its tips (n_frames, 3) are without.
     """
@@ -244,7 +240,7 @@ def _leave_time(
 
 
 def _orthonormal(frames: np.ndarray) -> np.ndarray:
-    """Return the axes (n, 3, 3) that are nearly these and at right angles, the one to the left kept."""
+    """Make axes (n, 3, 3) orthonormal, keeping the one to the left."""
     y = frames[:, :, 1] / np.linalg.norm(frames[:, :, 1], axis=1, keepdims=True)
     z = np.cross(frames[:, :, 0], y)
     z /= np.linalg.norm(z, axis=1, keepdims=True)
@@ -254,7 +250,7 @@ def _orthonormal(frames: np.ndarray) -> np.ndarray:
 def blend_between(
     phases: list[tuple[int, int]], values: list[np.ndarray], times: np.ndarray, width: int = 0
 ) -> np.ndarray:
-    """Return values (n, ...) that are given in some phases, and go to zero, or to those of the next phase, between."""
+    """Blend values (n, ...) given in some phases to zero, or to those of the next phase, in between."""
     n = len(times)
     out = np.zeros((n, width) if width else n)
     for i, ((first, end), here) in enumerate(zip(phases, values, strict=True)):

@@ -1,15 +1,19 @@
-"""Retargeting by limbs, onto a skeleton of hinges with limits such as a robot's.
+"""The target positions of places on a robot in each frame of a person's motion.
 
-Three steps, each for all frames of a motion. The pelvis and the chest of the target are put where the person's are, in
-the size of its legs, as near as its trunk can. From its own hips and shoulders the ends of its limbs are where the
-person's are, in the size of each limb; feet that stand are held still; knees and elbows bend to the side to which the
-person's do. Inverse kinematics finds the poses that are nearest to all of these, within the limits.
+The pelvis and the chest of the robot are put where the person's are, in the size of its legs, as near as its trunk can.
+From the robot's own hips and shoulders the ends of its limbs are where the person's are, in the size of each limb; feet
+that stand are held still; knees and elbows bend to the same side as the person's.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._by_limbs._contacts import Contact, Held, hold_foot
-from skpose.kinematics._by_limbs._person import (
+from skpose.kinematics._landmarks import SIDES, path_up
+from skpose.kinematics._lines import ROOT, unit
+from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
+from skpose.robots._contacts import Contact, Held, hold_foot
+from skpose.robots._person import (
     Limb,
     Person,
     axes_from,
@@ -21,16 +25,12 @@ from skpose.kinematics._by_limbs._person import (
     show_axes,
     warn_of_flips,
 )
-from skpose.kinematics._by_limbs._places import ARM, LEG, Place, Stance, length_of_leg, middle_of, rolls_of, sole_of
-from skpose.kinematics._by_limbs._results import Aim, Fitted, collect
-from skpose.kinematics._by_limbs._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
-from skpose.kinematics._landmarks import SIDES, path_up
-from skpose.kinematics._lines import ROOT, unit
-from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
+from skpose.robots._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
+from skpose.robots._stance import ARM, LEG, Place, Stance, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import positions_at_zero
 
-# Of the first bone of a limb, by which knees bend forward and elbows backward where the person's are straight.
+# Share of a limb's first bone: knees bend forward and elbows backward by so much if the person's are straight.
 POLE = 0.15
 BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
 BENDS = 0.5  # rad
@@ -40,22 +40,26 @@ TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
 WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
-FASTEST = 20.0  # rad/s, of a joint; those of a G1 reach 20 to 37
+FASTEST = 20.0  # rad/s, of a joint; the G1 reaches 20 to 37
 
 
-def by_limbs(
-    motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
-) -> Fitted:
-    """Return a motion on a skeleton; a factor is that of positions in the world, None the ratio of the legs."""
-    aim = aim_at(motion, skeleton, theirs, ours, factor, joint_limits)
-    final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
-    return collect(motion, skeleton, theirs, ours, final, aim)
+class Aim(NamedTuple):
+    """The target positions of places on the robot."""
+
+    skeleton: Skeleton  # the robot with the enforced limits
+    rest: np.ndarray  # (n_dofs,) its pose at rest
+    bent: np.ndarray  # (n_dofs,) the pose at rest with bent knees and elbows, the start of the search
+    rolls: list[int]  # joints that stay at rest, though they carry places
+    targets: Targets
+    legs: dict[str, Held]
+    paths: dict[str, np.ndarray]  # (n_frames, 3) of the person's toes, by side, and pelvis, in the size of the robot
+    is_on_base: bool  # whether the robot's joints move it over the floor, and its root stays
 
 
 def aim_at(
     motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
 ) -> Aim:
-    """Return where places on the target shall be."""
+    """Find the targets of places on the robot; `factor` None is the ratio of the legs."""
     person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
     warn_of_flips(person, motion.times)
     rest = rest_within_limits(skeleton, joint_limits)
@@ -64,13 +68,10 @@ def aim_at(
     trunk, on_legs = Targets(ours.axes), ours.has(LEG)
     base = _base_of(skeleton, ours.pelvis if on_legs else ours.chest)
     if on_legs and base != ROOT:
-        raise ValueError(
-            'method="limbs" needs a skeleton with legs whose root moves freely, but '
-            f"{skeleton.joint_names[base]!r} is moved by joints of its own, {', '.join(_columns_to(skeleton, base))}: "
-            f"load_robot(path, root={skeleton.joint_names[base]!r}) lets them move the root"
-        )
+        name = skeleton.joint_names[base]
+        raise ValueError(f"joints move the base {name!r} of a robot with legs: use load_robot(path, root={name!r})")
     size = _size_of_legs(theirs, ours)
-    scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights are those of the legs
+    scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights scale with the legs
     contacts: dict[str, list[Contact]] = {}
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
@@ -86,7 +87,7 @@ def aim_at(
         shift = _shift_within_reach(legs, starts, ours)
         starts = {mark: start + shift for mark, start in starts.items()}
         middle = (starts[f"left_{HIP}"] + starts[f"right_{HIP}"]) / 2.0
-        targets.add_link(ours.pelvis, middle_of(ours, HIP), middle, pelvis, WEIGHTS["pelvis"])
+        targets.add_link(ours.pelvis, ours.middle(HIP), middle, pelvis, WEIGHTS["pelvis"])
         for side, leg in legs.items():
             _put_leg(targets, person, ours, side, starts[f"{side}_{HIP}"], leg)
     else:
@@ -95,45 +96,45 @@ def aim_at(
     if ours.has(ARM):
         middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
         if ours.chest != ours.pelvis or not on_legs:
-            targets.add_link(ours.chest, middle_of(ours, SHOULDER), middle, chest, WEIGHTS["chest"])
+            targets.add_link(ours.chest, ours.middle(SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
     paths = {side: scale * person.toes[side] for side in legs}
     if on_legs:
-        paths["pelvis"] = scale * (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
+        paths["pelvis"] = scale * person.middle(HIP)
     return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base=base != ROOT)
 
 
-# --- where the target shall be ----------------------------------------------------------------------------------------
+# --- the targets ----------------------------------------------------------------------------------------
 
 
 def _size_of_legs(theirs: Stance, ours: Stance) -> float:
-    """Return how many times as long legs are in the target; without legs, how many times as high its shoulders."""
-    leg = length_of_leg(theirs)
+    """The ratio of the lengths of the legs, robot to person; without legs, of the heights of the shoulders."""
+    leg = theirs.leg()
     if ours.has(LEG):
-        return length_of_leg(ours) / leg
-    trunk = float((middle_of(theirs, SHOULDER) - middle_of(theirs, HIP)) @ theirs.axes[:, 2])
-    return STRETCH[0] * float(middle_of(ours, SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
+        return ours.leg() / leg
+    trunk = float((theirs.middle(SHOULDER) - theirs.middle(HIP)) @ theirs.axes[:, 2])
+    return STRETCH[0] * float(ours.middle(SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
 
 
 def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
-    """Return the point (3,) at angle zero about which the chest moves first, or the middle between the hips."""
+    """The point (3,) at angle zero about which the chest moves first, or the middle between the hips."""
     path = [joint for joint in path_up(skeleton, stance.chest) if joint not in path_up(skeleton, stance.pelvis)]
     moving = [joint for joint in path if skeleton.bones[joint].dofs]
-    return positions_at_zero(skeleton)[moving[-1]] if moving else middle_of(stance, HIP)
+    return positions_at_zero(skeleton)[moving[-1]] if moving else stance.middle(HIP)
 
 
 def _put_trunk(
     targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarray, ankle: float
 ) -> None:
-    """Put pelvis and chest where the person's are, along the axes of the world in another size (3,).
+    """Put pelvis and chest where the person's are, along the axes of the world times a scale (3,).
 
     The person's ankles have the given height where feet stand on the floor.
     """
     soles = np.mean([sole_of(ours, side).tip[2] for side in SIDES])
-    hips = (person.limbs[f"left_{HIP}"].start + person.limbs[f"right_{HIP}"].start) / 2.0
+    hips = person.middle(HIP)
     at = scale * (hips - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
-    middle = middle_of(ours, HIP)
+    middle = ours.middle(HIP)
     targets.add_link(ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
     if ours.has(ARM):
         pivot = _pivot(skeleton, ours)
@@ -142,7 +143,7 @@ def _put_trunk(
 
 
 def _base_of(skeleton: Skeleton, trunk: int) -> int:
-    """Return the link of a mobile base, which joints move over the floor, and the root where none do.
+    """The link of a mobile base, which joints move over the floor; without one, the root.
 
     These are slides, and hinges at the same point, before all others on the way to the trunk.
     """
@@ -155,31 +156,24 @@ def _base_of(skeleton: Skeleton, trunk: int) -> int:
     return base
 
 
-def _columns_to(skeleton: Skeleton, joint: int) -> list[str]:
-    """Return the names of the dofs from the root to a joint, that one's among them."""
-    return [name for one in reversed(path_up(skeleton, joint)) for name in skeleton.bones[one].dof_names]
-
-
 def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float) -> None:
     """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
 
-    Where joints move the base the root stays where it is.
+    If joints move the base, the root stays.
     """
-    hips, shoulders = (
-        (person.limbs[f"left_{mark}"].start + person.limbs[f"right_{mark}"].start) / 2.0 for mark in (HIP, SHOULDER)
-    )
+    hips, shoulders = person.middle(HIP), person.middle(SHOULDER)
     targets.add_link(base, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], level(person.pelvis), WHEELS, "wheels")
     if base != ROOT:
         still = np.broadcast_to(ours.axes, person.pelvis.shape)
         targets.add_link(ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS, "wheels")
     at = scale * (hips - [0.0, 0.0, floor]) + scale[2] * (shoulders - hips)
-    targets.add_link(ours.chest, middle_of(ours, SHOULDER), at, person.chest, WEIGHTS["chest"])
+    targets.add_link(ours.chest, ours.middle(SHOULDER), at, person.chest, WEIGHTS["chest"])
 
 
 def _read_trunk(
     found: Solution, skeleton: Skeleton, ours: Stance
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Return where hips and shoulders of the target came, and the axes of its pelvis and chest."""
+    """The positions of hips and shoulders, and the axes of pelvis and chest."""
     links = [(HIP, ours.pelvis)] * ours.has(LEG) + [(SHOULDER, ours.chest)] * ours.has(ARM)
     marks = [(f"{side}_{mark}", link) for mark, link in links for side in SIDES]
     places = [Place(link, ours.places[mark].at_zero) for mark, link in marks]
@@ -197,24 +191,24 @@ def _stand(
     contacts: list[Contact],
     times: np.ndarray,
 ) -> Held:
-    """Return where a leg of the target ends, from its own hip, with the foot held while it stands."""
-    limb, length = person.limbs[f"{side}_{HIP}"], length_of_leg(ours)
+    """The ankle of a leg, from the robot's own hip, with the foot held while it stands."""
+    limb, length = person.limbs[f"{side}_{HIP}"], ours.leg()
     end = starts[f"{side}_{HIP}"] + _size_of_legs(theirs, ours) * (limb.end - limb.start)
     return hold_foot(end, person.feet[side], sole_of(ours, side), contacts, times, length)
 
 
 def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
-    """Return how far a limb reaches that shall reach some distances: ever less as it stretches."""
+    """Limit distances to the reach of a limb, smoothly."""
     start, most = (share * length for share in STRETCH)
     beyond = np.maximum(distances - start, 0.0)
     return np.where(beyond > 0.0, most - (most - start) * np.exp(-beyond / (most - start)), distances)
 
 
 def _shift_within_reach(legs: dict[str, Held], starts: dict[str, np.ndarray], ours: Stance) -> np.ndarray:
-    """Return by how much (n_frames, 3) hips move so that legs reach feet that stand."""
-    length = length_of_leg(ours)
+    """The shift (n_frames, 3) of the hips by which legs reach feet that stand."""
+    length = ours.leg()
     shift = np.zeros_like(starts[f"left_{HIP}"])
-    for _ in range(3):  # each leg moves the hip of the other one
+    for _ in range(3):  # each leg moves the other hip
         for side, leg in legs.items():
             reach = leg.ankles - starts[f"{side}_{HIP}"] - shift
             distance = np.linalg.norm(reach, axis=1)
@@ -225,7 +219,7 @@ def _shift_within_reach(legs: dict[str, Held], starts: dict[str, np.ndarray], ou
 def _bend(
     start: np.ndarray, end: np.ndarray, toward: np.ndarray, lengths: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the middle joint of a limb and its end are (n_frames, 3) that bends toward a direction.
+    """The middle joint and the end (n_frames, 3) of a limb that bends toward a direction.
 
     An end that is too far away is not reached.
     """
@@ -239,7 +233,7 @@ def _bend(
 
 
 def _bend_limbs(skeleton: Skeleton, stance: Stance, rest: np.ndarray) -> np.ndarray:
-    """Return a pose with the hinges of knees and elbows away from zero, on the side where they have more room.
+    """Bend the hinges of knees and elbows of the pose at rest, to the side of the larger limit.
 
     A limb that is straight at a limit does not bend by small steps: its ends come nearer by the square of the angle.
     """
@@ -253,7 +247,7 @@ def _bend_limbs(skeleton: Skeleton, stance: Stance, rest: np.ndarray) -> np.ndar
 
 
 def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
-    """Return the direction (n_frames, 3) to which a limb bends: to that of the person, or as a straight one would.
+    """The direction (n_frames, 3) in which a limb bends: the person's, or for a straight one the natural one.
 
     Left (n_frames, 3) is the axis of the joint: about it a knee bends forward, with the sign −1, and an elbow backward
     where the arm hangs, down where it points forward.

@@ -1,8 +1,8 @@
-"""The robots whose links are known, a table each, with the source of what it rests on.
+"""The robots whose links are known, one table each, with its source.
 
-A table states for each landmark of a person the link that has it and, where that is not the origin of the link, how far
-from it: in m at angle zero, in the axes of the root, of which x points forward, y to the left and z up. It has the left
-side; the right one is its mirror image. Names are those of the bodies in MJCF and of the links in URDF.
+A table has for each landmark of a person the link, and the offset from its origin if any: in m at angle zero, in the
+axes of the root, x forward, y left and z up. It has the left side; the right one is its mirror image. Names are those
+of bodies in MJCF files and of links in URDF files.
 
 A hip is where the axis of the hinge that swings the leg forward meets the plane of the leg, a shoulder likewise, so
 that both move with the trunk. An ankle is at the hinge that the shank carries. Heels and toes are the ends of the sole,
@@ -24,9 +24,9 @@ class Robot(NamedTuple):
     name: str
     source: str
     left: Mapping[str, Any]  # a link, or a link and how far from its origin
-    right: tuple[tuple[str, str], ...]  # parts of the names of the left side, and those of the right
+    right: tuple[tuple[str, str], ...]  # parts of names on the left side, and on the right
     # Forward and up, m: from the middle between the origins of the links of the hips, or else of the wrists, to that
-    # between those of the shoulders, at angle zero. It shows how the root of a file is turned.
+    # between the shoulders', at angle zero. It shows how the root of a file is turned.
     trunk: tuple[float, float]
     sole: float = 0.0  # half its width, m
 
@@ -83,7 +83,7 @@ ROBOTS = (G1, T1, PM01, R1_PRO)
 
 
 def places_of(robot: Robot) -> dict[str, tuple[str, Vector]]:
-    """Return the link of each landmark, "left_knee", and its place on it, of both sides."""
+    """The link and the offset of each landmark, "left_knee" and so on."""
     places = {}
     for mark, place in robot.left.items():
         link, (x, y, z) = (place, (0.0, 0.0, 0.0)) if isinstance(place, str) else place

@@ -1,0 +1,334 @@
+"""The skeleton of a robot from MuJoCo's model.
+
+MuJoCo places a link (its *body*) by a position and an orientation in the coordinate system of the parent link, and then
+applies its joints one after another, each about an axis through a point of the link. Each step becomes a bone whose
+dofs come last; bones between two joints at one point have length zero.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose._typing import ArrayLike
+from skpose._validation.names import near_names
+from skpose._warnings import warn
+from skpose.io._arguments import Readable
+from skpose.robots._model import RobotFile, list_names, read_robot
+from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton._shared import BALL, HINGE, SLIDE
+
+if TYPE_CHECKING:
+    import mujoco
+
+FREE, SPHERICAL, SLIDE_JOINT, HINGE_JOINT = range(4)  # mujoco.mjtJoint
+DOFS = {SPHERICAL: BALL, SLIDE_JOINT: SLIDE, HINGE_JOINT: HINGE}  # of a bone
+WORLD = 0  # MuJoCo's number of the world's body
+IN_QPOS = {FREE: 7, SPHERICAL: 4, SLIDE_JOINT: 1, HINGE_JOINT: 1}  # numbers of a joint in qpos
+SHAPES: dict[int, tuple[int, ...]] = {FREE: (7,), SPHERICAL: (3,), SLIDE_JOINT: (), HINGE_JOINT: ()}  # of held values
+EXACT = 1e-15  # entries of rotation matrices this near to 0, 1 and −1 are rounded: quarter turns are exact
+WITHIN = 1e-6  # rad or m, by which a held value may exceed the limits: the digits of a file
+
+
+class Joint(NamedTuple):
+    """A joint of the model."""
+
+    name: str
+    kind: int
+    body: int
+    address: int  # in qpos
+    point: np.ndarray  # on the axis, in the coordinate system of the link
+    axis: np.ndarray
+    reference: float  # the number in qpos at which the link is as in the file
+    limits: tuple[float, float] | None
+    held: np.ndarray | None  # the value at which it stays
+
+    def in_qpos(self) -> slice:
+        return slice(self.address, self.address + IN_QPOS[self.kind])
+
+
+class Robot(NamedTuple):
+    """The skeleton of a robot, and where its joints are in qpos."""
+
+    skeleton: Skeleton
+    root: int  # number of the link that is the root
+    root_name: str
+    joints: tuple[Joint, ...]  # of the whole model
+    columns: dict[str, Joint]  # joint of each bone with dofs, in the skeleton's order
+    free: Joint | None  # the free joint of the root
+    notes: tuple[str, ...]  # what is not kept
+
+
+def load_robot(
+    path: "Readable | mujoco.MjModel",
+    *,
+    root: str | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
+) -> Skeleton:
+    """Load the skeleton of a robot from an MJCF or URDF file, as MuJoCo reads it.
+
+    The joints of the skeleton are the robot's links (MuJoCo's bodies), by name and in MuJoCo's order. The columns of
+    its poses are the robot's joints, by name, in the order of ``qpos`` and with its numbers.
+
+    Parameters
+    ----------
+    path : str, path-like, file or mujoco.MjModel
+        The file, an open file without includes, or a compiled model.
+    root : str, default=None
+        The link that is the root of the skeleton; links that it does not carry are left out. None is the link with the
+        free joint; without one, the first link of a URDF file, and "world" otherwise.
+    held : mapping of str to float or array-like, default=None
+        Joints that stay at a value and have no columns: rad for a hinge, m for a slide, a rotation vector (3,) in rad
+        for a ball joint.
+
+    Returns
+    -------
+    Skeleton
+        With ``offset_frame="parent"``. A hinge or a slide is a column with the name of the joint, in rad or m; a ball
+        joint has three, the rotation vector of `Bone`. It has the joint limits of the file.
+
+    Raises
+    ------
+    ImportError
+        If MuJoCo is not installed.
+    MocapFormatError
+        If MuJoCo cannot read the file; if several links with joints move freely and `root` is None; if `root` or `held`
+        has an unknown name, or a held value is beyond the joint limits.
+
+    Warns
+    -----
+    UserWarning
+        If the file has equality constraints, mimic joints, tendons or limits of ball joints, which the skeleton does
+        not keep; if links or joints are left out.
+
+    See Also
+    --------
+    motion_from_qpos : Convert MuJoCo's ``qpos`` to a motion.
+    qpos_from_motion : Convert a motion to MuJoCo's ``qpos``.
+
+    Notes
+    -----
+    Geometry, masses, motors and sensors are ignored, so that missing meshes are no errors. Links are not fused.
+
+    A link without a name is "body_3", by its number in MuJoCo; a joint without a name is its link's with "_joint". A
+    link with several joints has bones of length zero for all but the last. A joint that is not at the origin of its
+    link has one bone to its point and a rigid one back. These bones are named by the joint with "_anchor", and count as
+    points of the robot in distances unless `Skeleton.with_weights` sets them to zero.
+
+    Examples
+    --------
+    >>> import io
+    >>> from skpose.robots import load_robot
+    >>> arm = load_robot(io.StringIO('''
+    ...     <mujoco>
+    ...       <worldbody>
+    ...         <body name="upper_arm" pos="0 0 1">
+    ...           <joint name="shoulder" axis="0 1 0" range="-90 90"/>
+    ...           <body name="forearm" pos="0.3 0 0">
+    ...             <joint name="elbow" axis="0 1 1"/>
+    ...             <body name="hand" pos="0.25 0 0"/>
+    ...           </body>
+    ...         </body>
+    ...       </worldbody>
+    ...     </mujoco>'''))
+    >>> arm.joint_names, arm.dof_names
+    (('upper_arm', 'forearm', 'hand'), ('shoulder', 'elbow'))
+    >>> arm.limits.round(2)
+    array([[-1.57,  1.57],
+           [ -inf,   inf]])
+    """
+    file = read_robot(path)
+    robot = build_robot(file, root, held)
+    if robot.notes:
+        warn(f"{os.path.basename(file.name)}: {'; '.join(robot.notes)}")
+    return robot.skeleton
+
+
+def build_robot(file: RobotFile, root: str | None, held: Mapping[str, Any] | None) -> Robot:
+    """Build the skeleton of the links below a root, with some joints held."""
+    model = file.model
+    given = [model.body(i).name for i in range(model.nbody)]
+    taken = set(given)
+    bodies = [name or _new_name(f"body_{i}", taken) for i, name in enumerate(given)]
+    joints = _joints_of(file, bodies, held or {})
+    top = _choose_root(file, bodies, joints, root)
+    jointed = {joint.body for joint in joints if joint.kind != FREE}
+    inside = _below(model, top)
+    for joint in joints:  # a free link that carries no joints is an object next to the robot
+        if joint.kind == FREE and not jointed & {*(carried := _below(model, joint.body))}:
+            inside = [body for body in inside if body not in {joint.body, *carried}]
+    for joint in joints:
+        if joint.kind == FREE and joint.body in inside:
+            name = bodies[joint.body]
+            raise file.error(f"{name!r} moves freely, and only a root can: pass root={name!r}, got {bodies[top]!r}")
+    taken = set(bodies)
+    bones: list[Bone] = []
+    columns: dict[str, Joint] = {}
+    try:
+        for body in inside:
+            carrier = int(model.body_parentid[body])
+            parent = None if carrier == top else bodies[carrier]
+            place = np.array(model.body_pos[body]), _matrix(model.body_quat[body])
+            own = [joint for joint in joints if joint.body == body]
+            bones += _bones_of_body(bodies[body], parent, place, own, taken, columns)
+        if not columns:
+            raise ValueError(f"{bodies[top]!r} carries no joint that moves")
+        skeleton = Skeleton(bones, "parent")
+    except ValueError as error:
+        raise file.error(str(error)) from None
+    free = next((joint for joint in joints if joint.body == top and joint.kind == FREE), None)
+    notes = (*file.notes, *_left_out(model, bodies, joints, top, inside))
+    return Robot(skeleton, top, bodies[top], tuple(joints), columns, free, notes)
+
+
+def _new_name(name: str, taken: set[str]) -> str:
+    """Append underscores to a name until it is new, and add it to those taken."""
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name
+
+
+def _joints_of(file: RobotFile, bodies: Sequence[str], held: Mapping[str, Any]) -> list[Joint]:
+    """All joints of the model; one without a name has that of its link and "_joint"."""
+    model = file.model
+    given = [model.joint(i).name for i in range(model.njnt)]
+    taken = set(given)
+    owners = model.jnt_bodyid.tolist()
+    names = [name or _new_name(f"{bodies[body]}_joint", taken) for name, body in zip(given, owners, strict=True)]
+    if unknown := [name for name in held if name not in names]:
+        raise file.error(
+            f"held has an unknown joint, {unknown[0]!r}: {near_names(names, unknown[0], list_names(names))}"
+        )
+    joints = []
+    for i, name in enumerate(names):
+        kind, address = int(model.jnt_type[i]), int(model.jnt_qposadr[i])
+        limits = tuple(model.jnt_range[i].tolist()) if model.jnt_limited[i] else None
+        value = None
+        if name in held:
+            value = np.array(held[name], dtype=np.float64)
+            is_number = kind in (SLIDE_JOINT, HINGE_JOINT)
+            lower, upper = limits if limits is not None and is_number else (-np.inf, np.inf)
+            if value.shape != SHAPES[kind] or not np.isfinite(value).all():
+                raise file.error(f"held[{name!r}] must be finite, of shape {SHAPES[kind]}, got {held[name]!r}")
+            if is_number and not lower - WITHIN <= value <= upper + WITHIN:
+                raise file.error(f"held[{name!r}] must be in [{lower:.6g}, {upper:.6g}], rad or m, got {value:g}")
+        point, axis = np.array(model.jnt_pos[i]), np.array(model.jnt_axis[i])
+        joints.append(Joint(name, kind, owners[i], address, point, axis, float(model.qpos0[address]), limits, value))
+    return joints
+
+
+def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint], root: str | None) -> int:
+    """The link of this name; without a name, the one with joints that moves freely, or the world."""
+    if root is not None:
+        if root not in bodies:
+            raise file.error(f"root is an unknown link, {root!r}: {near_names(bodies, root, list_names(bodies))}")
+        return bodies.index(root)
+    model = file.model
+    carriers = {joint.body for joint in joints if joint.kind != FREE}
+    free = [joint.body for joint in joints if joint.kind == FREE and carriers & set(_below(model, joint.body))]
+    if len(free) > 1:
+        raise file.error(
+            f"several links with joints move freely: choose root= among {list_names(bodies[i] for i in free)}"
+        )
+    if free:
+        return free[0]
+    first = np.flatnonzero(model.body_parentid[1:] == WORLD) + 1
+    if file.is_urdf and len(first) == 1 and not model.body_jntnum[first[0]]:
+        link = int(first[0])
+        if not model.body_pos[link].any() and _matrix(model.body_quat[link]) is None:
+            return link  # it has the world's coordinate system
+    return WORLD
+
+
+def _below(model: Any, top: int) -> list[int]:
+    """The links that a link carries, in MuJoCo's order, without mocap bodies."""
+    inside = {top}
+    for body in range(1, model.nbody):  # parents first
+        if int(model.body_parentid[body]) in inside and body != top and model.body_mocapid[body] < 0:
+            inside.add(body)
+    return sorted(inside - {top})
+
+
+def _bones_of_body(
+    name: str,
+    parent: str | None,
+    place: tuple[np.ndarray, np.ndarray | None],
+    joints: Sequence[Joint],
+    taken: set[str],
+    columns: dict[str, Joint],
+) -> list[Bone]:
+    """The bones from one link to the next: one for each joint, and a rigid one where the link is elsewhere."""
+    offset, rest = place[0], np.eye(3) if place[1] is None else place[1]
+    bones: list[Bone] = []
+    for joint in joints:
+        if joint.held is not None:
+            shift, turn = _held_movement(joint)
+            offset, rest = offset + rest @ shift, rest @ turn
+            continue
+        point = np.zeros(3) if joint.kind == SLIDE_JOINT else joint.point
+        offset = offset + rest @ point
+        if joint.kind == SLIDE_JOINT:
+            offset = offset - joint.reference * (rest @ joint.axis)
+        elif joint.kind == HINGE_JOINT and joint.reference:
+            rest = rest @ _about(joint.axis, -joint.reference)
+        anchor = _new_name(f"{joint.name}_anchor", taken)
+        bone = Bone(anchor, parent, offset + 0.0, DOFS[joint.kind], _exact(rest))
+        if joint.kind != SPHERICAL:
+            limits = None if joint.limits is None else (joint.limits,)
+            bone = bone._replace(limits=limits, axis=joint.axis, dof_name=joint.name)
+        bones.append(bone)
+        columns[anchor] = joint
+        parent, offset, rest = anchor, -point, np.eye(3)
+    if bones and not offset.any() and _exact(rest) is None:
+        columns[name] = columns.pop(bones[-1].name)
+        bones[-1] = bones[-1]._replace(name=name)
+    else:
+        bones.append(Bone(name, parent, offset + 0.0, "", _exact(rest)))
+    return bones
+
+
+def _held_movement(joint: Joint) -> tuple[np.ndarray, np.ndarray]:
+    """The shift and the rotation of a held joint, in the coordinate system of its link."""
+    value: Any = joint.held
+    if joint.kind == SLIDE_JOINT:
+        return joint.axis * (value - joint.reference), np.eye(3)
+    if joint.kind == HINGE_JOINT:
+        turn = _about(joint.axis, value - joint.reference)
+    else:
+        turn = Rotation.from_rotvec(value).as_matrix()
+    return joint.point - turn @ joint.point, turn
+
+
+def _about(axis: np.ndarray, angle: float) -> np.ndarray:
+    return Rotation.from_rotvec(axis * angle).as_matrix()
+
+
+def _matrix(quaternion: np.ndarray) -> np.ndarray | None:
+    """The rotation matrix of a quaternion (w, x, y, z); None for the identity."""
+    return _exact(Rotation.from_quat(quaternion[[1, 2, 3, 0]]).as_matrix())
+
+
+def _exact(matrix: np.ndarray) -> np.ndarray | None:
+    """A rotation matrix without rounding errors at 0, 1 and −1; None for the identity."""
+    nearest = np.rint(matrix)
+    matrix = np.where(np.abs(matrix - nearest) <= EXACT, nearest, matrix) + 0.0
+    return None if (matrix == np.eye(3)).all() else matrix
+
+
+def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: int, inside: Sequence[int]) -> list[str]:
+    """What the skeleton leaves out: other links, joints above the root that are not held, limits of ball joints."""
+    chain = [top]
+    while chain[-1] != WORLD:
+        chain.append(int(model.body_parentid[chain[-1]]))
+    others = [bodies[body] for body in range(1, model.nbody) if body not in {*inside, *chain}]
+    above = [joint.name for joint in joints if joint.body in chain and joint.kind != FREE and joint.held is None]
+    balls = [joint.name for joint in joints if joint.kind == SPHERICAL and joint.limits and joint.body in inside]
+    notes = {
+        f"links that {bodies[top]!r} does not carry are left out": others,
+        f"joints that carry {bodies[top]!r} move the root and have no columns": above,
+        "limits of ball joints are not kept": balls,
+    }
+    return [f"{note}: {list_names(names)}" for note, names in notes.items() if names]

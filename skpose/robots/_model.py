@@ -1,0 +1,134 @@
+"""MuJoCo's model of a robot, with its links and joints alone.
+
+Geometry, masses, motors and sensors do not move links. They are removed before MuJoCo compiles the model, so that
+missing meshes and masses are no errors.
+"""
+
+import os
+import re
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skpose.io import MocapFormatError
+from skpose.io._robot_kind import first_element, robot_kind
+from skpose.io._shared import open_file
+
+# Elements of a model other than bodies, frames and joints; those that refer to others come first.
+REMOVED = (
+    *("sensors", "actuators", "tendons", "equalities", "keys", "tuples", "pairs", "excludes", "skins", "flexes"),
+    *("cameras", "lights", "sites", "geoms", "meshes", "hfields", "materials", "textures", "numerics", "texts"),
+    "plugins",
+)
+READS_URDF = (4, 0)  # the first version of MuJoCo that reads mimic joints and reports the limits that it ignores
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+MOST_NAMES = 5  # in a message
+
+
+class RobotFile(NamedTuple):
+    """A robot as MuJoCo's model."""
+
+    name: str  # of the file
+    model: Any  # mujoco.MjModel
+    is_urdf: bool
+    notes: tuple[str, ...]  # what the skeleton does not keep
+
+    def error(self, message: str) -> MocapFormatError:
+        return MocapFormatError(self.name, None, message)
+
+
+def list_names(names: Iterable[str]) -> str:
+    """List the first names, and the number of the others."""
+    names = list(names)
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(map(repr, names[:MOST_NAMES])) + more
+
+
+def read_robot(path: Any) -> RobotFile:
+    """Compile the model of a file or an open file; a `mujoco.MjModel` is taken as it is."""
+    try:
+        import mujoco
+    except ImportError:
+        raise ImportError("robots need MuJoCo: pip install 'skpose[robot]'") from None
+    if isinstance(path, mujoco.MjModel):
+        active = [i for i in range(path.neq) if path.eq_active0[i]]
+        constraints = [path.equality(i).name or f"number {i}" for i in active]
+        tendons = [path.tendon(i).name or f"number {i}" for i in range(path.ntendon)]
+        return RobotFile("the model", path, False, _notes(constraints, tendons))
+    name, text = _read_text(path)
+    is_urdf = _is_urdf(name, text)
+    if is_urdf and tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:2])) < READS_URDF:
+        raise ImportError(f"URDF files need MuJoCo 4.0 or later, found {mujoco.__version__}")
+    with _collect_warnings(mujoco) as said:
+        try:
+            if isinstance(path, str | os.PathLike):
+                spec = mujoco.MjSpec.from_file(os.fspath(path))  # which finds the files that this one includes
+            else:
+                spec = mujoco.MjSpec.from_string(text)
+            equalities = [one for one in spec.equalities if one.active]
+            constraints = [one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in equalities]
+            notes = _notes(constraints, [one.name or "unnamed" for one in spec.tendons])
+            model = _compile_bodies(spec)
+        except (ValueError, RuntimeError, mujoco.FatalError) as error:
+            message = " ".join(str(error).split()).removeprefix("Error: ")
+            raise MocapFormatError(name, None, f"MuJoCo cannot read this file: {message}") from None
+    said = list(dict.fromkeys(said))
+    more = [f"{len(said) - MOST_NAMES} more warnings of MuJoCo"] if len(said) > MOST_NAMES else []
+    return RobotFile(name, model, is_urdf, (*notes, *said[:MOST_NAMES], *more))
+
+
+def _read_text(path: Any) -> tuple[str, str]:
+    """Read the name of a file and its text."""
+    if hasattr(path, "read"):
+        name, content = str(getattr(path, "name", "the open file")), path.read()
+    else:
+        with open_file(path) as file:
+            name, content = os.fspath(path), file.read()
+    return name, content if isinstance(content, str) else content.decode("utf-8", errors="replace")
+
+
+def _is_urdf(name: str, text: str) -> bool:
+    """Whether a robot is URDF and not MJCF; refuse other files."""
+    kind = robot_kind(text)
+    if kind is None:
+        found = first_element(text)
+        shown = f"<{found}>" if found else repr(" ".join(text[:200].split())[:40])
+        raise MocapFormatError(name, None, f"expected <mujoco> (MJCF) or <robot> (URDF), found {shown}")
+    if kind == "URDF" and "<xacro:" in COMMENT.sub("", text):
+        raise MocapFormatError(name, None, "expected URDF, found a xacro template: expand it with xacro")
+    return kind == "URDF"
+
+
+@contextmanager
+def _collect_warnings(mujoco: Any) -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, which it would print and write to a file in the current folder."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about dynamics
+            yield said
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _compile_bodies(spec: Any) -> Any:
+    """Compile links and joints alone, without fusing links."""
+    for kind in REMOVED:
+        for one in list(getattr(spec, kind, ())):
+            spec.delete(one)
+    spec.compiler.fusestatic = False
+    spec.memory = -1  # as much as the model needs
+    for body in spec.bodies[1:]:
+        body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
+        body.fullinertia, body.ipos = np.full(6, np.nan), np.zeros(3)
+    return spec.compile()
+
+
+def _notes(constraints: list[str], tendons: list[str]) -> tuple[str, ...]:
+    notes = {"equality constraints and mimic joints": constraints, "tendons": tendons}
+    return tuple(f"{what} are not kept: {list_names(names)}" for what, names in notes.items() if names)

@@ -1,0 +1,299 @@
+"""Motions of robots as MuJoCo's ``qpos``, and back."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose._compat.sklearn import validate_params
+from skpose._typing import ArrayLike
+from skpose._validation.motions import check_frame_rate
+from skpose._warnings import warn
+from skpose.io._arguments import Readable
+from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, build_robot
+from skpose.robots._model import RobotFile, list_names, read_robot
+from skpose.skeleton import Bone, Motion
+from skpose.skeleton._shared import FORMS, continuous_columns, continuous_root_angles, root_orientations, rotations_of
+
+if TYPE_CHECKING:
+    import mujoco
+
+SAME = 1e-9  # m, and of entries of rotation matrices: the largest difference of equal bones
+STAYS = 1e-6  # m or rad, the largest movement of a held joint or of a fixed root: float32
+UPRIGHT, NEARLY_ALL = 0.8, 0.9  # cosine above which an axis points up; share of the frames
+# Quarter turns of the world after which z points up.
+TO_Z_UP = {"x": Rotation.from_rotvec([0, -np.pi / 2, 0]), "y": Rotation.from_rotvec([np.pi / 2, 0, 0])}
+
+
+@validate_params({"motion": [Motion]}, prefer_skip_nested_validation=True)
+def qpos_from_motion(
+    motion: Motion,
+    path: "Readable | mujoco.MjModel",
+    *,
+    root: str | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
+) -> np.ndarray:
+    """Convert a motion of a robot to MuJoCo's ``qpos``, one row per frame.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the skeleton of `load_robot`.
+    path : str, path-like, file or mujoco.MjModel
+        The robot: its file or its model.
+    root : str, default=None
+        As in `load_robot`.
+    held : mapping of str to float or array-like, default=None
+        As in `load_robot`, the values of all joints without columns: rad, m, a rotation vector in rad; for a free joint
+        other than the root's, position and quaternion (w, x, y, z).
+
+    Returns
+    -------
+    ndarray of shape (n_frames, nq)
+        A free joint has the root's position, m, and its quaternion (w, x, y, z), a ball joint a quaternion, other
+        joints rad or m. Quaternions are continuous in time, the first with w ≥ 0.
+
+    Raises
+    ------
+    ImportError
+        If MuJoCo is not installed.
+    ValueError
+        If the motion is not on the robot's skeleton with this `root` and `held`; if a joint has neither a column nor a
+        held value; if the root moves and the robot has no free joint.
+
+    Warns
+    -----
+    UserWarning
+        If the motion's `up` is not z, but the root's z axis points along the world's z.
+
+    See Also
+    --------
+    motion_from_qpos : The inverse.
+    load_robot : Load the robot.
+
+    Notes
+    -----
+    MuJoCo's z axis points up. Motions with another `up` are rotated by a quarter turn.
+
+    Examples
+    --------
+    >>> import io
+    >>> import numpy as np
+    >>> from skpose import Motion
+    >>> from skpose.robots import load_robot, qpos_from_motion
+    >>> robot = '''
+    ...     <mujoco>
+    ...       <worldbody>
+    ...         <body name="base">
+    ...           <freejoint/>
+    ...           <body name="leg"><joint name="hip" axis="0 1 0"/><body name="foot" pos="0 0 -0.3"/></body>
+    ...         </body>
+    ...       </worldbody>
+    ...     </mujoco>'''
+    >>> swing = Motion(load_robot(io.StringIO(robot)), [[0.0], [0.5]], 30, [[0, 0, 0.3], [0.1, 0, 0.3]], up="z")
+    >>> qpos_from_motion(swing, io.StringIO(robot))
+    array([[0. , 0. , 0.3, 1. , 0. , 0. , 0. , 0. ],
+           [0.1, 0. , 0.3, 1. , 0. , 0. , 0. , 0.5]])
+    """
+    file = read_robot(path)
+    robot = build_robot(file, root, held)
+    _check_skeleton(file, robot, motion.skeleton)
+    given = {joint.name for joint in (*robot.columns.values(), robot.free) if joint is not None}
+    if missing := [joint.name for joint in robot.joints if joint.held is None and joint.name not in given]:
+        raise file.error(f"the motion has no columns {list_names(missing)}: give their values with held=")
+    qpos = np.zeros((len(motion), file.model.nq))
+    for joint in robot.joints:
+        if joint.held is not None:
+            qpos[:, joint.in_qpos()] = _held_numbers(joint)
+    columns = {name: i for i, name in enumerate(motion.skeleton.dof_names)}
+    for name, joint in robot.columns.items():
+        bone = motion.skeleton[name]
+        angles = motion.angles[:, [columns[dof] for dof in bone.dof_names]]
+        if joint.kind == SPHERICAL:
+            angles = _continuous_quaternions(rotations_of(bone, angles)) if len(motion) else np.zeros((0, 4))
+        qpos[:, joint.in_qpos()] = angles
+    if len(motion):
+        _place_root(file, robot, motion, qpos)
+    return qpos
+
+
+def motion_from_qpos(
+    qpos: ArrayLike,
+    path: "Readable | mujoco.MjModel",
+    frame_rate: float,
+    *,
+    root: str | None = None,
+    held: Mapping[str, ArrayLike] | None = None,
+) -> Motion:
+    """Convert MuJoCo's ``qpos``, one row per frame, to a motion on the robot's skeleton.
+
+    Parameters
+    ----------
+    qpos : array-like of shape (n_frames, nq)
+        As recorded in a simulation, see `qpos_from_motion`.
+    path : str, path-like, file or mujoco.MjModel
+        The robot: its file or its model.
+    frame_rate : float
+        Frames per second, Hz.
+    root : str, default=None
+        As in `load_robot`.
+    held : mapping of str to float or array-like, default=None
+        As in `load_robot`; these joints must have these values in all frames.
+
+    Returns
+    -------
+    Motion
+        On the skeleton of `load_robot`, with z up and the root where the link is in MuJoCo's world. Angles and rotation
+        vectors are continuous in time.
+
+    Raises
+    ------
+    ImportError
+        If MuJoCo is not installed.
+    ValueError
+        If the number of columns is not the model's, quaternions are not of length one, or a held joint moves.
+
+    See Also
+    --------
+    qpos_from_motion : The inverse.
+    load_robot : Load the robot.
+
+    Examples
+    --------
+    >>> import io
+    >>> from skpose.robots import motion_from_qpos
+    >>> robot = '''
+    ...     <mujoco>
+    ...       <worldbody>
+    ...         <body name="base">
+    ...           <freejoint/>
+    ...           <body name="leg"><joint name="hip" axis="0 1 0"/><body name="foot" pos="0 0 -0.3"/></body>
+    ...         </body>
+    ...       </worldbody>
+    ...     </mujoco>'''
+    >>> motion = motion_from_qpos([[0, 0, 0.3, 1, 0, 0, 0, 0], [0.1, 0, 0.3, 1, 0, 0, 0, 0.5]], io.StringIO(robot), 30)
+    >>> motion, motion.root_name
+    (Motion(2 frames at 30 Hz, 0.1 s, z up, Skeleton(n_joints=2, n_dofs=1)), 'base')
+    >>> motion.angles
+    array([[0. ],
+           [0.5]])
+    """
+    file = read_robot(path)
+    robot = build_robot(file, root, held)
+    check_frame_rate(frame_rate)
+    array = np.asarray(qpos, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != file.model.nq:
+        raise ValueError(f"qpos must have shape (n_frames, {file.model.nq}), got {array.shape}")
+    if not np.isfinite(array).all():
+        frame, column = np.argwhere(~np.isfinite(array))[0]
+        raise ValueError(f"qpos must be finite, got {array[frame, column]} at frame {frame}, column {column}")
+    _check_held(file, robot, array)
+    columns = []
+    for name, joint in robot.columns.items():
+        numbers = array[:, joint.in_qpos()]
+        if joint.kind == SPHERICAL:
+            bone = robot.skeleton[name]
+            numbers = continuous_columns(bone, _rotations(numbers, joint)) if len(array) else np.zeros((0, 3))
+        columns.append(numbers)
+    positions, orientations = _root_in(file, robot, array)
+    angles, axes = continuous_root_angles(orientations, "xyz") if len(array) else (np.zeros((0, 3)), "xyz")
+    poses = np.concatenate(columns, axis=1)
+    root_name = robot.root_name
+    return Motion(robot.skeleton, poses, frame_rate, positions, angles, axes, up="z", root_name=root_name)
+
+
+def _check_skeleton(file: RobotFile, robot: Robot, skeleton: Any) -> None:
+    """Refuse a motion on another skeleton; the order of bones, limits and weights do not matter."""
+    ours, theirs = set(robot.skeleton.dof_names), set(skeleton.dof_names)
+    if ours != theirs:
+        odd = [name for name in (*robot.skeleton.dof_names, *skeleton.dof_names) if (name in ours) != (name in theirs)]
+        rooted = [name for name in theirs - ours if name.startswith("root_")]
+        hint = "call motion.without_root()" if rooted else "use the root= and held= of load_robot"
+        raise file.error(f"columns {list_names(odd)} are not in both robot and motion: {hint}")
+    for bone in skeleton.bones:
+        if bone.name not in robot.skeleton or not _is_same(bone, robot.skeleton[bone.name]):
+            raise file.error(f"bone {bone.name!r} is not the robot's: use the root= and held= of load_robot")
+
+
+def _is_same(bone: Bone, other: Bone) -> bool:
+    def numbers(one: Bone) -> np.ndarray:
+        rest = np.eye(3) if one.rest_rotation is None else np.asarray(one.rest_rotation)
+        return np.concatenate([np.ravel(one.offset), np.ravel(rest), np.ravel(one.axis or ())])
+
+    same = (bone.parent, bone.dofs) == (other.parent, other.dofs)
+    return same and bool(np.abs(numbers(bone) - numbers(other)).max() <= SAME)
+
+
+def _held_numbers(joint: Joint) -> np.ndarray:
+    """The value of a held joint, as in qpos."""
+    value: Any = joint.held
+    return Rotation.from_rotvec(value).as_quat()[[3, 0, 1, 2]] if joint.kind == SPHERICAL else np.asarray(value)
+
+
+def _check_held(file: RobotFile, robot: Robot, qpos: np.ndarray) -> None:
+    """Refuse values of held joints that differ from those held."""
+    for joint in robot.joints:
+        if joint.held is None or not len(qpos):
+            continue
+        numbers, expected = qpos[:, joint.in_qpos()], _held_numbers(joint)
+        if joint.kind in (FREE, SPHERICAL):
+            signs = np.sign((numbers[:, -4:] * expected[-4:]).sum(axis=1))
+            numbers = np.concatenate([numbers[:, :-4], numbers[:, -4:] * signs[:, None]], axis=1)
+        away = np.abs(numbers - expected).reshape(len(qpos), -1).max(axis=1)
+        if away.max() > STAYS:
+            found = numbers[away.argmax()]
+            raise file.error(f"joint {joint.name!r} is held at {expected}, got {found} at frame {away.argmax()}")
+
+
+def _place_root(file: RobotFile, robot: Robot, motion: Motion, qpos: np.ndarray) -> None:
+    """Write the root's position and orientation to its free joint; without one, refuse a root that moves."""
+    positions, orientations = motion.root_positions, root_orientations(motion.root_angles, motion.root_axes)
+    if robot.free is None:
+        away = np.abs(positions - positions[0]).max(), (orientations * orientations[0].inv()).magnitude().max()
+        if max(away) > STAYS:
+            found = f"{away[0]:.3g} m and {away[1]:.3g} rad"
+            raise file.error(f"{robot.root_name!r} has no free joint, but the motion's root moves by {found}")
+        return
+    if motion.up != "z":
+        upward = orientations.apply([0.0, 0.0, 1.0])[:, 2]
+        if (upward > UPRIGHT).mean() >= NEARLY_ALL:
+            warn(f'motion.up is "{motion.up}", but z seems to point up: use dataclasses.replace(motion, up="z")')
+        positions, orientations = TO_Z_UP[motion.up].apply(positions), TO_Z_UP[motion.up] * orientations
+    at = robot.free.address
+    qpos[:, at : at + 3], qpos[:, at + 3 : at + 7] = positions, _continuous_quaternions(orientations)
+
+
+def _continuous_quaternions(rotations: Rotation) -> np.ndarray:
+    """Quaternions (n, 4) of w, x, y, z without changes of sign; the first w ≥ 0."""
+    quaternions = rotations.as_quat(canonical=True)[:, [3, 0, 1, 2]]
+    signs = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    return quaternions * np.cumprod(np.concatenate([[1.0], signs]))[:, None] + 0.0
+
+
+def _rotations(numbers: np.ndarray, joint: Joint) -> Rotation:
+    """The rotations of quaternions (n, 4) of w, x, y, z."""
+
+    def refuse(bad: np.ndarray, expected: str) -> None:
+        if bad.any():
+            frame = int(np.argmax(bad))
+            raise ValueError(f"qpos of joint {joint.name!r} at frame {frame} {expected}, got {numbers[frame].tolist()}")
+
+    return FORMS["quaternion_wxyz"].read(numbers, refuse)
+
+
+def _root_in(file: RobotFile, robot: Robot, qpos: np.ndarray) -> tuple[np.ndarray, Rotation]:
+    """Positions (n, 3) and orientations (n,) of the root in the world."""
+    if robot.free is not None:
+        at = robot.free.address
+        return qpos[:, at : at + 3], _rotations(qpos[:, at + 3 : at + 7], robot.free)
+    positions, quaternions = np.zeros((len(qpos), 3)), np.tile([1.0, 0.0, 0.0, 0.0], (len(qpos), 1))
+    if robot.root != WORLD:
+        import mujoco
+
+        data = mujoco.MjData(file.model)
+        for i, row in enumerate(qpos):
+            data.qpos[:] = row
+            mujoco.mj_kinematics(file.model, data)
+            positions[i], quaternions[i] = data.xpos[robot.root], data.xquat[robot.root]
+    return positions, Rotation.from_quat(quaternions[:, [1, 2, 3, 0]])

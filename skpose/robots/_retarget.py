@@ -1,0 +1,272 @@
+"""Retargeting of a person's motion onto a robot, within its joint limits."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from numbers import Real
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
+from scipy.spatial.transform import Rotation
+
+from skpose._compat.sklearn import Interval, StrOptions, validate_params
+from skpose._validation.skeletons import IS_SKELETON
+from skpose._warnings import warn
+from skpose.kinematics._counterparts import check_joints
+from skpose.kinematics._landmarks import path_up
+from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
+from skpose.kinematics._rigs import ANKLE, HIP
+from skpose.robots._person import to_vertical
+from skpose.robots._solver import Solution, solve
+from skpose.robots._stance import Place, Stance, sole_of, stances_of
+from skpose.robots._tables import HEEL, TIP
+from skpose.robots._targets import FASTEST, STIFFNESS, Aim, aim_at
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._shared import continuous_root_angles
+
+PERSON = 0.2, 1.5  # m, the shortest and the longest legs of people
+# The heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
+ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
+AT_LIMIT = 1e-9  # rad
+NEARBY = 0.025  # s before and after, within which the person is as fast
+FASTER = 1.0  # m/s, by which a report names a pelvis or toes that are faster than the person's
+RAISED = 1e-3  # m, from which a report names by how much the robot is raised
+AROUND = 0.1  # s before and after a frame, in which it is raised for that
+
+
+@validate_params(
+    {
+        "motion": [Motion],
+        "robot": [IS_SKELETON],
+        "scale": [Interval(Real, 0, None, closed="neither"), None],
+        "joint_limits": [StrOptions({"enforce", "ignore"})],
+        "verbose": ["verbose"],
+    },
+    prefer_skip_nested_validation=True,
+)
+def retarget_to_robot(
+    motion: Motion,
+    robot: Skeleton,
+    *,
+    joints: Mapping[str, str] | None = None,
+    scale: float | None = None,
+    joint_limits: str = "enforce",
+    verbose: int = 0,
+) -> Motion:
+    """Retarget the motion of a person to a robot, in its own size and within its joint limits.
+
+    Limbs point where the person's do, feet that stand are held still, and positions that the robot cannot reach are
+    approached as closely as it can. It works for any skeleton of hinges with legs, arms or both.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion of a person of a known rig, see `skpose.kinematics.retarget`, or with `joints`.
+    robot : Skeleton
+        The robot's skeleton, such as from `load_robot`. Unitree G1, Booster T1, EngineAI PM01 and Galaxea R1 Pro are
+        known by the names of their links; others need `joints`.
+    joints : mapping of str to str, default=None
+        Joints of `robot` to their counterparts in ``motion.skeleton``: hips, knees and ankles, or shoulders, elbows and
+        wrists, of both sides. None finds them by names.
+    scale : float, default=None
+        Factor of the distance travelled over the floor. None is the ratio of the lengths of the legs, which heights are
+        always scaled by; with a larger factor steps may be longer than the legs reach.
+    joint_limits : {"enforce", "ignore"}, default="enforce"
+        Whether angles are kept inside ``robot.limits``.
+    verbose : int, default=0
+        Whether to print how many landmarks were found, how close soles and hands come to their targets (mean, 95th
+        percentile), how much standing feet slide, where toes or pelvis are faster than the person's by 1 m/s, how many
+        joint limits are reached, and which joints stay at rest.
+
+    Returns
+    -------
+    Motion
+        On the robot's skeleton, at the same times, with the same axis up.
+
+    Raises
+    ------
+    ValueError
+        If hips, knees and ankles, or shoulders, elbows and wrists, are not known in both skeletons; if sides are
+        exchanged; if the feet of the motion do not show how they stand.
+
+    Warns
+    -----
+    UserWarning
+        If the person's legs are shorter than 0.2 or longer than 1.5 m; if a foot turns by more than 60° between two
+        frames; if the pelvis gets faster than the person's by 1 m/s; if no point of the robot's soles is known.
+
+    See Also
+    --------
+    skpose.kinematics.retarget : Retarget motions between rigs of people.
+    qpos_from_motion : Convert the result to MuJoCo's ``qpos``.
+
+    Notes
+    -----
+    *Targets.* The pelvis is where the person's is, in the size of the legs, above a floor at height zero. Pelvis and
+    chest are oriented as the person's. Ankles are where the person's are relative to the hips, in the size of the legs,
+    and knees bend to the same side; upper arms, forearms and hands point where the person's do. Forearm rolls, the head
+    and joints without a counterpart stay at rest. A robot without legs stands on the floor below the person's hips.
+
+    *Ground contact.* A foot stands while its ball is slower than 0.6 leg lengths per second, near the floor, within 5 %
+    of a leg length of one place, and seen; it is flat while the ankle is slower than 0.35. There it is held still,
+    level if the person's foot tilts by less than 24°, and blended in and out over 0.15 s. No corner of a sole is below
+    the floor. If a leg cannot reach a standing foot, the pelvis moves closer.
+
+    *Poses.* Inverse kinematics finds the poses nearest to pelvis, chest, knees, soles, elbows, wrists and hands, with
+    the largest weight on the soles: within the joint limits, from frame to frame, and no angle faster than 20 rad/s.
+    This takes some 0.12 ms per frame for 29 hinges.
+
+    Examples
+    --------
+    >>> from skpose import Bone, Motion, Skeleton
+    >>> from skpose.datasets import humanoid
+    >>> from skpose.robots import retarget_to_robot
+    >>> bones, joints = [], {}
+    >>> for side, y in (("left", 0.1), ("right", -0.1)):
+    ...     hip, knee, ankle, toe = (f"{side}_{name}" for name in ("hip", "knee", "ankle", "toe"))
+    ...     bones.append(Bone(hip, None, (0, y, 0), "hinge", axis=(0, 1, 0)))
+    ...     bones.append(Bone(knee, hip, (0, 0, -0.3), "hinge", axis=(0, 1, 0)))
+    ...     bones.append(Bone(ankle, knee, (0, 0, -0.3), "hinge", axis=(0, 1, 0)))
+    ...     bones.append(Bone(toe, ankle, (0.12, 0, -0.05)))
+    ...     joints |= {hip: f"{side}_pelvis", knee: f"{side}_thigh", ankle: f"{side}_shank", toe: f"{side}_foot"}
+    >>> biped, person = Skeleton(bones, "parent"), humanoid()
+    >>> standing = Motion(person, [[0.0] * person.n_dofs] * 3, 30)
+    >>> retarget_to_robot(standing, biped, joints=joints).root_positions.round(2)[0] + 0.0
+    array([0.  , 0.64, 0.  ])
+    """
+    result, report = retarget_and_report(motion, robot, joints, scale, joint_limits)
+    if verbose:
+        print(report)
+    return result
+
+
+def retarget_and_report(
+    motion: Motion, robot: Skeleton, joints: Mapping[str, str] | None, scale: float | None, joint_limits: str
+) -> tuple[Motion, str]:
+    """Retarget a motion, and state how close it came."""
+    if joints is not None:
+        check_joints(motion.skeleton, robot, joints)
+    theirs, ours = stances_of(motion.skeleton, robot, None if joints is None else tuple(joints.items()))
+    if not PERSON[0] <= theirs.leg() <= PERSON[1]:
+        warn(f"the legs of the motion are {theirs.leg():.3g} m long: its unit is likely not metres")
+    if ours.lowest:
+        warn("the robot's soles are taken to be as low as the lowest joints of its feet: name their front with joints=")
+    if not len(motion):
+        return replace(motion, skeleton=robot, angles=np.zeros((0, robot.n_dofs)), seen=None), "limbs, no frames"
+    aim = aim_at(motion, robot, theirs, ours, scale, joint_limits)
+    final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
+    soles = {}
+    for side, (joint, axes) in ours.feet.items() if aim.legs else ():
+        ankle, corners = ours.places[f"{side}_{ANKLE}"].at_zero, sole_of(ours, side).corners()
+        soles[side] = final.positions(robot, [Place(joint, ankle + axes @ corner) for corner in corners])
+    raised = _raise_above_floor([sole[:, :, 2].min(axis=1) for sole in soles.values()], motion.times)
+    final = final._replace(origins=final.origins + raised)
+    tips = {side: sole[:, 2:].mean(axis=1) + raised for side, sole in soles.items()}
+    roots, origins, vertical = final.roots, final.origins, to_vertical(motion.up)
+    if aim.is_on_base:  # exactly
+        roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
+    root_angles, root_axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
+    angles = np.tile(aim.rest, (len(motion), 1))
+    angles[:, [robot.dof_names.index(name) for name in final.skeleton.dof_names]] = final.poses
+    result = replace(
+        motion,
+        skeleton=robot,
+        angles=angles,
+        root_positions=origins @ vertical,
+        root_angles=root_angles,
+        root_axes=root_axes,
+        seen=_seen_of(motion, robot, theirs, ours),
+    )
+    return result, _report(result, ours, final, aim, tips, float(raised.max()))
+
+
+def _report(result: Motion, ours: Stance, final: Solution, aim: Aim, tips: dict[str, np.ndarray], raised: float) -> str:
+    """State how close a motion came to its targets; warn if the pelvis is thrown about."""
+    robot, times, groups = result.skeleton, result.times, aim.targets.groups
+    words = ["limbs", *([ours.name] if ours.name else []), f"{len(ours.places)} places"]
+    for name, wanted in (("soles", ("left foot", "right foot")), ("hands", ("hands",))):
+        if places := [i for group in wanted for i in groups.get(group, [])]:
+            off = final.residuals[:, places]
+            words.append(f"{name} {_mm(off.mean())} mm off (95 %: {_mm(np.percentile(off, 95))})")
+    stood = [tips[side][c.first : c.end] for side, leg in aim.legs.items() for c in leg.contacts]
+    slides = [np.linalg.norm(points - points.mean(axis=0), axis=1).max() for points in stood]
+    if slides:
+        words.append(f"feet stand {len(slides)} times and slide by {_mm(max(slides))} mm at most")
+    elif aim.legs:
+        words.append("feet stand nowhere")
+    if raised >= RAISED:
+        words.append(f"raised by up to {_mm(raised)} mm where soles would be below the floor")
+    if aim.legs:
+        pelvis = final.positions(robot, [Place(ours.pelvis, ours.middle(HIP))])[:, 0]
+        thrown = _faster(pelvis, aim.paths["pelvis"], times)
+        feet = [_faster(tips[side], aim.paths[side], times).max(initial=0.0) for side in aim.legs]
+        speeds = {"toes": max(feet), "the pelvis": thrown.max(initial=0.0)}
+        named = [f"{name} by up to {speed:.2g} m/s" for name, speed in speeds.items() if speed >= FASTER]
+        words += [f"faster than the person's: {' and '.join(named)}"] * bool(named)
+        if speeds["the pelvis"] >= FASTER:
+            most = f"{speeds['the pelvis']:.2g} m/s"
+            warn(
+                f"the pelvis is up to {most} faster than the person's, in frame {thrown.argmax()}: check the recording"
+            )
+    if aim.skeleton.limits is not None:
+        columns = [robot.dof_names.index(name) for name in final.skeleton.dof_names]
+        lower, upper = aim.skeleton.limits[columns].T
+        reach = ((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)) & (lower < upper)
+        words += [f"{n} angles reach their limits" for n in [reach.any(axis=0).sum()] if n]
+    if not final.converged.all():
+        words.append(f"{(~final.converged).sum()} of {len(result)} frames did not converge")
+    rolls = {name for joint in aim.rolls for name in robot.bones[joint].dof_names}
+    moved = set(final.skeleton.dof_names) - rolls
+    moving = [j for j, bone in enumerate(robot.bones) if bone.dofs and set(bone.dof_names) <= moved]
+    return ", ".join(words) + at_rest_in_words(robot, joints_at_rest(robot, moving))
+
+
+def _mm(metres: float) -> str:
+    return f"{float(f'{1e3 * metres:.2g}'):g}"
+
+
+def _raise_above_floor(lowest: list[np.ndarray], times: np.ndarray) -> np.ndarray:
+    """The shift (n_frames, 3) that raises soles, of these lowest heights (n_frames,), to the floor at zero.
+
+    It changes slowly: the mean over the frames around of the largest shift around each.
+    """
+    raised = np.zeros((len(times), 3))
+    if lowest:
+        raised[:, 2] = np.maximum(-np.min(lowest, axis=0), 0.0)
+    if lowest and len(times) > 1:
+        size = 2 * max(1, round(AROUND / float(np.median(np.diff(times))))) + 1
+        raised[:, 2] = uniform_filter1d(maximum_filter1d(raised[:, 2], size, mode="nearest"), size, mode="nearest")
+    return raised
+
+
+def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """By how much (n_frames - 1,) a path (n_frames, 3) is faster than another shortly before or after, m/s."""
+    if len(times) < 2:
+        return np.zeros(0)
+    steps = np.diff(times)
+    speeds, known = (np.linalg.norm(np.diff(path, axis=0), axis=1) / steps for path in (ours, theirs))
+    around = 2 * int(np.ceil(NEARBY / float(np.median(steps)))) + 1
+    return np.asarray(speeds - maximum_filter1d(known, around, mode="nearest"))
+
+
+def _seen_of(motion: Motion, robot: Skeleton, theirs: Stance, ours: Stance) -> np.ndarray | None:
+    """Whether each joint of a robot was seen (n_frames, n_joints): if the landmarks around it were."""
+    if motion.seen is None:
+        return None
+    marks: dict[int, set[int]] = {}  # joints of the person whose counterparts are at a joint of the robot
+    for mark, place in ours.places.items():
+        side, _, name = mark.partition("_")
+        counterpart = theirs.toe(side) if name in (HEEL, TIP) else mark
+        if counterpart in theirs.places:
+            marks.setdefault(place.joint, set()).add(theirs.places[counterpart].joint)
+    needed: list[set[int]] = [set() for _ in range(robot.n_joints)]
+    for joint, here in marks.items():
+        needed[joint] |= here
+        path = path_up(robot, joint)[1:]
+        end = next((i for i, above in enumerate(path) if above in marks), len(path))
+        for j in path[:end]:
+            needed[j] |= here.union(*(marks[above] for above in path[end : end + 1]))
+    seen = np.zeros((len(motion), robot.n_joints), bool)
+    for j, joints in enumerate(needed):
+        if joints:
+            seen[:, j] = motion.seen[:, sorted(joints)].all(axis=1)
+    return seen

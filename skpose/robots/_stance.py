@@ -1,0 +1,386 @@
+"""The landmarks of a person and of a robot that are counterparts, and how both stand at angle zero.
+
+A *place* is a point fixed to a joint's coordinate system. A copy of the skeleton with one rigid bone to each place has
+their positions as joints. So orientations are measured, and reached, by points.
+"""
+
+import functools
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from skpose.kinematics._landmarks import SIDES, common_parent, find_landmarks, path_up
+from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
+from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
+from skpose.robots._contacts import Sole
+from skpose.robots._tables import HEEL, ROBOTS, TIP, Robot, places_of
+from skpose.skeleton import Bone, Skeleton
+from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero, split_sides
+
+NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
+FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands
+HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the direction down there
+POINTED = np.cos(np.radians(15.0))  # of the largest angle to the shank of a foot that does not show forward
+EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root
+UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero; the foot of a more tilted shank is as tilted
+NO_LENGTH = 0.02  # of the bone before; shorter bones have no direction
+ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
+SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
+LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
+LIMBS = {LEG: "legs", ARM: "arms"}
+
+
+class Place(NamedTuple):
+    """A point fixed to the coordinate system of a joint; -1 is the root."""
+
+    joint: int
+    at_zero: np.ndarray  # (3,) at angle zero, m, in the coordinate system of the root
+
+
+class Stance(NamedTuple):
+    """Landmarks of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
+
+    places: dict[str, Place]  # of landmarks
+    axes: np.ndarray  # (3, 3) of the trunk, relative to the root
+    pelvis: int  # the joint that moves the pelvis
+    chest: int
+    feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint that moves the foot, and its axes
+    name: str  # of the robot
+    half: float  # half the width of a sole, m
+    unsure: tuple[str, ...] = ()  # sides whose foot does not show at angle zero how it stands
+    links: Mapping[str, np.ndarray] = MappingProxyType({})  # axes of pelvis and chest if the person does not stand
+    # By side, the height of the lowest joint of a foot whose ankle alone is named, and the reach of the foot, m.
+    lowest: Mapping[str, tuple[float, float]] = MappingProxyType({})
+
+    def has(self, limb: Sequence[str]) -> bool:
+        """Whether both sides have all landmarks of a limb."""
+        return _has(self.places, limb)
+
+    def length(self, start: str, end: str) -> float:
+        """The distance between two landmarks at angle zero, m, the mean of both sides."""
+        ends = [(self.places[f"{side}_{start}"].at_zero, self.places[f"{side}_{end}"].at_zero) for side in SIDES]
+        return float(np.mean([np.linalg.norm(b - a) for a, b in ends]))
+
+    def leg(self) -> float:
+        """The length of the legs, m."""
+        return self.length(HIP, KNEE) + self.length(KNEE, ANKLE)
+
+    def middle(self, mark: str) -> np.ndarray:
+        """The middle (3,) between a landmark of both sides at angle zero."""
+        return np.asarray(np.mean([self.places[f"{side}_{mark}"].at_zero for side in SIDES], axis=0))
+
+    def toe(self, side: str) -> str:
+        """The landmark at the toes on which a foot stands; the ankle if it has none."""
+        return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in self.places)
+
+
+def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
+    return all(f"{side}_{mark}" in places for side in SIDES for mark in limb)
+
+
+# --- the landmarks ----------------------------------------------------------------------------------------------------
+
+
+@functools.lru_cache(maxsize=16)
+def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
+    """The stances of a person and a robot, by names or by pairs of joints of target and source."""
+    names = set(target.joint_names)
+    robot = next((robot for robot in ROBOTS if {link for link, _ in places_of(robot).values()} <= names), None)
+    axes = None if robot is None else _robot_axes(target, robot)
+    known = {} if robot is None or axes is None else _robot_places(target, robot, axes)
+    theirs = _joint_places(source, find_landmarks(source, any_proportions=pairs is not None).joints)
+    if pairs is not None:
+        theirs, ours = _by_counterparts(source, target, dict(pairs), theirs, known)
+    else:
+        ours = known or _joint_places(target, find_landmarks(target).joints)
+    for places, whose in ((theirs, "the motion"), (ours, "the robot")):
+        if not any(_has(places, limb) for limb in LIMBS):
+            raise ValueError(
+                f"the legs or arms of {whose} are not known by their names: name their joints with joints="
+            )
+    _check_limbs(target, ours, robot)
+    one = find_stance(source, theirs)
+    other = find_stance(target, ours, axes, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
+    for limb, name in LIMBS.items():
+        if not one.has(limb) and (limb == LEG or other.has(limb) or not other.has(LEG)):
+            raise ValueError(f"the {name} of the motion are not known by their names: name their joints with joints=")
+    _check_sides(target, other)
+    return one, other
+
+
+def _joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place]:
+    zero = positions_at_zero(skeleton)
+    return {mark: Place(joint, zero[joint]) for mark, joint in joints.items()}
+
+
+def _robot_places(skeleton: Skeleton, robot: Robot, axes: np.ndarray) -> dict[str, Place]:
+    zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
+    return {
+        mark: Place(index[link], zero[index[link]] + axes @ np.array(offset))
+        for mark, (link, offset) in places_of(robot).items()
+    }
+
+
+def _robot_axes(skeleton: Skeleton, robot: Robot) -> np.ndarray:
+    """The axes (3, 3) of a robot by the origins of its links: the root may be turned in another file."""
+    zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
+    at = {mark: zero[index[link]] for mark, (link, _) in places_of(robot).items()}
+    low = HIP if f"left_{HIP}" in at else WRIST
+    trunk = np.mean([at[f"{side}_{SHOULDER}"] - at[f"{side}_{low}"] for side in SIDES], axis=0)
+    left = unit(at[f"left_{SHOULDER}"] - at[f"right_{SHOULDER}"])
+    forward = unit(np.cross(left, trunk))
+    here = np.stack([forward, left, np.cross(forward, left)], axis=1)
+    x, z = unit(np.array(robot.trunk))  # how the trunk leans in the robot's own file
+    axes = here @ np.array([[z, 0.0, -x], [0.0, 1.0, 0.0], [x, 0.0, z]])
+    return np.eye(3) if np.abs(axes - np.eye(3)).max() < EXACT else axes
+
+
+def _by_counterparts(
+    source: Skeleton, target: Skeleton, joints: Mapping[str, str], theirs: dict[str, Place], known: dict[str, Place]
+) -> tuple[dict[str, Place], dict[str, Place]]:
+    """The places of given counterparts, by the landmarks of the motion, or else of the robot."""
+    marks = {source.joint_names[place.joint]: mark for mark, place in theirs.items()}
+    links = {target.joint_names[place.joint]: mark for mark, place in reversed(known.items())}
+    limbs = {f"{side}_{mark}" for side in SIDES for limb in LIMBS for mark in limb}
+    ours: dict[str, Place] = {}
+    for name, counterpart in joints.items():
+        mark, link = marks.get(counterpart, ""), links.get(name, "")
+        if {mark, link} <= limbs and mark != link:
+            raise ValueError(f"joints maps {name!r}, the robot's {link}, to {counterpart!r}, the motion's {mark}")
+        mark = mark or link
+        if not mark:
+            continue
+        theirs |= _joint_places(source, {mark: source.joint_names.index(counterpart)})
+        joint = target.joint_names.index(name)
+        place = known.get(mark)
+        ours[mark] = place if place and place.joint == joint else _joint_places(target, {mark: joint})[mark]
+    for mark, place in known.items():  # soles and hands do not need counterparts of their own
+        side, _, name = mark.partition("_")
+        if (name in (HEEL, TIP) and f"{side}_{ANKLE}" in ours) or (name == HAND and f"{side}_{WRIST}" in ours):
+            ours.setdefault(mark, place)
+    return theirs, ours
+
+
+def _check_limbs(skeleton: Skeleton, places: dict[str, Place], robot: Robot | None) -> None:
+    """Refuse limbs of which some joints are not known, and joints that do not follow each other."""
+    for limb, name in LIMBS.items():
+        marks = [f"{side}_{mark}" for side in SIDES for mark in limb]
+        missing = [mark for mark in marks if mark not in places]
+        has_legs = limb == LEG and robot is not None and HIP in robot.left
+        if missing and (has_legs or len(missing) < len(marks)):
+            raise ValueError(f"the {name} of the robot have no {', '.join(missing)}: name the joints with joints=")
+        for side in SIDES if not missing else ():
+            for above, below in ((limb[0], limb[1]), (limb[1], limb[2])):
+                upper, lower = (places[f"{side}_{mark}"].joint for mark in (above, below))
+                if upper == lower or upper not in path_up(skeleton, lower):
+                    names = skeleton.joint_names
+                    raise ValueError(f"{names[upper]!r} as {side}_{above} does not carry {names[lower]!r} as {below}")
+
+
+def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
+    """Refuse landmarks whose sides are exchanged, by their names or at angle zero."""
+    for mark, place in ours.places.items():
+        side, name = mark.partition("_")[0], skeleton.joint_names[place.joint]
+        named = split_sides([name])[0][0]
+        if side in SIDES and named in SIDES and named != side:
+            raise ValueError(f"joints exchanges left and right: {name!r} is the {mark}")
+
+    def along(ends: list[tuple[str, str]], axis: int) -> list[float]:
+        pairs = [(ours.places[a], ours.places[b]) for a, b in ends if a in ours.places and b in ours.places]
+        return [float((a.at_zero - b.at_zero) @ ours.axes[:, axis]) for a, b in pairs]
+
+    left = along([(f"left_{mark}", f"right_{mark}") for mark in (HIP, SHOULDER)], 1)
+    fronts = along([(f"{side}_{mark}", f"{side}_{ANKLE}") for side in SIDES for mark in (BALL, TOE, TIP)], 0)
+    if min(left) < 0.0 or (fronts and max(fronts) < 0.0):
+        raise ValueError("joints exchanges left and right, or front and back: the robot's feet point backward")
+
+
+# --- how a skeleton stands --------------------------------------------------------------------------------------------
+
+
+def find_stance(
+    skeleton: Skeleton, places: dict[str, Place], axes: np.ndarray | None = None, name: str = "", half: float = 0.0
+) -> Stance:
+    """How a skeleton with these places stands at angle zero; `axes` are given for known robots."""
+    movers = [*find_movers(skeleton), ROOT]  # the last is the root's
+    places = _with_length(places)
+    hips, shoulders = (_pair(places, mark) for mark in (HIP, SHOULDER))
+    pelvis, chest = (
+        ROOT if pair is None else movers[common_parent(skeleton, *(places[f"{side}_{mark}"].joint for side in SIDES))]
+        for pair, mark in ((hips, HIP), (shoulders, SHOULDER))
+    )
+    axes = _trunk_axes(hips, shoulders, places) if axes is None else axes
+    links = {} if _is_standing(hips, shoulders, places, axes) else _link_axes(skeleton, places, pelvis, chest)
+    feet, unsure, lowest = {}, [], {}
+    for side in SIDES:
+        if f"{side}_{ANKLE}" not in places:
+            continue
+        joint, frame, is_sure = _foot(skeleton, places, side, axes, movers)
+        feet[side] = joint, frame
+        unsure += [side] * (bool(links) or not is_sure)
+        if not {f"{side}_{mark}" for mark in (BALL, TOE, TIP)} & places.keys():
+            ankle, zero = places[f"{side}_{ANKLE}"], positions_at_zero(skeleton)
+            carried = [joint for joint in range(skeleton.n_joints) if ankle.joint in path_up(skeleton, joint)]
+            ends = np.array([(zero[joint] - ankle.at_zero) @ frame for joint in carried])
+            lowest[side] = float(ends[:, 2].min()), float(ends[:, 0].max())
+    return Stance(places, axes, pelvis, chest, feet, name, half, tuple(unsure), links, lowest)
+
+
+def _with_length(places: dict[str, Place]) -> dict[str, Place]:
+    """Drop hands, balls and toes at the joint before, which have no direction."""
+    kept = dict(places)
+    for side in SIDES:
+        for start, end, middle in ((WRIST, HAND, ELBOW), (ANKLE, BALL, KNEE), (ANKLE, TOE, KNEE)):
+            marks = [f"{side}_{mark}" for mark in (start, end, middle)]
+            if all(mark in places for mark in marks):
+                origin, tip, before = (places[mark].at_zero for mark in marks)
+                if np.linalg.norm(tip - origin) <= NO_LENGTH * np.linalg.norm(before - origin):
+                    kept.pop(marks[1])
+    return kept
+
+
+def _pair(places: dict[str, Place], mark: str) -> np.ndarray | None:
+    """The positions (2, 3) of a landmark on both sides at angle zero, if both are known."""
+    pair = [places.get(f"{side}_{mark}") for side in SIDES]
+    return None if None in pair else np.stack([place.at_zero for place in pair if place is not None])
+
+
+def _trunk_axes(hips: np.ndarray | None, shoulders: np.ndarray | None, places: dict[str, Place]) -> np.ndarray:
+    """The axes (3, 3) of the trunk at angle zero."""
+    left = next(pair[0] - pair[1] for pair in (shoulders, hips) if pair is not None)
+    if hips is not None and shoulders is not None:
+        up = unit(shoulders.mean(axis=0) - hips.mean(axis=0))
+    elif shoulders is not None:
+        up = unit(shoulders.mean(axis=0))
+    elif hips is not None:
+        low = [places[f"{side}_{ANKLE}"].at_zero for side in SIDES if f"{side}_{ANKLE}" in places]
+        up = unit(hips.mean(axis=0) - np.mean(low, axis=0))
+    up = _snap(up)
+    left = _snap(unit(left - (left @ up) * up))
+    return np.stack([np.cross(left, up), left, up], axis=1)
+
+
+def _snap(direction: np.ndarray) -> np.ndarray:
+    """The axis of the root near a direction, or the direction itself."""
+    axis = int(np.abs(direction).argmax())
+    return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > NEAR else direction
+
+
+def _is_standing(
+    hips: np.ndarray | None, shoulders: np.ndarray | None, places: dict[str, Place], axes: np.ndarray
+) -> bool:
+    """Whether legs hang at angle zero, and hips face where shoulders do."""
+    if (
+        hips is not None
+        and shoulders is not None
+        and unit(hips[0] - hips[1]) @ unit(shoulders[0] - shoulders[1]) < FACING
+    ):
+        return False
+    legs = [tuple(f"{side}_{mark}" for mark in (HIP, ANKLE)) for side in SIDES]
+    known = [leg for leg in legs if all(mark in places for mark in leg)]
+    return all(unit(places[hip].at_zero - places[ankle].at_zero) @ axes[:, 2] > HANGING for hip, ankle in known)
+
+
+def _link_axes(skeleton: Skeleton, places: dict[str, Place], pelvis: int, chest: int) -> dict[str, np.ndarray]:
+    """The axes (3, 3) of pelvis and chest by what each of them carries at angle zero, in any pose.
+
+    The pelvis carries both hips and the spine; the chest carries both collarbones or shoulders, and ends below them.
+    """
+    zero = np.vstack([positions_at_zero(skeleton), np.zeros(3)])  # the last is the root
+    spine = [joint for joint in path_up(skeleton, chest) if joint not in path_up(skeleton, pelvis)]
+    mark = COLLAR if all(f"{side}_{COLLAR}" in places for side in SIDES) else SHOULDER
+    found = {}
+    for link, end in (("pelvis", HIP), ("chest", mark)):
+        pair = _pair(places, end)
+        if pair is None or not spine:
+            continue
+        middle = pair.mean(axis=0)
+        up = zero[spine[-1]] - middle if link == "pelvis" else middle - zero[chest]
+        left = unit(pair[0] - pair[1])
+        up = up - (up @ left) * left
+        if np.linalg.norm(up) > NO_LENGTH * np.linalg.norm(pair[0] - pair[1]):
+            up = unit(up)
+            found[link] = np.stack([np.cross(left, up), left, up], axis=1)
+    return found
+
+
+def _foot(
+    skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray, movers: list[int]
+) -> tuple[int, np.ndarray, bool]:
+    """The joint that moves a foot, the foot's axes at angle zero, and whether it is flat there.
+
+    A leg that is spread at angle zero has a foot that is tilted with it. One that points along the shank is not flat.
+    """
+    ankle = places[f"{side}_{ANKLE}"]
+    is_table = f"{side}_{TIP}" in places
+    end = next((places[f"{side}_{mark}"] for mark in (TIP, BALL, TOE) if f"{side}_{mark}" in places), None)
+    shank = unit(places[f"{side}_{KNEE}"].at_zero - ankle.at_zero)
+    up = axes[:, 2] if shank @ axes[:, 2] > UPRIGHT or is_table else shank
+    forward = axes[:, 0] if end is None or is_table else end.at_zero - ankle.at_zero
+    is_pointed = bool(unit(forward) @ -up > POINTED)
+    joint = ankle.joint
+    if end is not None:
+        joint = end.joint if is_table else find_carriers(skeleton)[end.joint]
+    if is_pointed:
+        up = axes[:, 0]  # the instep
+    forward = unit(forward - (forward @ up) * up)
+    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1), not is_pointed
+
+
+def sole_of(stance: Stance, side: str) -> Sole:
+    """The sole of a foot; without a table, the floor is below the lowest joint of the foot."""
+    places, (_, axes) = stance.places, stance.feet[side]
+    ankle = places[f"{side}_{ANKLE}"].at_zero
+    if f"{side}_{TIP}" in places:
+        heel, tip = ((places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (HEEL, TIP))
+        return Sole(heel, tip, stance.half)
+    size = SOLE * float(np.linalg.norm(places[f"{side}_{KNEE}"].at_zero - ankle))
+    ends = [(places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (BALL, TOE) if f"{side}_{mark}" in places]
+    if side in stance.lowest:
+        low, front = stance.lowest[side][0], max(2.0 * size, stance.lowest[side][1])
+    else:
+        low, front = min(end[2] for end in ends), max(end[0] for end in ends)
+    return Sole(np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0)
+
+
+def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:
+    """The hinges beyond the elbows about the line from elbow to wrist: rolls of forearms.
+
+    What a person has there differs from rig to rig, and the direction of a hand does not show it.
+    """
+    found = []
+    axes = axes_at_zero(skeleton)
+    for side in SIDES if stance.has(ARM) else ():
+        elbow, wrist = (stance.places[f"{side}_{mark}"] for mark in (ELBOW, WRIST))
+        hand = stance.places.get(f"{side}_{HAND}", wrist)
+        along = unit(wrist.at_zero - elbow.at_zero)
+        for joint in path_up(skeleton, hand.joint):
+            if joint == elbow.joint:
+                break
+            bone = skeleton.bones[joint]
+            if bone.n_dofs == 1 and not bone.is_slide and abs(axes[joint] @ axes_of(bone)[0] @ along) > ROLL:
+                found.append(joint)
+    return found
+
+
+# --- places as joints -------------------------------------------------------------------------------------------------
+
+
+def with_places(skeleton: Skeleton, places: Sequence[Place]) -> Skeleton:
+    """The joints of a skeleton that carry places, with one rigid bone to each place, "place 0" and so on."""
+    return _with_points(skeleton, tuple((joint, *at_zero.tolist()) for joint, at_zero in places))
+
+
+@functools.lru_cache(maxsize=64)  # the motions of a dataset need the same ones
+def _with_points(skeleton: Skeleton, points: tuple[tuple[int, float, float, float], ...]) -> Skeleton:
+    zero, axes = positions_at_zero(skeleton), [*axes_at_zero(skeleton), np.eye(3)]
+    needed = {joint for point in points for joint in path_up(skeleton, point[0])}
+    if not any(skeleton.bones[joint].dofs for joint in needed):  # a skeleton needs dofs
+        needed.update(path_up(skeleton, next(j for j, bone in enumerate(skeleton.bones) if bone.dofs)))
+    bones = [bone for j, bone in enumerate(skeleton.bones) if j in needed]
+    for i, (joint, *at_zero) in enumerate(points):
+        offset = axes[joint].T @ (np.array(at_zero) - zero[joint])
+        bones.append(Bone(f"place {i}", skeleton.joint_names[joint] if joint >= 0 else None, offset))
+    return Skeleton(bones, skeleton.offset_frame)
