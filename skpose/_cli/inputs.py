@@ -16,9 +16,11 @@ from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely
 from skpose._warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._shared import INDEX, NAME
-from skpose.io import file_format, load_asf, load_c3d, load_keypoints, load_motion, load_robot, load_trc
-from skpose.io._shared import has_keypoints, is_robot
+from skpose.io import load_motion
+from skpose.io._formats import FORMATS, format_of
 from skpose.keypoints import Keypoints
+from skpose.robots import load_robot
+from skpose.robots._kind import is_robot
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import size_of
 
@@ -26,16 +28,12 @@ Content = Motion | Skeleton | Keypoints
 STDIN = "-"
 MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
 MOVING = (*MOTIONS, ".trc", ".c3d")
-READING = (
-    *("scale", "up", "asf", "root", "on_nan", "trust", "stretch", "root_offset", "missing", "model", "hands"),
-    *("layout", "names", "zeros"),
-)
-LOADERS: dict[str, Callable[..., Content]] = {"ASF": load_asf, "TRC": load_trc, "C3D": load_c3d}
+READING = [name for name in dict.fromkeys(option for one in FORMATS for option in one.options) if name != "frame_rate"]
 
 
 def reading_options(args: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of loaders for which there was an option."""
-    options = {name: getattr(args, name) for name in READING} | {"frame_rate": args.file_frame_rate}
+    options = {name: getattr(args, name, None) for name in READING} | {"frame_rate": args.file_frame_rate}
     return {name: value for name, value in options.items() if value is not None}
 
 
@@ -43,14 +41,13 @@ def load(file: Path | BytesIO, options: dict[str, Any]) -> Content:
     """Load a file of any format."""
     if is_robot(_rewind(file)):
         return _call(load_robot, file, options)
-    if has_keypoints(_rewind(file)):
-        return _call(load_keypoints, file, options)
-    return _call(LOADERS.get(file_format(_rewind(file)), load_motion), file, options)
+    return _call(format_of(_rewind(file)).load, file, options)
 
 
 def load_poses(file: Path | BytesIO, options: dict[str, Any]) -> Motion:
     """Load a motion with a skeleton."""
-    return _call(load_motion, file, options)
+    known = {name for one in FORMATS if one.content == "motion" for name in one.options}
+    return load_motion(_rewind(file), **{name: value for name, value in options.items() if name in known})
 
 
 def load_moving(file: Path | BytesIO, options: dict[str, Any]) -> Motion | Keypoints:

@@ -1,8 +1,8 @@
 """Readers of motion-capture files; writers of BVH, .npz and CSV.
 
 BVH, Acclaim ASF/AMC and AMASS files hold motions; TRC, C3D and keypoint files (JSON, CSV, arrays) hold positions
-without a skeleton. Robots are in `skpose.robots`. Angles are in radians, lengths in metres. A file that does not follow its format raises
-`MocapFormatError`.
+without a skeleton. Robots are in `skpose.robots`. Angles are in radians, lengths in metres. A file that does not follow
+its format raises `MocapFormatError`.
 """
 
 from skpose.io._amass import load_amass

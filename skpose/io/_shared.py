@@ -3,8 +3,7 @@
 from skpose.io._formats import FORMATS, Format, format_of
 from skpose.io._keypoints import read_stored
 from skpose.io._opening import open_file
-from skpose.io._robot_kind import is_robot
 from skpose.io._source import Source
 from skpose.io._stored import Stored
 
-__all__ = ["FORMATS", "Format", "Source", "Stored", "format_of", "is_robot", "open_file", "read_stored"]
+__all__ = ["FORMATS", "Format", "Source", "Stored", "format_of", "open_file", "read_stored"]

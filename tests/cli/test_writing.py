@@ -14,6 +14,7 @@ from skpose.datasets import humanoid
 from skpose.io import load_bvh, load_keypoints, load_motion, save_npz
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
 from skpose.kinematics import retarget
+from skpose.robots import retarget_to_robot
 
 pytestmark = pytest.mark.usefixtures("walks_in_folder")
 
@@ -64,7 +65,7 @@ def test_retarget_onto_a_robot():
     pairs = [f"{robot}={person}" for robot, person in joints.items()]
     command = ["retarget", "walk.npz", "--onto", "robot.npz", "--method", "limbs", "--out", "there.npz"]
     assert main([*command, "--joints", *pairs]) == 0
-    assert_equal(load_motion("there.npz"), retarget(motion, skeleton, method="limbs", joints=joints))
+    assert_equal(load_motion("there.npz"), retarget_to_robot(motion, skeleton, joints=joints))
 
 
 def test_convert_a_motion(capsys):
