@@ -11,8 +11,7 @@ import numpy as np
 from skpose._compiled.path.energy import LANES
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
-from skpose._compiled.simd.shared import shared, shared_structure, shared_type
-from skpose._compiled.simd.signatures import INTEGER, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR, REAL
+from skpose._compiled.simd.signatures import INTEGER, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR, REAL, tuple_type
 
 # Free poses of a path with the default number of steps, for which limbs are chosen, and of a refined one.
 N_FREE, N_FREE_REFINED = 9, 19
@@ -20,7 +19,6 @@ WORTH = 0.75  # share of a band's multiplications that limbs take at most
 CALL = 700  # multiplications in the time of what each four rows of a block take besides
 
 
-@shared_structure
 class Order(NamedTuple):
     """The supernodes without limbs, and with them."""
 
@@ -42,7 +40,7 @@ class Subtrees(NamedTuple):
     largest: np.ndarray  # (n,) dofs of the largest limb of a branch, where the branch begins; zero: it has none
 
 
-ORDER = shared_type(Order, [INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR])
+ORDER = tuple_type(Order, INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR)
 
 
 @internal
@@ -206,7 +204,7 @@ def order_by(tree, worth, call, n_free, n_free_refined):
         order.most_poses[0] = n_free
     if _is_worth_it(trees, worth, call, n_free_refined):
         order.most_poses[0] = n_free_refined
-    return shared(order)
+    return order
 
 
 @internal

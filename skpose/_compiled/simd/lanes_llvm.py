@@ -6,22 +6,13 @@ Pointers are opaque: every load and every address names its type. That takes llv
 import functools
 import operator
 
+from llvmlite import ir
 from numba import types
-from numba.extending import lower_builtin, models, register_model
+from numba.core.cgutils import get_or_insert_function, int32_t, intp_t
+from numba.extending import lower_builtin, models, register_model, type_callable
+from numba.np.arrayobj import populate_array
 
 from skpose._compiled.simd import lanes
-from skpose._compiled.simd.private import (
-    AbstractTemplate,
-    get_or_insert_function,
-    impl_ret_new_ref,
-    infer_global,
-    int32_t,
-    intp_t,
-    ir,
-    parse_dtype,
-    populate_array,
-    signature,
-)
 
 
 class LanesType(types.Type):
@@ -53,28 +44,13 @@ class _RowsModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, intp_t)  # a number, as numba cannot return opaque pointers yet
 
 
-def _define_typing(function, result):
-    """Let numba know the type of what a function returns: result(*types of its arguments), None where it has none."""
-
-    class Template(AbstractTemplate):
-        def generic(self, args, kws):
-            returned = result(*args)
-            return None if returned is None else signature(returned, *args)
-
-    infer_global(function)(Template)
-
-
 def _defines(function, result):
-    """Let a function of `lanes` compile to what the decorated function writes.
+    """Let a function of `lanes` return this type, given those of its arguments, and compile to what is decorated.
 
-    numba's own `overload` and `intrinsic` compile a function for each call with new types.
+    numba's `overload` compiles a function for each call with new types.
     """
-
-    def decorate(lowering):
-        _define_typing(function, result)
-        return lower_builtin(function, types.VarArg(types.Any))(lowering)
-
-    return decorate
+    type_callable(function)(lambda context: result)
+    return lower_builtin(function, types.VarArg(types.Any))
 
 
 # --- arithmetic -----------------------------------------------------------------------------------------------------
@@ -107,7 +83,7 @@ def _define_operator(symbol, instruction):
         )
         return getattr(builder, instruction)(a, b, flags=("contract",))
 
-    _define_typing(symbol, result)
+    type_callable(symbol)(lambda context: result)
     for pair in ((LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType)):
         lower_builtin(symbol, *pair)(lowering)
 
@@ -154,11 +130,9 @@ def _flat(context, builder, sig, args):
     return _address(context, builder, sig.args[0], args[0])
 
 
-def _type_of_row(rows, i):
-    return rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
-
-
-_define_typing(operator.getitem, _type_of_row)
+@type_callable(operator.getitem)
+def _type_of_row(context):
+    return lambda rows, i: rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
 
 
 @lower_builtin(operator.getitem, RowsType, types.Integer)
@@ -168,11 +142,9 @@ def _get_row(context, builder, sig, args):
     return builder.load(address, align=_alignment(row), typ=context.get_value_type(row))
 
 
-def _type_of_setting(rows, i, value):
-    return types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
-
-
-_define_typing(operator.setitem, _type_of_setting)
+@type_callable(operator.setitem)
+def _type_of_setting(context):
+    return lambda rows, i, value: types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
 
 
 @lower_builtin(operator.setitem, RowsType, types.Integer, types.Any)
@@ -189,7 +161,7 @@ def _full_like(context, builder, sig, args):
 
 
 def _matrix_of(n_rows, width, dtype):
-    return types.Array(parse_dtype(dtype), 2, "C")
+    return types.Array(dtype.dtype, 2, "C")
 
 
 @_defines(lanes.empty_aligned, _matrix_of)
@@ -198,7 +170,7 @@ def _empty_aligned(context, builder, sig, args):
     return _allocate(context, builder, sig.return_type, (n_rows, width))
 
 
-@_defines(lanes.empty_pairs, lambda n_rows, dtype: types.Array(parse_dtype(dtype), 3, "C"))
+@_defines(lanes.empty_pairs, lambda n_rows, dtype: types.Array(dtype.dtype, 3, "C"))
 def _empty_pairs(context, builder, sig, args):
     n_rows = context.cast(builder, args[0], sig.args[0], types.intp)
     return _allocate(context, builder, sig.return_type, (n_rows, intp_t(1), intp_t(lanes.PAIR)))
@@ -222,7 +194,7 @@ def _allocate(context, builder, array_type, shape):
     pointer = context.get_value_type(types.CPointer(array_type.dtype))
     data = builder.bitcast(context.nrt.meminfo_data(builder, memory), pointer)
     populate_array(array, data, shape, strides[1:], strides[-1], memory)
-    return impl_ret_new_ref(context, builder, array_type, array._getvalue())
+    return array._getvalue()
 
 
 # --- functions ------------------------------------------------------------------------------------------------------
