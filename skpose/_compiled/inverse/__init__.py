@@ -4,7 +4,7 @@ What calls what::
 
     frames                                                  the poses of a sequence, each from the one before
        |
-     start --- eigenvector                                  the first guess of a frame, by the root's orientation
+     start                                                  the first guess of a frame, by the root's orientation
        |
      step                                                   the search for the pose of a frame
        |

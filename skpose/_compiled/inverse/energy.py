@@ -16,12 +16,12 @@ from numba import types
 from skpose._compiled.inverse.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
 from skpose._compiled.pose.chart import free_tree, keep_bounded, rotation_of
 from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.jacobian import place_with_screws
 from skpose._compiled.pose.rotation import inverse, product, sign_towards, vector_of
-from skpose._compiled.pose.screws import place_with_screws
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import Tree
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.lanes import copy_to
 from skpose._compiled.simd.signatures import MATRIX, REAL, VECTOR, tuple_type
 
 

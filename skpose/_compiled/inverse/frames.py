@@ -14,8 +14,8 @@ from skpose._compiled.inverse.start import fit_afresh, fit_from
 from skpose._compiled.inverse.step import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.pose.chart import dofs_of
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit
+from skpose._compiled.simd.lanes import copy_to
 
 WORSE, MORE = 2.0, 1e-6  # a frame starts afresh too if it is farther off than the one before: times, and m
 

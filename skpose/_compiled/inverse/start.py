@@ -9,13 +9,12 @@ import math
 
 import numpy as np
 
-from skpose._compiled.inverse.eigenvector import greatest_eigenvector
 from skpose._compiled.inverse.energy import TARGET, WORKSPACE, copy_state, place_state, start_at
 from skpose._compiled.inverse.step import FIRST_DAMPING, FIT, Fit, minimise_pose
 from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.lanes import copy_to
 from skpose._compiled.simd.signatures import INTEGER, MATRIX, VECTOR
 
 ROOT = np.int64(1)  # frame that turns the root; not a literal, for which numba would compile its users once more
@@ -23,6 +22,51 @@ TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
 NO_LEVER = 1e-2  # of a hinge whose bone lies along its axis
 REACHED = 1e-7  # distance of all joints together that is none, m
 OFF, MAX_HINGES = 2.0, 3  # times the mean square, for hinges to be tried; so many of them after one ball joint
+MAX_SWEEPS = 20  # a 4 × 4 matrix takes four to six
+NO_ELEMENT = 1e-17  # element off the diagonal that no rounding shows, relative to the two on it
+
+
+@internal
+def _greatest_eigenvector(A):
+    """Find the eigenvector of the greatest eigenvalue of a symmetric matrix, which is destroyed.
+
+    LAPACK's rounding depends on the number of threads that it may use.
+
+    Jacobi's rotations: each makes one pair of elements off the diagonal zero, until all are.
+    """
+    n = A.shape[0]
+    V = np.zeros((n, n))  # its rows are the eigenvectors
+    for i in range(n):
+        V[i, i] = 1.0
+    for _ in range(MAX_SWEEPS):
+        is_diagonal = True
+        for p in range(n):
+            for q in range(p + 1, n):
+                if abs(A[p, q]) > NO_ELEMENT * (abs(A[p, p]) + abs(A[q, q])):
+                    is_diagonal = False
+                    _rotate(A, V, p, q)
+        if is_diagonal:
+            break
+    best = 0
+    for i in range(1, n):
+        if A[i, i] > A[best, best]:
+            best = i
+    return V[best]
+
+
+@internal
+def _rotate(A, V, p, q):
+    """Rotate rows and columns p and q so that A[p, q] is zero; the same rows of V."""
+    slope = (A[q, q] - A[p, p]) / (2.0 * A[p, q])
+    tan = math.copysign(1.0 / (abs(slope) + math.hypot(slope, 1.0)), slope)
+    cos = 1.0 / math.hypot(tan, 1.0)
+    sin = tan * cos
+    for k in range(A.shape[0]):
+        A[k, p], A[k, q] = cos * A[k, p] - sin * A[k, q], sin * A[k, p] + cos * A[k, q]
+    for k in range(A.shape[0]):
+        A[p, k], A[q, k] = cos * A[p, k] - sin * A[q, k], sin * A[p, k] + cos * A[q, k]
+        V[p, k], V[q, k] = cos * V[p, k] - sin * V[q, k], sin * V[p, k] + cos * V[q, k]
+    A[p, q] = A[q, p] = 0.0
 
 
 @internal
@@ -46,7 +90,7 @@ def _rotation_of(S):
         N[i + 1, i + 1] = 2.0 * S[i, i] - N[0, 0]
         for k in range(i):
             N[k + 1, i + 1] = N[i + 1, k + 1] = S[i, k] + S[k, i]
-    best = greatest_eigenvector(N)
+    best = _greatest_eigenvector(N)
     return best[0], best[1], best[2], best[3]
 
 

@@ -77,11 +77,6 @@ def retract(tree, state, step, target, moved):
 
 
 @internal
-def _mean_diagonal(matrix):
-    return np.trace(matrix) / matrix.shape[0]
-
-
-@internal
 def _correct(work, target, stiffness, damping):
     """Take a second step from where a first one led, by the same equations; return the energy reached.
 
@@ -114,7 +109,7 @@ def minimise_pose(work, target, first_damping, max_iter):
         fill_gradient(here, target, stiffness, work)
         fill_matrix(here, stiffness, work)
         if iteration == 0:
-            scale = _mean_diagonal(equations.matrix)
+            scale = np.trace(equations.matrix) / equations.matrix.shape[0]
             damping = max(first_damping * scale, PULL * PULL / SHARE)
         _fix_at_bounds(here, target, equations)
         if exact:

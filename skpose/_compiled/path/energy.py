@@ -16,7 +16,7 @@ import numpy as np
 from numba import types
 
 from skpose._compiled.pose.forward import orient, place, place_joints, workspace, workspace_rows
-from skpose._compiled.pose.screws import set_screws
+from skpose._compiled.pose.jacobian import set_screws
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import empty_aligned, full_like, next_lane, rows, sqrt, sum_of_lanes

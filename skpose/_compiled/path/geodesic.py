@@ -45,8 +45,8 @@ from skpose._compiled.pose.measure import measure_line, turns_off
 from skpose._compiled.pose.rotation import product, vector_of
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, first_class, internal, jit
+from skpose._compiled.simd.lanes import copy_to
 from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, REAL, VECTOR, tuple_type
 
 MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain

@@ -26,8 +26,8 @@ from skpose._compiled.path.geodesic import (
 from skpose._compiled.path.minimiser import FIRST_DAMPING, Settings, Stop, minimise, no_bounds
 from skpose._compiled.path.normal_equations import equations_for, gradient_of
 from skpose._compiled.pose.chart import coordinates_of, follow, free_tree, slopes_of_turns
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit
+from skpose._compiled.simd.lanes import copy_to
 
 MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
 SAME = 1e-9  # difference of angles of one end, rad; another is a whole turn

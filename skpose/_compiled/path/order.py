@@ -146,7 +146,7 @@ def _is_worth_it(trees, worth, call, n_free):
 
 
 @internal
-def _add_supernode(tree, trees, i, trunk, is_limb, k, kind, order):
+def _add_supernode(tree, trees, i, trunk, k, kind, order):
     """Write supernode k: a limb, or what is left of a branch, whose dofs have no index yet."""
     supernode, indices = order.supernodes[k], order.indices[kind]
     first, n, n_ancestors = trees.first_dof[i], 0, 0
@@ -154,7 +154,7 @@ def _add_supernode(tree, trees, i, trunk, is_limb, k, kind, order):
         if indices[d, 0] < 0:
             indices[d, 0], indices[d, 1] = k, n
             n += 1
-    if is_limb:
+    if trunk != k:
         f = trees.frame[i]
         for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
             for d in range(tree.dof_ranges[r, 0], min(tree.dof_ranges[r, 1], first)):
@@ -195,9 +195,9 @@ def order_by(tree, worth, call, n_free, n_free_refined):
                     trunk += kind == 1 and _is_limb(trees, i, branch, trees.largest[branch])
                 for i in range(branch, end):
                     if kind == 1 and _is_limb(trees, i, branch, trees.largest[branch]):
-                        _add_supernode(tree, trees, i, trunk, True, k, kind, order)
+                        _add_supernode(tree, trees, i, trunk, k, kind, order)
                         k += 1
-                _add_supernode(tree, trees, branch, trunk, False, k, kind, order)
+                _add_supernode(tree, trees, branch, trunk, k, kind, order)
                 k += 1
         order.first_supernode[kind + 1] = k
     if _is_worth_it(trees, worth, call, n_free):

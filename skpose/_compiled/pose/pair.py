@@ -84,7 +84,7 @@ def address_here(typingctx, address):
 
 
 if config.DISABLE_JIT:  # the metric itself stands for its address
-    _store = _load = address_here = lambda metric: metric  # noqa: E731
+    _store = _load = address_here = lambda metric: metric
 
 
 def _keep(encode, measure, tree, steps, n_codes, n_per_dof):

@@ -1,10 +1,15 @@
 """One step of all angles along a line, and the joints placed anew: in lanes."""
 
+import numpy as np
+
 from skpose._compiled.pose.forward import rotate
 from skpose._compiled.pose.rotation import turn_back
 from skpose._compiled.pose.tree import BALL, HINGE, Plan, Squares, StepArrays
 from skpose._compiled.simd.jit import inlined
 from skpose._compiled.simd.lanes import flat, full_like, rows
+
+# Numbers of dofs; numba would compile `_rotate_batch` once for each literal.
+ONE, TWO, THREE = np.int64(1), np.int64(2), np.int64(3)
 
 
 @inlined
@@ -172,15 +177,15 @@ def _rotate_frames(plan, arrays):
     C, S, H = arrays.C, arrays.S, arrays.H
     for b in range(plan.n_batches):
         kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
-        # A literal number lets the compiler remove the branches on it.
+        # A constant lets the compiler remove the branches on it.
         if kind == BALL:
             _rotate_balls(first, last, plan, arrays.Q, H)
         elif kind == 3:
-            _rotate_batch(3, first, last, plan, C, S, H)
+            _rotate_batch(THREE, first, last, plan, C, S, H)
         elif kind == 2:
-            _rotate_batch(2, first, last, plan, C, S, H)
+            _rotate_batch(TWO, first, last, plan, C, S, H)
         elif kind == 1:
-            _rotate_batch(1, first, last, plan, C, S, H)
+            _rotate_batch(ONE, first, last, plan, C, S, H)
         elif kind == HINGE:
             _rotate_hinges(first, last, plan, C, S, H)
         else:

@@ -65,6 +65,14 @@ def flat(array):
     return Rows(array.reshape(-1), 0)
 
 
+def copy_to(target, source):
+    """Copy all numbers of a contiguous array to another one of its shape.
+
+    numba's ``target[:] = source`` compiles for a second, since it can fail and says so in words.
+    """
+    target[...] = source
+
+
 def full_like(rows, value):
     """Return a number in the form that these rows hold: the same in every lane."""
     return np.full_like(rows[0], value)[()]

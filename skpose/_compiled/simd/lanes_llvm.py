@@ -8,7 +8,7 @@ import operator
 
 from llvmlite import ir
 from numba import types
-from numba.core.cgutils import get_or_insert_function, int32_t, intp_t
+from numba.core.cgutils import get_or_insert_function, int32_t, intp_t, raw_memcpy
 from numba.extending import lower_builtin, models, register_model, type_callable
 from numba.np.arrayobj import populate_array
 
@@ -128,6 +128,13 @@ def _rows(context, builder, sig, args):
 @_defines(lanes.flat, lambda array: RowsType(array.dtype))
 def _flat(context, builder, sig, args):
     return _address(context, builder, sig.args[0], args[0])
+
+
+@_defines(lanes.copy_to, lambda target, source: types.none)
+def _copy_to(context, builder, sig, args):
+    target, source = (context.make_array(kind)(context, builder, one) for kind, one in zip(sig.args, args, strict=True))
+    raw_memcpy(builder, target.data, source.data, source.nitems, source.itemsize)
+    return context.get_dummy_value()
 
 
 @type_callable(operator.getitem)

@@ -185,4 +185,6 @@ def _unbox(shared_type: Any, value: Any, c: Any) -> Any:
         builder.store(is_error, failed)
     with cgutils.if_unlikely(builder, builder.load(failed, typ=cgutils.false_bit.type)):
         c.pyapi.err_set_string("PyExc_TypeError", "the fields of a shared structure are arrays")
-    return NativeValue(_hide(context, builder, shared_type, meminfo), is_error=builder.load(failed, typ=cgutils.false_bit.type))
+    return NativeValue(
+        _hide(context, builder, shared_type, meminfo), is_error=builder.load(failed, typ=cgutils.false_bit.type)
+    )
