@@ -18,7 +18,7 @@ What is compiled with what
 --------------------------
 numba compiles a function into each of its callers, and these into theirs, and optimises it each time. So large
 functions are called *by address*: they are compiled once, for the types that they spell out. A function has no entry
-points but those that it needs (`jit`): one for Python takes longer to compile than most functions here. numba compiles a
+points but those that it needs (`jit`): one for Python takes longer to compile than most functions. numba compiles a
 function again for each literal integer or flag that it is called with, so constants are ``np.int64(1)`` where that
 matters. A named tuple of many arrays, such as `pose.tree.Tree`, is one address (`shared`): it is some two hundred
 numbers, which every call would copy. What `lanes` has is not compiled at all: numba writes its instructions into the
