@@ -17,7 +17,7 @@ from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))
-order_by, order_of = from_python(orders.order_by), from_python(orders.order_of)
+order_by = from_python(orders.order_by)
 evaluate, path_of = from_python(evaluate), from_python(path_of)
 normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 

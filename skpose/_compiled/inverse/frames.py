@@ -118,15 +118,6 @@ def _distance(fit, weights):
     return math.sqrt(2.0 * fit.half / total)
 
 
-@internal
-def _bound_changes(state, change, rules, lower, upper):
-    """Let each angle be within its limits and near to that of the frame before; return whether that bounds any."""
-    for d in range(lower.shape[0]):
-        lower[d] = max(rules.lower[d], state.dofs[d] - change)
-        upper[d] = min(rules.upper[d], state.dofs[d] + change)
-    return change < math.inf
-
-
 @jit
 def fit_frames(tree, observed, initials, rules, warm_up, found):
     """Find the poses of a sequence, or of frames that each have a first pose; nothing is written of the first ones.
@@ -148,7 +139,10 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
             copy_to(prior, rotations)
             copy_to(prior_dofs, angles)
             started = False
-        is_bound = _bound_changes(work.here, observed.changes[i] if started else math.inf, rules, lower, upper)
+        change = observed.changes[i] if started else math.inf
+        for d in range(lower.shape[0]):
+            lower[d] = max(rules.lower[d], work.here.dofs[d] - change)
+            upper[d] = min(rules.upper[d], work.here.dofs[d] + change)
         target = Target(
             observed.positions[i],
             observed.weights[i],
@@ -164,7 +158,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
                 _settle(tree, observed, i, rotations, angles, work.here, target)
                 fit = minimise_pose(work, target, LEAST_DAMPING, rules.warm_iter)
             distance = _distance(fit, target.weights)
-            if not is_bound and (not started or not fit.converged or distance > WORSE * last + MORE):
+            if change == math.inf and (not started or not fit.converged or distance > WORSE * last + MORE):
                 copy_state(work.here, work.kept)
                 again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter)
                 n_iter = fit.n_iter + again.n_iter

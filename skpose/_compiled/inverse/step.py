@@ -76,21 +76,6 @@ def retract(tree, state, step, target, moved):
                 moved.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
 
 
-@internal
-def _correct(work, target, stiffness, damping):
-    """Take a second step from where a first one led, by the same equations; return the energy reached.
-
-    Where the energy has not fallen, the reason is most often a narrow curved valley, which a straight step leaves and
-    this one leads back to: the second-order correction of J. Nocedal, S. J. Wright, "Numerical Optimization", 2006,
-    sec. 18.3.
-    """
-    equations = work.equations
-    fill_gradient(work.there, target, stiffness, work)
-    solve(work.tree, equations, damping)
-    retract(work.tree, work.there, equations.step, target, work.beyond)
-    return evaluate_pose(work, work.beyond, target, stiffness)
-
-
 @by_address(lambda: FIT(WORKSPACE, TARGET, REAL, INTEGER))
 def minimise_pose(work, target, first_damping, max_iter):
     """Find the minimum from the state `work.here` on, in place.
@@ -133,7 +118,12 @@ def minimise_pose(work, target, first_damping, max_iter):
             retract(tree, here, equations.step, target, there)
             reached = evaluate_pose(work, there, target, stiffness)
             if not half - reached > LEAST_RATIO * predicted:
-                again = _correct(work, target, stiffness, damping)
+                # Most often the step has left a narrow curved valley. A second one by the same equations leads back to
+                # it: J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, sec. 18.3, second-order correction.
+                fill_gradient(there, target, stiffness, work)
+                solve(tree, equations, damping)
+                retract(tree, there, equations.step, target, work.beyond)
+                again = evaluate_pose(work, work.beyond, target, stiffness)
                 if again < reached:
                     reached = again
                     copy_state(work.beyond, there)

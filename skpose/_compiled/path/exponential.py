@@ -211,7 +211,7 @@ def _advance(tree, pose, basis, step, near, tol):
 
 
 @internal
-def _next_from(tree, pose, basis, tangential, start, tol):
+def _find_following(tree, pose, basis, tangential, start, tol):
     """Find the pose whose chord from a pose has a given tangential part, from a third pose on; see `_advance`.
 
     It goes by the pose nearest to the positions of that tangential step, a good start where limbs are straight.
@@ -222,15 +222,9 @@ def _next_from(tree, pose, basis, tangential, start, tol):
 
 
 @internal
-def _find_following(tree, pose, basis, tangential, tol):
-    """Find the pose whose chord from a pose has a given tangential part; see `_advance`."""
-    return _next_from(tree, pose, basis, tangential, pose, tol)
-
-
-@internal
 def _find_after_turns(tree, pose, basis, tangential, tol):
     """Do what `_find_following` does, and where the part is not met, try again after turns along slow directions."""
-    found, positions, error = _find_following(tree, pose, basis, tangential, tol)
+    found, positions, error = _find_following(tree, pose, basis, tangential, pose, tol)
     reached = REACHED * math.sqrt((tangential**2).sum())
     if error <= reached:
         return found, positions, error
@@ -246,7 +240,7 @@ def _find_after_turns(tree, pose, basis, tangential, tol):
         n_slow += 1
         for turn in TURNS:
             start = pose_of(tree, free, coordinates + turn * vectors[:, k], pose)
-            other, other_positions, other_error = _next_from(tree, pose, basis, tangential, start, tol)
+            other, other_positions, other_error = _find_following(tree, pose, basis, tangential, start, tol)
             if other_error < error:
                 found, positions, error = other, other_positions, other_error
             if error <= reached:
@@ -282,7 +276,7 @@ def _first_pose(tree, pose, basis, tangential, tol):
         if is_reached:
             found, positions, error = _advance(tree, pose, basis, share * tangential, found, tol)
         else:
-            found, positions, error = _find_following(tree, pose, basis, share * tangential, tol)
+            found, positions, error = _find_following(tree, pose, basis, share * tangential, pose, tol)
     chord = math.sqrt(((positions - start) ** 2).sum())
     return found, positions, max(error, abs(chord - length))
 
@@ -310,6 +304,6 @@ def exponential(tree, pose, velocity, n_steps):
         if worst <= REACHED * length:
             found, positions, error = _find_after_turns(tree, found, basis, tangential, tol)
         else:
-            found, positions, error = _find_following(tree, found, basis, tangential, tol)
+            found, positions, error = _find_following(tree, found, basis, tangential, found, tol)
         worst = max(worst, error)
     return found, worst / length

@@ -86,11 +86,6 @@ def stop_at(max_iter, tol):
     return Stop(max_iter, 0.0, tol)
 
 
-@internal
-def _settings_for(substeps, stop):
-    return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
-
-
 @by_address(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, INTEGER))
 def slerp_line(tree, free, start, end, n_steps):
     """Set the references, and return the line on which ball joints turn by slerp, in coordinates."""
@@ -140,7 +135,7 @@ def find_geodesic(tree, line, bounds, stop):
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
             poses = line if factor == 1 else divide(poses, 2)
-        settings = _settings_for(substeps, stop)
+        settings = Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
         path = path_of(tree, poses, substeps)
         outcome = minimise(tree, path, bounds, settings)
         n_iter += outcome.n_iter

@@ -35,7 +35,7 @@ from skpose._compiled.path.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path.order import order_of
+from skpose._compiled.path.order import CALL, N_FREE, N_FREE_REFINED, WORTH, order_by
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, VECTOR, tuple_type
@@ -140,7 +140,8 @@ def _dot(a, b):
 @internal
 def _system_for(tree, path):
     """Return the system of a path, not yet filled, no dof fixed."""
-    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(order_of(tree), path.poses.shape[0])
+    order = order_by(tree, WORTH, CALL, N_FREE, N_FREE_REFINED)
+    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(order, path.poses.shape[0])
     return System(equations_for(tree, path), fixed, factors, samples_for(tree, path))
 
 
@@ -248,21 +249,6 @@ def _perturb(path, bounds):
 
 
 @internal
-def _update_damping(damping, raised, ratio, least):
-    """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
-    if ratio > 0.75:
-        return max(0.1 * damping, least)
-    return raised if ratio < 0.25 else damping
-
-
-@internal
-def relative_gap(tree, poses):
-    """Return how much longer the curve through poses is on the fine grid than by its chords, relatively."""
-    along = curve_length(tree, poses)
-    return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
-
-
-@internal
 def _predict(system, damping, step):
     """Return the decrease by the quadratic model for a damped step, and minus the slope along it."""
     slope = -_dot(system.equations.gradient, step)
@@ -330,8 +316,12 @@ def minimise(tree, path, bounds, settings):
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
         raised = 4.0 * (used if settings.raise_used else damping)
-        damping = _update_damping(damping, raised, ratio, least_damping * scale)
-        check = iteration % settings.patience == settings.patience - 1
-        if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
-            return Outcome(norm, math.inf, iteration + 1, False)
+        if ratio > 0.75:
+            damping = max(0.1 * damping, least_damping * scale)
+        elif ratio < 0.25:
+            damping = raised
+        if iteration % settings.patience == settings.patience - 1:
+            along = curve_length(tree, path.poses)
+            if along > 0.0 and (along - chords(tree, path.poses)[0]) / along > DIVERGED * MAX_GAP:
+                return Outcome(norm, math.inf, iteration + 1, False)
     return Outcome(norm, predicted / half, stop.max_iter, False)

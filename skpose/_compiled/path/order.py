@@ -205,9 +205,3 @@ def order_by(tree, worth, call, n_free, n_free_refined):
     if _is_worth_it(trees, worth, call, n_free_refined):
         order.most_poses[0] = n_free_refined
     return order
-
-
-@internal
-def order_of(tree):
-    """Return the order of elimination of a skeleton's dofs."""
-    return order_by(tree, WORTH, CALL, N_FREE, N_FREE_REFINED)

@@ -13,10 +13,10 @@ from skpose._compiled.pose.forward import frame_quaternion
 from skpose._compiled.pose.rotation import (
     canonical,
     inverse,
+    inverse_jacobian,
     product,
     quaternion_of,
     sign_towards,
-    slope_of_turn,
     vector_of,
 )
 from skpose._compiled.pose.signatures import TREE
@@ -164,7 +164,7 @@ def slopes_of_turns(free, coordinates, slopes):
         if free.ball[f] >= 0:
             i = free.first_dof[f]
             v, s = coordinates[i : i + 3], slopes[i : i + 3]
-            s[0], s[1], s[2] = slope_of_turn((v[0], v[1], v[2]), (s[0], s[1], s[2]))
+            s[0], s[1], s[2] = inverse_jacobian((v[0], v[1], v[2]), (s[0], s[1], s[2]), -0.5)
 
 
 @internal

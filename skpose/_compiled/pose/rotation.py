@@ -147,8 +147,11 @@ def _cross(p, q):
 
 
 @inlined
-def _inverse_jacobian(v, u, half):
-    """Return Jr(v)⁻¹ u for a half of ½, Jl(v)⁻¹ u = Jr(v)⁻ᵀ u for −½."""
+def inverse_jacobian(v, u, half):
+    """Return Jr(v)⁻¹ u for a half of ½, Jl(v)⁻¹ u = Jr(v)⁻ᵀ u for −½.
+
+    The latter is the derivative by a turn in the rotated axes, where u is the one by the rotation vector v.
+    """
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
     far = greater(square, 1e-3)
     divisor = far * square + (1.0 - far)
@@ -161,12 +164,6 @@ def _inverse_jacobian(v, u, half):
     return u[0] + half * s[0] + c * r[0], u[1] + half * s[1] + c * r[1], u[2] + half * s[2] + c * r[2]
 
 
-@internal
-def slope_of_turn(v, slope):
-    """Return the derivative by a turn in the rotated axes, given the one by the rotation vector v."""
-    return _inverse_jacobian(v, slope, -0.5)
-
-
 @inlined
 def second_derivatives(v, moment):
     """Return the numbers m·∂Jl(v)eᵢ/∂vⱼ for i ≤ j, where the moment is Jl(v)ᵀ m: of row 0, of row 1, of row 2.
@@ -177,7 +174,7 @@ def second_derivatives(v, moment):
     square = x * x + y * y + z * z
     a, b = jacobian_coefficients(square)
     slope_a, slope_b = jacobian_slopes(square)
-    m = _inverse_jacobian(v, moment, 0.5)
+    m = inverse_jacobian(v, moment, 0.5)
     across = _cross(v, m)
     twice = _cross(v, across)
     p = slope_b * twice[0] - slope_a * across[0]

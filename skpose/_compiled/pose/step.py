@@ -108,41 +108,6 @@ def advance(Q, q):
 
 
 @inlined
-def _rotate_balls(first, last, plan, Q, H):
-    """Compute the orientations of ball joints' frames."""
-    for f in range(first, last):
-        before, row = 6 * plan.frame_parent[f], 6 * f
-        quaternion = advance(Q, 9 * plan.ball[f])
-        for i in range(0, 6, 3):
-            x, y, z = turn_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
-            H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
-
-
-@inlined
-def _rotate_fixed(first, last, plan, H):
-    """Compute the orientations of frames without dofs."""
-    for f in range(first, last):
-        before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
-        b, c = (a + 1) % 3, (a + 2) % 3
-        cos, sin = plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1]
-        for i in range(0, 6, 3):
-            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
-            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
-
-
-@inlined
-def _rotate_hinges(first, last, plan, C, S, H):
-    """Compute the orientations of frames with one angle about y or z."""
-    for f in range(first, last):
-        before, row, a, d = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f], plan.end_angle[f] - 1
-        b, c = (a + 1) % 3, (a + 2) % 3
-        cos, sin = C[d], S[d]
-        for i in range(0, 6, 3):
-            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
-            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
-
-
-@inlined
 def _set_coordinate(P, j, p, value, square):
     """Set one coordinate of a joint to its parent's plus a value; add the square of its change."""
     new = P[p] + value
@@ -172,24 +137,42 @@ def _place_along_x(H, h, P, j, p, x, squares):
 
 
 @inlined
+def _rotate_about(plan, f, cos, sin, H):
+    """Compute the orientation of a frame that rotates about one axis."""
+    before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
+    b, c = (a + 1) % 3, (a + 2) % 3
+    for i in range(0, 6, 3):
+        u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
+        H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
+
+
+@inlined
 def _rotate_frames(plan, arrays):
     """Compute the orientations of all frames but the leaves."""
     C, S, H = arrays.C, arrays.S, arrays.H
-    for b in range(plan.n_batches):
-        kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
+    for batch in range(plan.n_batches):
+        kind, first, last = plan.batch_kind[batch], plan.first_frame[batch], plan.first_frame[batch + 1]
         # A constant lets the compiler remove the branches on it.
-        if kind == BALL:
-            _rotate_balls(first, last, plan, arrays.Q, H)
-        elif kind == 3:
+        if kind == 3:
             _rotate_batch(THREE, first, last, plan, C, S, H)
         elif kind == 2:
             _rotate_batch(TWO, first, last, plan, C, S, H)
         elif kind == 1:
             _rotate_batch(ONE, first, last, plan, C, S, H)
-        elif kind == HINGE:
-            _rotate_hinges(first, last, plan, C, S, H)
-        else:
-            _rotate_fixed(first, last, plan, H)
+        elif kind == BALL:
+            for f in range(first, last):
+                before, row = 6 * plan.frame_parent[f], 6 * f
+                quaternion = advance(arrays.Q, 9 * plan.ball[f])
+                for i in range(0, 6, 3):
+                    x, y, z = turn_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
+                    H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
+        elif kind == HINGE:  # of one angle about y or z
+            for f in range(first, last):
+                d = plan.end_angle[f] - 1
+                _rotate_about(plan, f, C[d], S[d], H)
+        else:  # without dofs
+            for f in range(first, last):
+                _rotate_about(plan, f, plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1], H)
 
 
 @inlined
