@@ -16,7 +16,7 @@ MESSAGE = "skpose compiles {} for this machine: once, {}"
 
 @pytest.fixture
 def compile_for(monkeypatch):
-    """Return a function that compiles a function of a package for so many seconds."""
+    """A function that compiles a function of a package for so many seconds."""
     clock, announcer = SimpleNamespace(now=100.0), announce.Announcer()
     monkeypatch.setattr(announce, "time", SimpleNamespace(monotonic=lambda: clock.now))
     monkeypatch.setattr(announce, "CACHED", True)

@@ -11,7 +11,7 @@ SINGLE, DOUBLE = "float32(float32)", "float64(float64)"
 
 @pytest.fixture
 def process(tmp_path):
-    """Return what a process has of the files of one function, for sources with this digest."""
+    """What a process has of the files of one function, for sources with this digest."""
 
     def files(digest="a"):
         file = IndexDataCacheFile(str(tmp_path), "module.function-1.py3", 0)

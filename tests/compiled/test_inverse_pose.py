@@ -56,7 +56,7 @@ def energy(work, target, step, stiffness):
 
 
 def dense(work):
-    """Return the matrix, whose entries that no two dofs share are zero."""
+    """The matrix, whose entries that no two dofs share are zero."""
     lower = np.tril(work.equations.matrix)
     return lower + np.tril(lower, -1).T
 

@@ -77,7 +77,7 @@ def test_positions_and_jacobians(small, some):
 
 
 def run(code, folder, **environment):
-    """Return what a new process prints that imports skpose from a folder."""
+    """What a new process prints that imports skpose from a folder."""
     environment = os.environ | {"PYTHONPATH": str(folder)} | environment
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)

@@ -49,7 +49,7 @@ class Parts(NamedTuple):
 
 
 def blocks(tree, equations):
-    """Return the blocks on the diagonal, (n_nodes, n_dofs, n_dofs), and those right of them."""
+    """The blocks on the diagonal, (n_nodes, n_dofs, n_dofs), and those right of them."""
     n_nodes, n = equations.gradient.shape
     diagonal, off_diagonal = np.zeros((n_nodes, n, n)), np.zeros((n_nodes - 1, n, n))
     n_pairs = equations.first_pair[-1]
@@ -156,7 +156,7 @@ def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
 
 
 def expected_step(part, damping, fixed):
-    """Return the damped step of the free poses, by dense numpy."""
+    """The damped step of the free poses, by dense numpy."""
     free = ~fixed[1:-1].ravel()
     step = np.zeros(free.size)
     damped = part.matrix[np.ix_(free, free)] + damping * np.eye(free.sum())

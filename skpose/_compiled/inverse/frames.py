@@ -1,4 +1,4 @@
-"""Inverse kinematics of the frames of a sequence, each from the one before, and of frames one by one.
+"""Inverse kinematics of the frames of a sequence, each from the one before, and of single frames.
 
 Angles that the positions leave open, such as twists, go back to the first pose a part of the way in each frame, so that
 they cannot drift. Where the end of a bone is lost, which other frames see, they stay as in the frame before.
@@ -27,7 +27,7 @@ class Observed(NamedTuple):
     weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen; the largest of a frame is 1
     stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     ever: np.ndarray  # (n_joints + 1,) bool: seen in some frame
-    changes: np.ndarray  # (n_frames,) by how much an angle may change at most since the frame before, rad; or infinite
+    changes: np.ndarray  # (n_frames,) largest change of an angle since the frame before, rad; or infinite
 
 
 class Rules(NamedTuple):
@@ -111,7 +111,7 @@ def _settle(tree, observed, i, rotations, angles, state, target):
 
 @internal
 def _distance(fit, weights):
-    """Return the weighted root mean square of the distances."""
+    """The weighted root mean square of the distances."""
     total = 0.0
     for j in range(1, weights.shape[0]):
         total += weights[j]

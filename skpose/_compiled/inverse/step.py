@@ -26,13 +26,13 @@ from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, tuple_type
 
-PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
+PRECISION = 1e-9  # steps that bring the joints less near than this do not count, m
 NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it
 FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-10  # as all damping, relative to the mean diagonal of the matrix
 RAISED_DAMPING, MAX_DAMPING = 2e-9, 1e6  # after a step that fails, at least and at most
 CERTAIN = 1e-6  # damping up to which a short step means that the minimum is near
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
-PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; how far that goes to θ₀ in what is open
+PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; its share of the way to θ₀ in open angles
 SLOW = 0.5  # relative decrease of the energy below which the exact Hessian takes over
 
 
@@ -80,8 +80,8 @@ def retract(tree, state, step, target, moved):
 def minimise_pose(work, target, first_damping, max_iter):
     """Find the minimum from the state `work.here` on, in place.
 
-    The first step also goes a part of the way to θ₀ in what the positions leave open; the others only so far as the
-    stiffness asks for.
+    The first step also goes a part of the way to θ₀ in angles that the positions leave open; the others do so only as
+    far as the stiffness asks for.
     """
     tree, here, there, equations = work.tree, work.here, work.there, work.equations
     stiffness = max(target.stiffness, PULL * PULL)

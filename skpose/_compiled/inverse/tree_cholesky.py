@@ -35,7 +35,7 @@ EQUATIONS = tuple_type(Equations, MATRIX, MATRIX, VECTOR, VECTOR, FLAG_VECTOR, I
 
 @jit
 def equations_of(tree):
-    """Return equations for a tree, not yet filled, no dof fixed."""
+    """Equations for a tree, not yet filled, no dof fixed."""
     n = N_ORIGIN + tree.column.shape[0]
     frame_of = np.zeros(n, np.int64)
     for f in range(1, tree.frame_parent.shape[0]):
@@ -81,7 +81,7 @@ def factorise(tree, equations, damping):
 
 @by_address(lambda: REAL(TREE, EQUATIONS, REAL))
 def solve(tree, equations, damping):
-    """Compute the step from the factors; return by how much it lowers the quadratic model, without the damping."""
+    """Compute the step from the factors; return the decrease of the quadratic model, without the damping."""
     factor, step, gradient = equations.factor, equations.step, equations.gradient
     n = factor.shape[0]
     for k in range(n):

@@ -85,7 +85,7 @@ def _follow_base(tree, own, pose, end, nodes):
 
 @internal
 def _keep(kept, i, free, curve, n_steps):
-    """Keep the path of a curve, or none where it is the straight line."""
+    """Keep the path of a curve, or none if it is the straight line."""
     n_chords = curve.poses.shape[0] - 1
     substeps = 1 if n_chords == n_steps else SUBSTEPS
     kept.n_nodes[i] = n_chords // substeps + 1 if np.isfinite(curve.gradient_norm) else 0

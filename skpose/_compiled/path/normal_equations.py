@@ -50,7 +50,7 @@ def _n_groups(path):
 
 @by_address(lambda: EQUATIONS(TREE, PATH))
 def equations_for(tree, path):
-    """Return normal equations for a path, not yet filled."""
+    """Normal equations for a path, not yet filled."""
     n_nodes, n = path.poses.shape
     n_groups, n_frames = _n_groups(path), tree.frame_parent.shape[0]
     first_pair = np.zeros(n + 1, np.int64)
@@ -72,13 +72,13 @@ def equations_for(tree, path):
 
 @internal
 def first_row(equations, group, pair):
-    """Return the first of the four rows of a pair, of a group of steps."""
+    """The first of the four rows of a pair, of a group of steps."""
     return 4 * (group * equations.first_pair[-1] + pair)
 
 
 @internal
 def mean_diagonal(equations):
-    """Return the mean of the diagonal over the free poses: the scale of the damping."""
+    """The mean of the diagonal over the free poses: the scale of the damping."""
     total, n_free, n = 0.0, equations.gradient.shape[0] - 2, equations.gradient.shape[1]
     for d in range(n):
         own = equations.first_pair[d + 1] - 1
@@ -90,7 +90,7 @@ def mean_diagonal(equations):
 
 @internal
 def _gather(tree, n_sums, sums):
-    """Add the sums of every frame to those of the frame that carries it."""
+    """Add the sums of every frame to its carrier's."""
     for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
         p = tree.frame_parent[f]
         for i in range(n_sums):
@@ -118,7 +118,7 @@ def _sum_products(tree, P, Q, sums):
 def _sum_moments(tree, s, substeps, P, moments):
     """Sum p wᵀ and w over the joints p that each frame moves, 12 rows a frame; w is the force on sample s.
 
-    It is the sum of those of the chords to the sample and from it, as far as they belong to the step.
+    It is the sum over the chords to the sample and from it, as far as they belong to the step.
     """
     n_coordinates = 3 * tree.offset.shape[0]
     for i in range(12 * tree.frame_parent.shape[0]):
@@ -165,13 +165,13 @@ def _add_gradient(tree, first, substeps, screws, moments, slopes, gradient):
 
 @inlined
 def _screw_at(screws, row):
-    """Return the six numbers of a screw from a row on."""
+    """The six numbers of a screw from a row on."""
     return screws[row], screws[row + 1], screws[row + 2], screws[row + 3], screws[row + 4], screws[row + 5]
 
 
 @inlined
 def _coefficients(products, at, of, n, screw):
-    """Return Σ q × v and Σ v over joints p that move by a screw, v = a × p + b: those of another screw, of joints q.
+    """Σ q × v and Σ v over joints p that move by a screw, v = a × p + b: those of another screw, of joints q.
 
     Σ (a × p + b)·(c × q + e) is linear in (c, e), as in the composite-rigid-body algorithm. The sums are those of p qᵀ,
     of q (at) and of p (of).
@@ -191,7 +191,7 @@ def _coefficients(products, at, of, n, screw):
 
 @inlined
 def _plus(total, share, coefficients):
-    """Return six numbers plus a share of six others."""
+    """Six numbers plus a share of six others."""
     a, b, c, u, v, w = total
     return (
         a + share * coefficients[0],
@@ -233,7 +233,7 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
 
 @inlined
 def _sums_of(sums, m):
-    """Return what `_sum_products` has of a frame: the sums of p qᵀ, p, q and 1."""
+    """What `_sum_products` has of a frame: the sums of p qᵀ, p, q and 1."""
     products = sums[m], sums[m + 1], sums[m + 2], sums[m + 3], sums[m + 4], sums[m + 5], sums[m + 6], sums[m + 7]
     p, q = (sums[m + 9], sums[m + 10], sums[m + 11]), (sums[m + 12], sums[m + 13], sums[m + 14])
     return (*products, sums[m + 8]), p, q, sums[m + 15]
@@ -241,7 +241,7 @@ def _sums_of(sums, m):
 
 @inlined
 def _along(forces, row, screw):
-    """Return the force in six rows along a screw."""
+    """The force in six rows along a screw."""
     a, b, c, u, v, w = screw
     turn = forces[row] * a + forces[row + 1] * b + forces[row + 2] * c
     return turn + (forces[row + 3] * u + forces[row + 4] * v + forces[row + 5] * w)

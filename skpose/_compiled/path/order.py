@@ -13,7 +13,7 @@ from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import INTEGER, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR, REAL, tuple_type
 
-# Free poses of a path with the default number of steps, for which limbs are chosen, and of a refined one.
+# Free poses of a path with the default number of steps, which decides on limbs, and of a refined one.
 N_FREE, N_FREE_REFINED = 9, 19
 WORTH = 0.75  # share of a band's multiplications that limbs take at most
 CALL = 700  # multiplications in the time of what each four rows of a block take besides
@@ -22,7 +22,7 @@ CALL = 700  # multiplications in the time of what each four rows of a block take
 class Order(NamedTuple):
     """The supernodes without limbs, and with them."""
 
-    first_supernode: np.ndarray  # (3,) those of kind i are supernodes[first_supernode[i]:first_supernode[i + 1]]
+    first_supernode: np.ndarray  # (3,) kind i has supernodes[first_supernode[i]:first_supernode[i + 1]]
     supernodes: np.ndarray  # (n_supernodes, 6) first dof, end, number of dofs, of ancestors, the trunk, 1 if dense
     indices: np.ndarray  # (2, n_dofs, 2) the supernode of each dof, and its index there
     ancestors: np.ndarray  # (n_supernodes, n) the dofs that carry a limb
@@ -30,7 +30,7 @@ class Order(NamedTuple):
 
 
 class Subtrees(NamedTuple):
-    """All frames with dofs, each with what it carries, in the order of the dofs: parents first, branch after branch."""
+    """All frames with dofs, each with its subtree, in the order of the dofs: parents first, branch after branch."""
 
     frame: np.ndarray  # (n,) in the tree
     first_dof: np.ndarray  # (n,)
@@ -80,7 +80,7 @@ def _subtrees(tree):
 
 @internal
 def _end(trees, branch):
-    """Return the end of the frames of a branch."""
+    """The end of the frames of a branch."""
     i = branch + 1
     while i < trees.carrier.shape[0] and trees.carrier[i] >= 0:
         i += 1
@@ -89,7 +89,7 @@ def _end(trees, branch):
 
 @internal
 def _is_limb(trees, i, branch, largest):
-    """Return whether a frame is the first of a limb: of the largest subtrees with no more than so many dofs."""
+    """Whether a frame is the first of a limb: of the largest subtrees with no more than so many dofs."""
     return i > branch and trees.n_dofs[i] <= largest < trees.n_dofs[trees.carrier[i]]
 
 
@@ -100,14 +100,14 @@ def _pad(n_dofs):
 
 @internal
 def _band(n_dofs, n_free, call):
-    """Return the multiplications of a band: Cholesky, the block right of it and the product of that; and its calls."""
+    """The multiplications of a band: Cholesky, the block right of it and the product of that; and its calls."""
     rows = _pad(n_dofs)
     return n_free * (14 * rows**3 + 12 * call * rows)
 
 
 @internal
 def _with_limbs(trees, branch, largest, n_free, call):
-    """Return the multiplications for the limbs of a branch: bands, borders, products and the trunk."""
+    """The multiplications for the limbs of a branch: bands, borders, products and the trunk."""
     total, n_trunk = 0, trees.n_dofs[branch]
     for i in range(branch, _end(trees, branch)):
         if _is_limb(trees, i, branch, largest):
@@ -126,7 +126,7 @@ def _choose_limbs(trees, branch, worth, call, n_free):
         for i in range(branch + 1, _end(trees, branch)):
             if last < trees.n_dofs[i] < size:
                 size = trees.n_dofs[i]
-        if size == trees.n_dofs[branch]:  # the branch itself is no limb
+        if size == trees.n_dofs[branch]:  # the branch itself does not count
             break
         cost = _with_limbs(trees, branch, size, n_free, call)
         if cost < least:
@@ -136,7 +136,7 @@ def _choose_limbs(trees, branch, worth, call, n_free):
 
 @internal
 def _is_worth_it(trees, worth, call, n_free):
-    """Return whether limbs are worth it for so many free poses, in all branches that have any."""
+    """Whether limbs are worth it for so many free poses, in all branches that have any."""
     cost, bands = 0, 0
     for i in range(trees.carrier.shape[0]):
         if trees.largest[i] > 0:

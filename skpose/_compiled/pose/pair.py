@@ -74,7 +74,7 @@ def _load(typingctx, address):
 
 @intrinsic(prefer_literal=True)
 def address_here(typingctx, address):
-    """Return an address that is a constant of compiled code; numba does not cache such code on disk."""
+    """An address that is a constant of compiled code; numba does not cache such code on disk."""
 
     def codegen(context, builder, sig, args):
         pointer = context.add_dynamic_addr(builder, address.literal_value, "skpose")

@@ -14,7 +14,7 @@ ONE, TWO, THREE = np.int64(1), np.int64(2), np.int64(3)
 
 @inlined
 def plan_of(tree):
-    """Return the part of a tree that a step reads."""
+    """The part of a tree that a step reads."""
     first_moving = 1
     while first_moving < tree.joint_frame.shape[0] and tree.joint_frame[first_moving] == 0:
         first_moving += 1
@@ -50,7 +50,7 @@ def plan_of(tree):
 
 @inlined
 def step_arrays(tree, scratch):
-    """Return the rows of a scratch array that a step uses, the root's frame and position set."""
+    """The rows of a scratch array that a step uses, the root's frame and position set."""
     n, q, h = tree.angle_dof.shape[0], 9 * tree.ball_frame.shape[0], 6 * tree.frame_parent.shape[0]
     H, P, x = rows(scratch, 4 * n + q), rows(scratch, 4 * n + q + h), 4 * n + q + h + 3 * tree.offset.shape[0]
     for i in range(6):
@@ -177,7 +177,7 @@ def _rotate_frames(plan, arrays):
 
 @inlined
 def _leaf_offset(plan, arrays, f, x, y):
-    """Return the offset (x, y, 0) of a leaf's joint, rotated by its angles."""
+    """The offset (x, y, 0) of a leaf's joint, rotated by its angles."""
     C, S = arrays.C, arrays.S
     d, n_dofs = plan.end_angle[f] - 1, plan.end_dof[f] - plan.first_dof[f]
     u, v, w = full_like(arrays.P, x), C[d] * y, S[d] * y
@@ -190,27 +190,27 @@ def _leaf_offset(plan, arrays, f, x, y):
 
 @inlined
 def _ball_offset(Q, q, x):
-    """Return the offset (x, 0, 0) of a ball joint's leaf, rotated by one step."""
+    """The offset (x, 0, 0) of a ball joint's leaf, rotated by one step."""
     a, b, c, d = advance(Q, q)
     return (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
 
 
 @inlined
 def no_squares(scale, P):
-    """Return sums of squares with nothing in them, for joints of a scale."""
+    """Sums of squares with nothing in them, for joints of a scale."""
     zero = full_like(P, 0.0)
     return Squares(scale, zero, zero, zero, zero)
 
 
 @inlined
 def weighted_sum(squares):
-    """Return the weighted sum of squares."""
+    """The weighted sum of squares."""
     return squares.total + (squares.scale * squares.scale) * (squares.first + squares.second + squares.third)
 
 
 @inlined
 def for_scale(scale, P, squares):
-    """Return sums for joints of this scale; those of another one are weighted now, so that equal ones cost nothing."""
+    """Sums for joints of this scale; weight the sums now if the scale differs, so that equal ones cost nothing."""
     if scale == squares.scale:
         return squares
     zero = full_like(P, 0.0)

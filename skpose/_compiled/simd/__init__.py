@@ -22,7 +22,7 @@ points but those that it needs (`jit`): one for Python takes longer to compile t
 function again for each literal integer or flag that it is called with, so constants are ``np.int64(1)`` where that
 matters. A named tuple of many arrays, such as `pose.tree.Tree`, is one address (`shared`): it is some two hundred
 numbers, which every call would copy. What `lanes` has is not compiled at all: numba writes its instructions into the
-caller (`lanes_llvm`), as it does with its own operators.
+caller (`lanes_llvm`), like its own operators.
 
 Public in numba are `njit` and `numba.extending`, which are used where they suffice. Beyond them, `lanes_llvm` and
 `shared` use numba's tools for LLVM (`numba.core.cgutils`), `by_address` its calling convention, `announce` its events

@@ -28,7 +28,7 @@ CACHED = _can_cache()
 
 
 class CheckedFile:
-    """The files of a function's cache, whose data say what they are: `file` is numba's own.
+    """The files of a function's cache, whose data carry their version and key: `file` is numba's own.
 
     numba writes an index and then the data that it names, and chooses names by the index that it has read. So another
     process that compiles for other types may choose the same name, or find data of older sources under a new index.

@@ -17,7 +17,7 @@ from skpose._compiled.simd.cache import CACHED, cache_under
 def sources_digest() -> str:
     """Digest all sources of `skpose._compiled`.
 
-    numba inlines functions of one file into those of another, but its cache watches only the file of the outer one.
+    numba inlines functions of one file into another, but its cache watches only the file of the outer one.
     With this digest as a part of the cache's version, an edit in any file takes effect everywhere.
     """
     digest = hashlib.sha256()
@@ -54,7 +54,7 @@ def _compile(function: Callable | None = None, *, cache: bool = True, signatures
     return compiled
 
 
-# Entry points take longer to compile than most functions here, so a function has only those that it needs: jit is
+# Entry points take longer to compile than most functions here, so a function has only the necessary ones: jit is
 # called from Python, first_class is an argument of a compiled function, by_address is called by compiled functions, and
 # internal and inlined are compiled into their callers. Python crashes when it calls one without an entry for it;
 # tests/test_architecture.py looks for such calls.

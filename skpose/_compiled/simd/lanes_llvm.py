@@ -45,7 +45,7 @@ class _RowsModel(models.PrimitiveModel):
 
 
 def _defines(function, result):
-    """Let a function of `lanes` return this type, given those of its arguments, and compile to what is decorated.
+    """Let a function of `lanes` return this type, given the types of its arguments, and compile to the decorated code.
 
     numba's `overload` compiles a function for each call with new types.
     """
@@ -57,7 +57,7 @@ def _defines(function, result):
 
 
 def _broadcast(context, builder, value, source, target):
-    """Return one number in every lane, where the target has lanes."""
+    """One number in every lane, where the target has lanes."""
     if isinstance(source, LanesType):
         return value
     if not isinstance(target, LanesType):
@@ -98,19 +98,19 @@ _define_operator(operator.truediv, "fdiv")
 
 
 def _address(context, builder, array_type, array):
-    """Return the address of the first number of an array."""
+    """The address of the first number of an array."""
     return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, intp_t)
 
 
 def _row_address(context, builder, rows_type, address, index_type, index):
-    """Return the address of a row, as an opaque pointer."""
+    """The address of a row, as an opaque pointer."""
     at = context.cast(builder, index, index_type, types.intp)
     start = builder.inttoptr(address, ir.PointerType())
     return builder.gep(start, [at], source_etype=context.get_value_type(rows_type.row))
 
 
 def _alignment(row):
-    """Return the alignment of a row: that of one number, as arrays begin anywhere."""
+    """The alignment of a row is the one of a number, as arrays begin anywhere."""
     return (row.dtype if isinstance(row, LanesType) else row).bitwidth // 8
 
 
@@ -191,7 +191,7 @@ def _empty_rows(context, builder, sig, args):
 
 
 def _allocate(context, builder, array_type, shape):
-    """Return an empty array at the start of a cache line."""
+    """An empty array at the start of a cache line."""
     number = context.get_data_type(array_type.dtype)
     strides = [intp_t(context.get_abi_sizeof(number))]
     for length in reversed(shape):
@@ -239,7 +239,7 @@ def _least(context, builder, sig, args):
 
 
 def _compare_greater(context, builder, sig, args):
-    """Return a flag for each lane: its value is more than the bound."""
+    """A flag for each lane: its value is more than the bound."""
     bound = _broadcast(context, builder, args[1], sig.args[1], sig.args[0])
     return builder.fcmp_ordered(">", args[0], bound)
 

@@ -46,7 +46,7 @@ class _Attributes(AttributeTemplate):
 
 
 def shared_type(named_tuple: type, fields: list) -> SharedType:
-    """Return numba's type of a named tuple that is a shared structure, given the types of its fields."""
+    """Numba's type of a named tuple that is a shared structure, given the types of its fields."""
     return SharedType(types.NamedTuple(fields, named_tuple))
 
 
@@ -68,7 +68,7 @@ def _layout_of(context: Any, shared_type: Any) -> Any:
 
 
 def _address_of(context: Any, builder: Any, shared_type: Any, fields: Any, *indices: int) -> Any:
-    """Return the address of a field, or of a part of it, given that of the fields."""
+    """The address of a field, or of a part of it, given that of the fields."""
     layout = _layout_of(context, shared_type)
     return builder.gep(fields, [int32_t(i) for i in (0, *indices)], inbounds=True, source_etype=layout)
 
@@ -108,7 +108,7 @@ def _allocate(context: Any, builder: Any, shared_type: Any) -> tuple[Any, Any]:
 
 
 def _hide(context: Any, builder: Any, shared_type: Any, meminfo: Any) -> Any:
-    """Return the structure whose fields have just been stored.
+    """The structure whose fields have just been stored.
 
     Loads of fields may be moved to where LLVM sees the address. It sees this one after the stores.
     """
@@ -127,7 +127,7 @@ def _get(context: Any, builder: Any, shared_type: Any, value: Any, attribute: st
     i, kind = list(shared_type.field_dict).index(attribute), shared_type.field_dict[attribute]
     layout = context.get_value_type(kind)
     loaded = ir.Constant(layout, ir.Undefined)
-    for k, part_type in enumerate(layout.elements):  # one by one: LLVM keeps numbers in registers, and not structures
+    for k, part_type in enumerate(layout.elements):  # LLVM keeps numbers in registers, and not structures
         part = builder.load(_address_of(context, builder, shared_type, fields, i, k), typ=part_type)
         part.set_metadata("invariant.load", builder.module.add_metadata([]))
         loaded = builder.insert_value(loaded, part, k)
@@ -137,7 +137,7 @@ def _get(context: Any, builder: Any, shared_type: Any, value: Any, attribute: st
 
 @intrinsic(prefer_literal=True)
 def replace(typingctx: Any, shared: Any, name: Any, array: Any) -> Any:
-    """Return a shared structure with another array of this name, a literal."""
+    """A shared structure with another array of this name, a literal."""
     i = list(shared.field_dict).index(name.literal_value)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
