@@ -14,4 +14,4 @@ What calls what::
 """
 
 # Subject and duration in the message of `simd.announce`.
-COMPILES = "inverse kinematics", "10 to 40 s"
+COMPILES = "inverse kinematics", "20 to 60 s"

@@ -27,4 +27,4 @@ for motions.
 """
 
 # Subject and duration in the message of `simd.announce`.
-COMPILES = "geodesics", "10 to 40 s"
+COMPILES = "geodesics", "15 to 60 s"

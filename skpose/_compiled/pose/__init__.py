@@ -62,4 +62,4 @@ computes the distances from one encoded pose to others. The loops over poses and
 """
 
 # Subject and duration in the message of `simd.announce`.
-COMPILES = "distances between poses", "3 to 10 s"
+COMPILES = "distances between poses", "5 to 15 s"
