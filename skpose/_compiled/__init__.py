@@ -1,6 +1,6 @@
-"""All compiled code, in rooms: forward kinematics in vector registers, the metrics, geodesics, the loops over pairs.
+"""All compiled code: forward kinematics in vector registers, the metrics, geodesics, the loops over pairs.
 
-A room imports from those below it, and each opens with a diagram of what calls what in it::
+A package imports from those below it, and each opens with a diagram of what calls what in it::
 
     metrics, neighbors, motions    geodesics, motions    kinematics    motions    cluster
             |                          |                     |            |         |
@@ -10,7 +10,7 @@ A room imports from those below it, and each opens with a diagram of what calls 
                           |                                                         |
                          simd ------------------------------------------------------+
 
-`simd`: vector registers, and compilation by numba, whose private parts are used nowhere else; it knows no pose.
+`simd`: vector registers, and compilation by numba; it does not depend on poses.
 `pose`: a skeleton as arrays, a pose and its distances. `path`: paths between poses, and geodesics. `inverse`: poses at
 given positions of the joints. `warping`: whole motions.
 
@@ -23,7 +23,7 @@ Glossary
 --------
 | word         | meaning                                                                                          |
 |--------------|--------------------------------------------------------------------------------------------------|
-| internal     | a function that is compiled into its callers: it has no address (LLVM's internal linkage)         |
+| internal     | a function that is compiled into its callers: it has no address                                   |
 | by address   | a function that is compiled once, for one signature; its callers call an external symbol          |
 | first class  | a function that is an argument of a compiled one (numba's first-class functions)                  |
 | lane         | one number of a vector register; a group of lanes is what one register holds                      |

@@ -8,12 +8,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import config
+from numba.core.dispatcher import Dispatcher
 from sklearn.base import BaseEstimator
 
 from skpose._compat.sklearn import InvalidParameterError, validate_parameter_constraints
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
-from skpose._compiled.simd.private import Dispatcher
 from skpose._validation.options import check_integer
 from skpose.kinematics._shared import tree_of
 from skpose.metrics._direct_means import DirectMeans

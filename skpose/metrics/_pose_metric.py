@@ -6,9 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from skpose._compat.sklearn import validate_params
-from skpose._compiled.pose.pair import PairMetric, keep_metric, pair_distance
+from skpose._compiled.pose.pair import PairMetric, address_here, keep_metric, pair_distance
 from skpose._compiled.simd.jit import of_this_process
-from skpose._compiled.simd.kept import address_of
 from skpose._compiled.simd.lanes import empty_pairs
 from skpose.metrics._metric import Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
@@ -105,6 +104,6 @@ def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray,
         poses = empty_pairs(width, np.float64)
         for i in range(width):
             poses[i, 0, 0], poses[i, 0, 1] = x[i], y[i]
-        return pair_distance(poses, address_of(kept))
+        return pair_distance(poses, address_here(kept))
 
     return of_this_process(distance, (_compile, (metric, skeleton)))

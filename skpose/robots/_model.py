@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.io import MocapFormatError
-from skpose.robots._kind import first_element, robot_kind
 from skpose.io._shared import open_file
+from skpose.robots._kind import first_element, robot_kind
 
 # Elements of a model other than bodies, frames and joints; those that refer to others come first.
 REMOVED = (

@@ -4,5 +4,5 @@ from numba import njit
 
 
 def from_python(function):
-    """Return a function for Python that calls this one, which has no entry point of its own."""
+    """A function for Python that calls this one, which has no entry point of its own."""
     return njit(lambda *args: function(*args))

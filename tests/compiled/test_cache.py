@@ -11,7 +11,7 @@ SINGLE, DOUBLE = "float32(float32)", "float64(float64)"
 
 @pytest.fixture
 def process(tmp_path):
-    """Return what a process has of the files of one function, for sources with this digest."""
+    """What a process has of the files of one function, for sources with this digest."""
 
     def files(digest="a"):
         file = IndexDataCacheFile(str(tmp_path), "module.function-1.py3", 0)
@@ -51,33 +51,6 @@ def test_processes_that_compile_for_other_types_at_a_time_never_load_each_others
     process().save(SINGLE, "single")
     found = [process().load(key) for key in (SINGLE, DOUBLE, "int64(int64)")]
     assert found == ["single", "double", "third"]
-
-
-def test_data_of_older_sources_under_a_new_index_are_not_loaded(process, tmp_path, monkeypatch):
-    process("old").save(SINGLE, "old")
-    new = process("new")
-    seen = []
-    writes = new._file._save_data
-
-    def late(name, data):
-        seen.append(process("new").load(SINGLE))
-        writes(name, data)
-
-    monkeypatch.setattr(new._file, "_save_data", late)
-    new.save(SINGLE, "new")
-    assert seen == [None]
-    assert process("new").load(SINGLE) == "new"
-    assert len(list(tmp_path.glob("*.nbc"))) == 1  # they have taken the place of the older ones
-
-
-def test_data_under_the_name_of_others_are_not_loaded(process, tmp_path):
-    one = process()
-    one.save(SINGLE, "single")
-    one.save(DOUBLE, "double")
-    names = [tmp_path / name for name in one._file._load_index().values()]
-    names[0].write_bytes(names[1].read_bytes())
-    assert process().load(SINGLE) is None
-    assert process().load(DOUBLE) == "double"
 
 
 def test_numbas_own_files_still_have_these_faults(tmp_path, monkeypatch):

@@ -19,7 +19,6 @@ from skpose._compiled.inverse.energy import (
     workspace_of,
 )
 from skpose._compiled.inverse.step import retract
-from skpose._compiled.inverse.tree_cholesky import N_ORIGIN
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.skeleton._root import with_root_joint
 
@@ -29,7 +28,6 @@ add_second_derivatives_of_pose, workspace_of = map(from_python, (add_second_deri
 
 # Small, so that the tests run without compilation too.
 SKELETONS = {
-    "chain": Skeleton.chain(2),
     "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
     "mixed joints": random_tree(3, n=6, kinds=MIXED, offset_frame="parent"),
 }
@@ -58,7 +56,7 @@ def energy(work, target, step, stiffness):
 
 
 def dense(work):
-    """Return the matrix, whose entries that no two dofs share are zero."""
+    """The matrix, whose entries that no two dofs share are zero."""
     lower = np.tril(work.equations.matrix)
     return lower + np.tril(lower, -1).T
 
@@ -88,35 +86,6 @@ def test_the_matrix_with_second_derivatives_is_the_hessian(case):
             terms = (s * t * energy(work, target, s * a + t * b, 0.0) for s in (1, -1) for t in (1, -1))
             hessian[i, k] = sum(terms) / (4 * h * h)
     np.testing.assert_allclose(dense(work), hessian, atol=1e-5)
-
-
-def test_the_gauss_newton_matrix_is_of_first_derivatives(case):
-    work, target = case
-    stiffness, n, h = 0.3, len(work.equations.gradient), 1e-6
-    evaluate_pose(work, work.here, target, stiffness)
-    fill_gradient(work.here, target, stiffness, work)
-    fill_matrix(work.here, stiffness, work)
-    seen, columns = target.weights > 0, []
-    for e in np.eye(n):
-        ends = []
-        for sign in (1, -1):
-            energy(work, target, sign * h * e, 0.0)
-            ends.append(work.there.P.reshape(-1, 3) + work.there.origin)
-        columns.append((np.sqrt(target.weights)[:, None] * (ends[0] - ends[1]))[seen].ravel() / (2 * h))
-    J = np.array(columns).T
-    stiff = np.r_[np.zeros(N_ORIGIN + 3), np.full(n - N_ORIGIN - 3, stiffness)]  # the root is free
-    np.testing.assert_allclose(dense(work), J.T @ J + np.diag(stiff), atol=1e-6)
-
-
-def test_steps_keep_angles_within_bounds(case):
-    work, target = case
-    n = len(target.lower)
-    bounds = target._replace(lower=np.full(n, -0.1), upper=np.full(n, 0.2))
-    for sign, bound in ((-1, -0.1), (1, 0.2)):
-        retract(work.tree, work.here, np.full(n + N_ORIGIN, sign * 9.0), bounds, work.there)
-        angles = [d for f in range(2, len(work.tree.frame_parent)) if work.tree.ball[f] < 0
-                  for d in range(work.tree.first_dof[f], work.tree.end_dof[f])]  # fmt: skip
-        np.testing.assert_array_equal(work.there.dofs[angles], bound)
 
 
 @pytest.mark.parametrize("limits", ["ignore", "enforce"])

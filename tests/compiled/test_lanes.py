@@ -1,17 +1,12 @@
 """Lanes against numpy: every operation on all of them, and on one number."""
 
-import ast
-from pathlib import Path
-
 import numpy as np
 import pytest
 from numba import njit
 
-import skpose
 from skpose._compiled.pose.encode import cosine_sine
 from skpose._compiled.simd.lanes import (
     any_greater,
-    flat,
     full_like,
     greater,
     lanes,
@@ -69,27 +64,13 @@ def test_operations_across_lanes():
 
 
 @njit
-def shifted(a, out):
-    source, target = flat(a), flat(out)
-    for i in range(a.size):
-        target[i] = source[a.size - 1 - i]
-
-
-def test_numbers_run_through_an_array_of_any_shape():
-    a = np.arange(24.0).reshape(2, 3, 4)
-    out = np.empty_like(a)
-    shifted(a, out)
-    np.testing.assert_array_equal(out, a.ravel()[::-1].reshape(a.shape))
-
-
-@njit
 def trigonometry(angles, cosines, sines):
     x, c, s = rows(angles, 0), rows(cosines, 0), rows(sines, 0)
     for i in range(angles.shape[0]):
         c[i], s[i] = cosine_sine(x[i])
 
 
-@pytest.mark.parametrize("reach", [1e-300, 1.0, 4.0, 1e3, 1e7])
+@pytest.mark.parametrize("reach", [1e-300, 4.0, 1e7])
 def test_cosine_and_sine(reach):
     width = lanes(np.dtype(np.float64))
     angles = reach * np.random.default_rng(0).uniform(-1, 1, (5000, width))
@@ -101,39 +82,3 @@ def test_cosine_and_sine(reach):
     one_by_one = np.empty((2, angles.size))
     trigonometry(angles.ravel(), *one_by_one)
     np.testing.assert_array_equal(one_by_one, [cosines.ravel(), sines.ravel()])
-
-
-def test_of_any_angle_however_large_there_are_a_cosine_and_a_sine():
-    angles = np.geomspace(1e7, 1e300, 64).reshape(-1, lanes(np.dtype(np.float64)))
-    cosines, sines = np.empty_like(angles), np.empty_like(angles)
-    for sign in (-1, 1):
-        trigonometry(sign * angles, cosines, sines)
-        np.testing.assert_allclose(cosines**2 + sines**2, 1, atol=1e-15)
-
-
-def test_an_array_is_in_use_as_long_as_its_address():
-    """numba frees an array that a function makes after its last use; an address is none."""
-    for path in Path(skpose.__file__).parent.rglob("*.py"):
-        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(function, ast.FunctionDef):
-                assert not [f"{path}:{line}" for line in lines_of_lost_arrays(function)]
-
-
-def lines_of_lost_arrays(function):
-    """Yield where the address is taken of an array that the function makes, and names neither later nor in a loop."""
-    made = {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    loops = [node for node in ast.walk(function) if isinstance(node, ast.For | ast.While)]
-    for call in ast.walk(function):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ("rows", "flat"):
-            array = next(node for node in ast.walk(call.args[0]) if isinstance(node, ast.Name))
-            is_in_loop = any(loop.lineno < call.lineno <= loop.end_lineno for loop in loops)
-            uses = [node.lineno for node in ast.walk(function) if isinstance(node, ast.Name) and node.id == array.id]
-            if array.id in made and not is_in_loop and max(uses) <= call.lineno:
-                yield call.lineno
-
-
-def test_an_array_that_is_lost_is_found():
-    code = "def f(n):\n    placed = empty(n)\n    places = flat(placed)\n    return places[0]\n"
-    assert list(lines_of_lost_arrays(ast.parse(code).body[0])) == [3]
-    kept = code.replace("places[0]", "places[0] + placed[0]")
-    assert not list(lines_of_lost_arrays(ast.parse(kept).body[0]))

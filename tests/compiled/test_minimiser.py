@@ -17,7 +17,7 @@ from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))
-order_by, order_of = from_python(orders.order_by), from_python(orders.order_of)
+order_by = from_python(orders.order_by)
 evaluate, path_of = from_python(evaluate), from_python(path_of)
 normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 
@@ -27,12 +27,9 @@ SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])
 
 # Small, so that the tests run without compilation too; one branch of the tree fills more than two registers.
 SKELETONS = {
-    "chain": Skeleton.chain(2),
     "tree": random_tree(0),
-    "tree, offsets in the parent's frame": random_tree(1, n=6, offset_frame="parent"),
     "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
-    "mixed joints": random_tree(3, n=6, kinds=MIXED, offset_frame="parent"),
-    "weights": random_tree(3, n=6, kinds=MIXED).with_weights([0.5, 2.0, 0.7, 1.0, 0.3, 3.0]),
+    "mixed joints, weights": random_tree(3, n=6, kinds=MIXED).with_weights([0.5, 2.0, 0.7, 1.0, 0.3, 3.0]),
 }
 
 
@@ -52,7 +49,7 @@ class Parts(NamedTuple):
 
 
 def blocks(tree, equations):
-    """Return the blocks on the diagonal, (n_nodes, n_dofs, n_dofs), and those right of them."""
+    """The blocks on the diagonal, (n_nodes, n_dofs, n_dofs), and those right of them."""
     n_nodes, n = equations.gradient.shape
     diagonal, off_diagonal = np.zeros((n_nodes, n, n)), np.zeros((n_nodes - 1, n, n))
     n_pairs = equations.first_pair[-1]
@@ -159,7 +156,7 @@ def test_normal_equations_are_those_of_the_chords(substeps, skeleton, poses):
 
 
 def expected_step(part, damping, fixed):
-    """Return the damped step of the free poses, by dense numpy."""
+    """The damped step of the free poses, by dense numpy."""
     free = ~fixed[1:-1].ravel()
     step = np.zeros(free.size)
     damped = part.matrix[np.ix_(free, free)] + damping * np.eye(free.sum())
@@ -167,50 +164,32 @@ def expected_step(part, damping, fixed):
     return step
 
 
-@pytest.mark.parametrize("share_fixed", [0.0, 0.3])
-def test_solution_is_the_dense_one(share_fixed, skeleton, poses):
-    part = parts(skeleton, poses, 1)
-    fixed = np.zeros(poses.shape, bool)
-    fixed[1:-1] = np.random.default_rng(1).random((N_NODES - 2, skeleton.n_dofs)) < share_fixed
-    part.equations.gradient[fixed] = 0.0
-    step, factors = np.zeros(poses.shape), factors_for(order_of(part.tree), N_NODES)
-    assert factorise(part.tree, part.equations, 0.5, fixed, factors)
-    solve(part.equations, factors, step)
-    expected = expected_step(part, 0.5, fixed)
-    np.testing.assert_allclose(step[1:-1].ravel(), expected, atol=1e-12 * np.abs(expected).max())
-
-
 def _star(parent, n):
     return [Bone(f"{parent}{i}", parent, np.random.default_rng(i).normal(size=3), "XYZ") for i in range(n)]
 
 
-# Limbs that one joint carries, and limbs that two joints carry, of one size and of several.
-LARGE = {
-    "star": Skeleton([Bone("a", None, [0, 1, 0], "XYZ"), *_star("a", 5)]),
-    "two stars": Skeleton(
-        [
-            Bone("a", None, [0, 1, 0], "XYZ"),
-            *_star("a", 3),
-            Bone("b", "a", [1, 0, 0], "XZ"),
-            *_star("b", 4),
-            Bone("c", "a", [-1, 0, 0], "YZ"),
-            *_star("c", 4),
-            Bone("c00", "c0", [0, 0, 1], "XY"),
-        ]
-    ),
-}
+# Limbs that one joint carries, and limbs that two joints carry, of several sizes.
+TWO_STARS = Skeleton(
+    [
+        Bone("a", None, [0, 1, 0], "XYZ"),
+        *_star("a", 3),
+        Bone("b", "a", [1, 0, 0], "XZ"),
+        *_star("b", 4),
+        Bone("c", "a", [-1, 0, 0], "YZ"),
+        *_star("c", 4),
+        Bone("c00", "c0", [0, 0, 1], "XY"),
+    ]
+)
 
 
 @pytest.mark.parametrize("share_fixed", [0.0, 0.3])
-@pytest.mark.parametrize("n_nodes", [3, 4, 10])
-@pytest.mark.parametrize("are_small", [False, True])
-@pytest.mark.parametrize("name", LARGE)
-def test_solution_where_limbs_are_eliminated_first(name, are_small, n_nodes, share_fixed):
-    skeleton, rng = LARGE[name], np.random.default_rng(0)
+@pytest.mark.parametrize("n_nodes", [3, 10])
+def test_solution_where_limbs_are_eliminated_first(n_nodes, share_fixed):
+    skeleton, rng = TWO_STARS, np.random.default_rng(0)
     poses = np.cumsum(rng.normal(size=(n_nodes, skeleton.n_dofs)) * 0.4, axis=0)
     part = parts(skeleton, poses, 1)
     # These skeletons are too small to gain from it; limbs are single bones as if trunks cost little.
-    order = order_by(part.tree, 100.0, *((0, 1, 1) if are_small else (orders.CALL, *N_FREE)))
+    order = order_by(part.tree, 100.0, orders.CALL, *N_FREE)
     assert (order.supernodes[:, 3] > 0).sum() >= 5
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = rng.random((n_nodes - 2, skeleton.n_dofs)) < share_fixed
@@ -223,10 +202,3 @@ def test_solution_where_limbs_are_eliminated_first(name, are_small, n_nodes, sha
             assert factorise(part.tree, part.equations, 0.5, fixed, factors)
             solve(part.equations, factors, step)
             np.testing.assert_allclose(step[1:-1].ravel(), expected_step(part, 0.5, fixed), rtol=0, atol=1e-12)
-
-
-def test_what_is_not_positive_definite_has_no_solution(skeleton, poses):
-    part = parts(skeleton, poses, 1)
-    fixed, factors = np.zeros(poses.shape, bool), factors_for(order_of(part.tree), N_NODES)
-    largest = np.linalg.eigvalsh(part.matrix).max()
-    assert not factorise(part.tree, part.equations, -1.01 * largest, fixed, factors)

@@ -8,7 +8,7 @@ from skpose import pose_distances
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.measure import measure_boxes
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.warping.paths import Paths, accumulate, accumulate_from, path_to
+from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
 from skpose.motions._index import Bounds, SequenceIndex
@@ -29,7 +29,7 @@ def costs_of(query, other):
 
 
 @pytest.mark.parametrize("paths", [Paths(1.0, False), Paths(0.2, False), Paths(1.0, True)])
-@pytest.mark.parametrize("lengths", [(1, 1), (1, 9), (9, 1), (5, 12), (12, 17)])
+@pytest.mark.parametrize("lengths", [(1, 9), (9, 1), (12, 17)])
 def test_ends_within_a_limit(lengths, paths):
     query, other = motion(lengths[0], 1), motion(lengths[1], 2)
     index = SequenceIndex(Sequences.of([other]), TREE, METRIC)
@@ -46,38 +46,8 @@ def test_ends_within_a_limit(lengths, paths):
                 assert found.starts[j] == path_to(expected, True, j)[0, 1]
 
 
-def test_a_tight_limit_leaves_groups_out():
-    query = motion(8, 1)
-    other = np.concatenate([motion(24, 2) + 2.0, query, motion(24, 3) - 2.0])
-    index = SequenceIndex(Sequences.of([other]), TREE, METRIC)
-    aligner = Aligner(index, Paths(1.0, True))
-    found = aligner.ends(aligner.encode(query), 0, len(other), Bounds(index, query), 1e-3)
-    assert (found.sums.argmin(), found.starts[found.sums.argmin()]) == (31, 24)
-    assert aligner.n_cells <= 2 * loops.FLOAT64_LANES * len(query)
-
-
-def test_the_sum_along_a_path():
-    query, other = motion(6, 1), motion(11, 2)
-    index = SequenceIndex(Sequences.of([other]), TREE, METRIC)
-    aligner = Aligner(index, Paths(1.0, True))
-    path = np.array([[0, 2], [1, 2], [1, 3], [2, 9], [5, 10]])
-    lanes = loops.in_lanes(aligner.encode(other))
-    expected = costs_of(query, other)[path[:, 0], path[:, 1]].sum()
-    assert aligner.path_sum(aligner.encode(query), lanes, path) == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("split", [1, 4, 7])
-def test_sums_go_on_from_the_column_before(split):
-    costs = np.random.default_rng(0).uniform(size=(5, 8))
-    whole, left, right = costs.copy(), costs[:, :split].copy(), costs[:, split:].copy()
-    accumulate(whole, Paths(1.0, True))
-    accumulate(left, Paths(1.0, True))
-    accumulate_from(right, Paths(1.0, True), left[:, -1].copy())
-    np.testing.assert_array_equal(np.hstack([left, right]), whole)
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("n_coordinates", [1, 2, 5, 18])
+@pytest.mark.parametrize("n_coordinates", [1, 5, 18])
 def test_distances_to_boxes(n_coordinates, dtype):
     rng = np.random.default_rng(0)
     corners = rng.normal(size=(2, 21, n_coordinates))

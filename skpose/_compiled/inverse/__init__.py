@@ -4,7 +4,7 @@ What calls what::
 
     frames                                                  the poses of a sequence, each from the one before
        |
-     start --- eigenvector                                  the first guess of a frame, by the root's orientation
+     start                                                  the first guess of a frame, by the root's orientation
        |
      step                                                   the search for the pose of a frame
        |
@@ -14,4 +14,4 @@ What calls what::
 """
 
 # Subject and duration in the message of `simd.announce`.
-COMPILES = "inverse kinematics", "10 to 40 s"
+COMPILES = "inverse kinematics", "20 to 60 s"

@@ -16,12 +16,12 @@ from numba import types
 from skpose._compiled.inverse.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
 from skpose._compiled.pose.chart import free_tree, keep_bounded, rotation_of
 from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.jacobian import place_with_screws
 from skpose._compiled.pose.rotation import inverse, product, sign_towards, vector_of
-from skpose._compiled.pose.screws import place_with_screws
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import Tree
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.lanes import copy_to
 from skpose._compiled.simd.signatures import MATRIX, REAL, VECTOR, tuple_type
 
 
@@ -80,7 +80,7 @@ def _empty_state(tree):
 
 @internal
 def workspace_of(tree, lower, upper):
-    """Return arrays for the search for poses of a tree, whose joints of three angles turn freely without bounds."""
+    """Arrays for the search for poses of a tree, whose joints of three angles turn freely without bounds."""
     free = free_tree(tree, True)
     keep_bounded(tree, free, lower, upper)
     return Workspace(
@@ -98,7 +98,7 @@ def workspace_of(tree, lower, upper):
 
 @by_address(lambda: types.void(STATE, STATE))
 def copy_state(source, target):
-    """Copy a state to another one."""
+    """Copy a state to another."""
     copy_to(target.rotations, source.rotations)
     copy_to(target.dofs, source.dofs)
     copy_to(target.origin, source.origin)
@@ -136,7 +136,7 @@ def start_at(tree, state, rotations, angles):
 
 @internal
 def _turn_from(before, now, f):
-    """Return the rotation vector of a frame from one set of rotations to another, in the rotated axes."""
+    """The rotation vector of a frame from one set of rotations to another, in the rotated axes."""
     p = before[f, 0], before[f, 1], before[f, 2], before[f, 3]
     q = now[f, 0], now[f, 1], now[f, 2], now[f, 3]
     sign = sign_towards(p, q)
@@ -146,7 +146,7 @@ def _turn_from(before, now, f):
 
 @internal
 def half_square_away(tree, state, target):
-    """Return half the squared distance from θ₀ in rad²; the root's frame, the first one, has no part in it."""
+    """Half the squared distance from θ₀ in rad²; the root's frame, the first one, has no part in it."""
     half = 0.0
     for f in range(2, tree.frame_parent.shape[0]):
         if tree.ball[f] >= 0:

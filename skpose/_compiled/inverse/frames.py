@@ -1,4 +1,4 @@
-"""Inverse kinematics of the frames of a sequence, each from the one before, and of frames one by one.
+"""Inverse kinematics of the frames of a sequence, each from the one before, and of single frames.
 
 Angles that the positions leave open, such as twists, go back to the first pose a part of the way in each frame, so that
 they cannot drift. Where the end of a bone is lost, which other frames see, they stay as in the frame before.
@@ -14,8 +14,8 @@ from skpose._compiled.inverse.start import fit_afresh, fit_from
 from skpose._compiled.inverse.step import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.pose.chart import dofs_of
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit
+from skpose._compiled.simd.lanes import copy_to
 
 WORSE, MORE = 2.0, 1e-6  # a frame starts afresh too if it is farther off than the one before: times, and m
 
@@ -27,7 +27,7 @@ class Observed(NamedTuple):
     weights: np.ndarray  # (n_frames, n_joints + 1) zero where not seen; the largest of a frame is 1
     stiffness: np.ndarray  # (n_frames,) ρ² of these weights, m²/rad²
     ever: np.ndarray  # (n_joints + 1,) bool: seen in some frame
-    changes: np.ndarray  # (n_frames,) by how much an angle may change at most since the frame before, rad; or infinite
+    changes: np.ndarray  # (n_frames,) largest change of an angle since the frame before, rad; or infinite
 
 
 class Rules(NamedTuple):
@@ -111,20 +111,11 @@ def _settle(tree, observed, i, rotations, angles, state, target):
 
 @internal
 def _distance(fit, weights):
-    """Return the weighted root mean square of the distances."""
+    """The weighted root mean square of the distances."""
     total = 0.0
     for j in range(1, weights.shape[0]):
         total += weights[j]
     return math.sqrt(2.0 * fit.half / total)
-
-
-@internal
-def _bound_changes(state, change, rules, lower, upper):
-    """Let each angle be within its limits and near to that of the frame before; return whether that bounds any."""
-    for d in range(lower.shape[0]):
-        lower[d] = max(rules.lower[d], state.dofs[d] - change)
-        upper[d] = min(rules.upper[d], state.dofs[d] + change)
-    return change < math.inf
 
 
 @jit
@@ -148,7 +139,10 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
             copy_to(prior, rotations)
             copy_to(prior_dofs, angles)
             started = False
-        is_bound = _bound_changes(work.here, observed.changes[i] if started else math.inf, rules, lower, upper)
+        change = observed.changes[i] if started else math.inf
+        for d in range(lower.shape[0]):
+            lower[d] = max(rules.lower[d], work.here.dofs[d] - change)
+            upper[d] = min(rules.upper[d], work.here.dofs[d] + change)
         target = Target(
             observed.positions[i],
             observed.weights[i],
@@ -164,7 +158,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
                 _settle(tree, observed, i, rotations, angles, work.here, target)
                 fit = minimise_pose(work, target, LEAST_DAMPING, rules.warm_iter)
             distance = _distance(fit, target.weights)
-            if not is_bound and (not started or not fit.converged or distance > WORSE * last + MORE):
+            if change == math.inf and (not started or not fit.converged or distance > WORSE * last + MORE):
                 copy_state(work.here, work.kept)
                 again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter)
                 n_iter = fit.n_iter + again.n_iter

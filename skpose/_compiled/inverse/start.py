@@ -9,25 +9,69 @@ import math
 
 import numpy as np
 
-from skpose._compiled.inverse.eigenvector import greatest_eigenvector
 from skpose._compiled.inverse.energy import TARGET, WORKSPACE, copy_state, place_state, start_at
 from skpose._compiled.inverse.step import FIRST_DAMPING, FIT, Fit, minimise_pose
 from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, internal
+from skpose._compiled.simd.lanes import copy_to
 from skpose._compiled.simd.signatures import INTEGER, MATRIX, VECTOR
 
-ROOT = np.int64(1)  # frame that turns the root; not a literal, for which numba would compile its users once more
-TIE = 1e-6  # of a rotation's products, by which smaller rotations fit better
+ROOT = np.int64(1)  # frame that turns the root; not a literal: numba would compile its users once more
+TIE = 1e-6  # of a rotation's products: smaller rotations fit better by this share
 NO_LEVER = 1e-2  # of a hinge whose bone lies along its axis
 REACHED = 1e-7  # distance of all joints together that is none, m
 OFF, MAX_HINGES = 2.0, 3  # times the mean square, for hinges to be tried; so many of them after one ball joint
+MAX_SWEEPS = 20  # a 4 × 4 matrix takes four to six
+NO_ELEMENT = 1e-17  # element off the diagonal that no rounding shows, relative to the two on it
+
+
+@internal
+def _greatest_eigenvector(A):
+    """Find the eigenvector of the greatest eigenvalue of a symmetric matrix, which is destroyed.
+
+    LAPACK's rounding depends on the number of threads that it may use.
+
+    Jacobi's rotations: each makes one pair of elements off the diagonal zero, until all are.
+    """
+    n = A.shape[0]
+    V = np.zeros((n, n))  # its rows are the eigenvectors
+    for i in range(n):
+        V[i, i] = 1.0
+    for _ in range(MAX_SWEEPS):
+        is_diagonal = True
+        for p in range(n):
+            for q in range(p + 1, n):
+                if abs(A[p, q]) > NO_ELEMENT * (abs(A[p, p]) + abs(A[q, q])):
+                    is_diagonal = False
+                    _rotate(A, V, p, q)
+        if is_diagonal:
+            break
+    best = 0
+    for i in range(1, n):
+        if A[i, i] > A[best, best]:
+            best = i
+    return V[best]
+
+
+@internal
+def _rotate(A, V, p, q):
+    """Rotate rows and columns p and q so that A[p, q] is zero; the same rows of V."""
+    slope = (A[q, q] - A[p, p]) / (2.0 * A[p, q])
+    tan = math.copysign(1.0 / (abs(slope) + math.hypot(slope, 1.0)), slope)
+    cos = 1.0 / math.hypot(tan, 1.0)
+    sin = tan * cos
+    for k in range(A.shape[0]):
+        A[k, p], A[k, q] = cos * A[k, p] - sin * A[k, q], sin * A[k, p] + cos * A[k, q]
+    for k in range(A.shape[0]):
+        A[p, k], A[q, k] = cos * A[p, k] - sin * A[q, k], sin * A[p, k] + cos * A[q, k]
+        V[p, k], V[q, k] = cos * V[p, k] - sin * V[q, k], sin * V[p, k] + cos * V[q, k]
+    A[p, q] = A[q, p] = 0.0
 
 
 @internal
 def _rotation_of(S):
-    """Return the rotation Q, as a quaternion, with the largest Σ b·Q a, given S = Σ a bᵀ; of several the smallest.
+    """The rotation Q, as a quaternion, with the largest Σ b·Q a, given S = Σ a bᵀ; of several the smallest.
 
     B. K. P. Horn, "Closed-form solution of absolute orientation using unit quaternions", Journal of the Optical Society
     of America A 4(4), 1987, doi:10.1364/JOSAA.4.000629.
@@ -46,7 +90,7 @@ def _rotation_of(S):
         N[i + 1, i + 1] = 2.0 * S[i, i] - N[0, 0]
         for k in range(i):
             N[k + 1, i + 1] = N[i + 1, k + 1] = S[i, k] + S[k, i]
-    best = greatest_eigenvector(N)
+    best = _greatest_eigenvector(N)
     return best[0], best[1], best[2], best[3]
 
 
@@ -144,7 +188,7 @@ def _point_bones(work, target, ancestor):
 
 @internal
 def _inside(angle, lower, upper):
-    """Return an angle inside bounds: that of the same rotation where there is one, else the bound that is nearer."""
+    """An angle of the same rotation inside bounds, else the nearer bound."""
     if lower <= angle <= upper:
         return angle
     if angle > upper:
@@ -177,7 +221,7 @@ def _turn_hinge(state, target, d, S):
 
 @internal
 def _angle_about(axis, a, b):
-    """Return the angle about an axis from a vector to another one."""
+    """The angle about an axis from one vector to another."""
     sin = axis[0] * (a[1] * b[2] - a[2] * b[1])
     sin += axis[1] * (a[2] * b[0] - a[0] * b[2]) + axis[2] * (a[0] * b[1] - a[1] * b[0])
     return math.atan2(sin, np.dot(a, b) - np.dot(axis, a) * np.dot(axis, b))
@@ -185,7 +229,7 @@ def _angle_about(axis, a, b):
 
 @internal
 def _joint_before(tree, f):
-    """Return the frame with dofs that carries the pivot of a frame; 1, the root's, or 0 if there is none."""
+    """The frame with dofs that carries the pivot of a frame; 1, the root's, or 0 if there is none."""
     before = tree.frame_parent[f]
     while before > 1 and (tree.end_dof[before] == tree.first_dof[before] or tree.pivot[before] == tree.pivot[f]):
         before = tree.frame_parent[before]
@@ -194,7 +238,7 @@ def _joint_before(tree, f):
 
 @internal
 def _hinge_bone(tree, state, f):
-    """Return the bone that a hinge carries, from its pivot, and whether that lies along its axis."""
+    """The bone that a hinge carries, from its pivot, and whether that lies along its axis."""
     bone = np.zeros(3)
     for j in range(tree.offset.shape[0] - 1, 0, -1):
         if tree.joint_frame[j] == f:
@@ -248,7 +292,7 @@ def _hinges_after(tree, state, ball, hinges):
 
 @internal
 def _is_off(tree, state, target, f):
-    """Return whether the joints below a frame are much farther from their positions than all joints are."""
+    """Whether the joints below a frame are much farther from their positions than all joints are."""
     here, n_here, all_of_them, n = 0.0, 0.0, 0.0, 0.0
     for j in range(1, target.weights.shape[0]):
         w, square = target.weights[j], 0.0
@@ -302,7 +346,7 @@ def fit_afresh(work, target, rotations, angles, max_iter):
 def fit_from(work, target, rotations, angles, max_iter):
     """Find the pose from a first one on, with the root by the best fit of all joints, and the pose as it is.
 
-    Where limits matter a joint that is turned to where its bone shall end may be at a limit that it does not leave.
+    Where limits matter, a joint that points its bone at the target may end at a limit and stay there.
     """
     start_at(work.tree, work.here, rotations, angles)
     _align_root(work, target)

@@ -26,13 +26,13 @@ from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, tuple_type
 
-PRECISION = 1e-9  # a step that brings the joints no nearer than this is no step, m
+PRECISION = 1e-9  # steps that bring the joints less near than this do not count, m
 NEGLIGIBLE = 1e-10  # decrease relative to the energy that is none, far below what noise makes of it
 FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-10  # as all damping, relative to the mean diagonal of the matrix
 RAISED_DAMPING, MAX_DAMPING = 2e-9, 1e6  # after a step that fails, at least and at most
 CERTAIN = 1e-6  # damping up to which a short step means that the minimum is near
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
-PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; how far that goes to θ₀ in what is open
+PULL, SHARE = 1e-5, 0.1  # ρ of the first step at least, m/rad; its share of the way to θ₀ in open angles
 SLOW = 0.5  # relative decrease of the energy below which the exact Hessian takes over
 
 
@@ -76,32 +76,12 @@ def retract(tree, state, step, target, moved):
                 moved.dofs[d] = min(max(angle, target.lower[d]), target.upper[d])
 
 
-@internal
-def _mean_diagonal(matrix):
-    return np.trace(matrix) / matrix.shape[0]
-
-
-@internal
-def _correct(work, target, stiffness, damping):
-    """Take a second step from where a first one led, by the same equations; return the energy reached.
-
-    Where the energy has not fallen, the reason is most often a narrow curved valley, which a straight step leaves and
-    this one leads back to: the second-order correction of J. Nocedal, S. J. Wright, "Numerical Optimization", 2006,
-    sec. 18.3.
-    """
-    equations = work.equations
-    fill_gradient(work.there, target, stiffness, work)
-    solve(work.tree, equations, damping)
-    retract(work.tree, work.there, equations.step, target, work.beyond)
-    return evaluate_pose(work, work.beyond, target, stiffness)
-
-
 @by_address(lambda: FIT(WORKSPACE, TARGET, REAL, INTEGER))
 def minimise_pose(work, target, first_damping, max_iter):
     """Find the minimum from the state `work.here` on, in place.
 
-    The first step also goes a part of the way to θ₀ in what the positions leave open; the others only so far as the
-    stiffness asks for.
+    The first step also goes a part of the way to θ₀ in angles that the positions leave open; the others do so only as
+    far as the stiffness asks for.
     """
     tree, here, there, equations = work.tree, work.here, work.there, work.equations
     stiffness = max(target.stiffness, PULL * PULL)
@@ -114,7 +94,7 @@ def minimise_pose(work, target, first_damping, max_iter):
         fill_gradient(here, target, stiffness, work)
         fill_matrix(here, stiffness, work)
         if iteration == 0:
-            scale = _mean_diagonal(equations.matrix)
+            scale = np.trace(equations.matrix) / equations.matrix.shape[0]
             damping = max(first_damping * scale, PULL * PULL / SHARE)
         _fix_at_bounds(here, target, equations)
         if exact:
@@ -138,7 +118,12 @@ def minimise_pose(work, target, first_damping, max_iter):
             retract(tree, here, equations.step, target, there)
             reached = evaluate_pose(work, there, target, stiffness)
             if not half - reached > LEAST_RATIO * predicted:
-                again = _correct(work, target, stiffness, damping)
+                # Most often the step has left a narrow curved valley. A second one by the same equations leads back to
+                # it: J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, sec. 18.3, second-order correction.
+                fill_gradient(there, target, stiffness, work)
+                solve(tree, equations, damping)
+                retract(tree, there, equations.step, target, work.beyond)
+                again = evaluate_pose(work, work.beyond, target, stiffness)
                 if again < reached:
                     reached = again
                     copy_state(work.beyond, there)

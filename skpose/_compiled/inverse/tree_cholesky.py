@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose.signatures import TREE
-from skpose._compiled.simd.jit import by_address, internal, jit
+from skpose._compiled.simd.jit import by_address, jit
 from skpose._compiled.simd.signatures import FLAG, FLAG_VECTOR, INTEGER_VECTOR, MATRIX, REAL, VECTOR, tuple_type
 
 N_ORIGIN = 3  # dofs of the root's position
@@ -35,7 +35,7 @@ EQUATIONS = tuple_type(Equations, MATRIX, MATRIX, VECTOR, VECTOR, FLAG_VECTOR, I
 
 @jit
 def equations_of(tree):
-    """Return equations for a tree, not yet filled, no dof fixed."""
+    """Equations for a tree, not yet filled, no dof fixed."""
     n = N_ORIGIN + tree.column.shape[0]
     frame_of = np.zeros(n, np.int64)
     for f in range(1, tree.frame_parent.shape[0]):
@@ -44,25 +44,19 @@ def equations_of(tree):
     return Equations(zeros, zeros.copy(), np.zeros(n), np.zeros(n), np.zeros(n, np.bool_), frame_of)
 
 
-@internal
-def _copy_row(tree, equations, k, damping):
-    """Copy a row of the matrix to the factor, damped; with a row of the identity instead of that of a fixed dof."""
-    matrix, factor, fixed, f = equations.matrix, equations.factor, equations.fixed, equations.frame_of[k]
-    for j in range(min(N_ORIGIN, k + 1)):
-        factor[k, j] = 0.0 if fixed[k] or fixed[j] else matrix[k, j]
-    for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
-        for j in range(N_ORIGIN + tree.dof_ranges[s, 0], min(N_ORIGIN + tree.dof_ranges[s, 1], k + 1)):
-            factor[k, j] = 0.0 if fixed[k] or fixed[j] else matrix[k, j]
-    factor[k, k] = 1.0 if fixed[k] else matrix[k, k] + damping
-
-
 @by_address(lambda: FLAG(TREE, EQUATIONS, REAL))
 def factorise(tree, equations, damping):
     """Factorise the matrix plus a multiple of the identity; return whether that is positive definite."""
-    factor = equations.factor
+    matrix, factor, fixed = equations.matrix, equations.factor, equations.fixed
     n = factor.shape[0]
-    for k in range(n):
-        _copy_row(tree, equations, k, damping)
+    for k in range(n):  # a fixed dof has a row of the identity
+        f = equations.frame_of[k]
+        for j in range(min(N_ORIGIN, k + 1)):
+            factor[k, j] = 0.0 if fixed[k] or fixed[j] else matrix[k, j]
+        for s in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+            for j in range(N_ORIGIN + tree.dof_ranges[s, 0], min(N_ORIGIN + tree.dof_ranges[s, 1], k + 1)):
+                factor[k, j] = 0.0 if fixed[k] or fixed[j] else matrix[k, j]
+        factor[k, k] = 1.0 if fixed[k] else matrix[k, k] + damping
     for k in range(n - 1, -1, -1):
         pivot = factor[k, k]
         if not pivot > 0.0:
@@ -87,7 +81,7 @@ def factorise(tree, equations, damping):
 
 @by_address(lambda: REAL(TREE, EQUATIONS, REAL))
 def solve(tree, equations, damping):
-    """Compute the step from the factors; return by how much it lowers the quadratic model, without the damping."""
+    """Compute the step from the factors; return the decrease of the quadratic model, without the damping."""
     factor, step, gradient = equations.factor, equations.step, equations.gradient
     n = factor.shape[0]
     for k in range(n):

@@ -18,7 +18,7 @@ What calls what::
              |                 |
     normal_equations     band_cholesky, elimination         gradient and Hessian; the factors, and their indices
              |                 |
-         curvature           order                          what the exact Hessian adds; the order, limb by limb
+             |               order                          the order of elimination, limb by limb
              |                 |
              +---- energy -----+                            the energy of a path, eight poses at once
 
@@ -27,4 +27,4 @@ for motions.
 """
 
 # Subject and duration in the message of `simd.announce`.
-COMPILES = "geodesics", "10 to 40 s"
+COMPILES = "geodesics", "15 to 60 s"

@@ -56,7 +56,7 @@ def _scale(chunks, target, scale, n_chunks):
 
 @internal
 def _ends(supernode, i):
-    """Return the ends of the registers of block row i that are not zero: of the band and of the border."""
+    """The ends of the registers of block row i that are not zero: of the band and of the border."""
     ancestors = n_registers((i + 2) * supernode.n_ancestors)  # those at the next pose are the last
     return supernode.n if i == supernode.n_blocks - 1 else supernode.edge, min(
         supernode.width, supernode.edge + ancestors
@@ -112,7 +112,7 @@ def substitute_forward(cells, supernode):
             first, lane, row = p // LANES, p % LANES, supernode.band + (i * m + p) * width
             at = supernode.solution + i * n + first
             value = cells[at, lane] * cells[row + first, lane]
-            # Left of the diagonal there are zeros; on it there is no number of U.
+            # Left of the diagonal there are zeros; the diagonal itself holds no number of U.
             _subtract_row(chunks, at, row + first, value, end - first)
             _subtract_row(chunks, border, row + supernode.edge, value, border_end - supernode.edge)
             cells[at, lane] = value

@@ -13,15 +13,6 @@ from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, INTEGER, MATRIX,
 
 
 @internal
-def _any(flags):
-    for i in range(flags.shape[0]):
-        for d in range(flags.shape[1]):
-            if flags[i, d]:
-                return True
-    return False
-
-
-@internal
 def _clear(cells, first, n):
     """Set registers to zero, which takes less time than number by number."""
     chunks = rows(cells, 0)
@@ -41,7 +32,7 @@ def _fill(tree, equations, damping, fixed, k, factors):
     _clear(factors.cells, supernode.band, supernode.n_blocks * m * supernode.width)
     for row in range(supernode.n_blocks * m):
         numbers[start + row * width + row % m] = 1.0
-    any_fixed = _any(fixed)
+    any_fixed = fixed.any()
     for i in range(n_free):  # the step from pose i on ends at pose i + 1, where another begins
         before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
         lane, next_lane, has_next = i % STEPS, (i + 1) % STEPS, i < n_free - 1

@@ -37,10 +37,10 @@ class Factors(NamedTuple):
 
 
 class Supernode(NamedTuple):
-    """A limb, a trunk, or a branch without limbs; numbers of rows and columns are those of its band."""
+    """A limb, a trunk, or a branch without limbs; rows and columns of its band."""
 
     first_dof: int
-    end_dof: int  # the dofs of a trunk lie between, with those of its limbs
+    end_dof: int  # the dofs of a trunk lie between, with its limbs' dofs
     n_ancestors: int  # dofs of the trunk that carry a limb; else zero
     trunk: int  # the supernode that carries a limb
     n_blocks: int  # one for all poses, or one for each
@@ -49,7 +49,7 @@ class Supernode(NamedTuple):
     edge: int  # registers in a row left of the border
     width: int  # registers in a row
     band: int  # first register
-    solution: int  # first register; as many numbers as there are rows, then those of the border's columns
+    solution: int  # first register; as many numbers as there are rows, then of the border's columns
 
 
 FACTORS = tuple_type(Factors, INTEGER, ORDER, INTEGER, INTEGER_MATRIX, MATRIX)
@@ -58,13 +58,13 @@ SUPERNODE = tuple_type(Supernode, *[INTEGER] * len(Supernode._fields))
 
 @internal
 def n_registers(n_numbers):
-    """Return how many registers hold so many numbers."""
+    """How many registers hold so many numbers."""
     return -(-n_numbers // LANES)
 
 
 @by_address(lambda: SUPERNODE(FACTORS, INTEGER))
 def supernode_at(factors, k):
-    """Return a supernode by its number."""
+    """A supernode by its number."""
     row, n_free = factors.order.supernodes[k], factors.n_free
     first, end, n_dofs, n_ancestors, trunk, is_dense = row[0], row[1], row[2], row[3], row[4], row[5]
     n_blocks, n = (1, n_registers(n_free * n_dofs)) if is_dense else (n_free, n_registers(n_dofs))
@@ -77,7 +77,7 @@ def supernode_at(factors, k):
 
 @by_address(lambda: FACTORS(ORDER, INTEGER))
 def factors_for(order, n_nodes):
-    """Return factors for a path of so many poses, not yet filled."""
+    """Factors for a path of so many poses, not yet filled."""
     n_supernodes, kind = order.supernodes.shape[0], 1 if n_nodes - 2 <= order.most_poses[0] else 0
     starts, end, n_sums = np.zeros((n_supernodes + 1, 2), np.int64), 0, 0
     factors = Factors(n_nodes - 2, order, kind, starts, empty_aligned(0, LANES, np.float64))

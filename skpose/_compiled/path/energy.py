@@ -16,7 +16,7 @@ import numpy as np
 from numba import types
 
 from skpose._compiled.pose.forward import orient, place, place_joints, workspace, workspace_rows
-from skpose._compiled.pose.screws import set_screws
+from skpose._compiled.pose.jacobian import set_screws
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import empty_aligned, full_like, next_lane, rows, sqrt, sum_of_lanes
@@ -38,7 +38,7 @@ class Path(NamedTuple):
 class Samples(NamedTuple):
     """The samples of a group of steps, one step in each lane; sample s has the s-th of equal parts of the rows."""
 
-    poses: np.ndarray  # (2 n_dofs, LANES) the poses where the steps begin, and the steps; zero where there are none
+    poses: np.ndarray  # (2 n_dofs, LANES) the poses where the steps begin, and the steps; zero elsewhere
     dofs: np.ndarray  # (n_dofs, LANES) of one sample
     scratch: np.ndarray  # (workspace_rows, LANES)
     P: np.ndarray  # ((substeps + 1) · (3 n_joints + 3), LANES) joint positions, the root's first, m
@@ -51,7 +51,7 @@ SAMPLES = tuple_type(Samples, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX)
 
 @by_address(lambda: PATH(TREE, MATRIX, INTEGER))
 def path_of(tree, poses, substeps):
-    """Return the path of these poses with so many chords between two of them."""
+    """The path of these poses with so many chords between two of them."""
     ends = np.empty((2, 3 * tree.offset.shape[0]))
     scratch, last = np.empty(workspace_rows(tree)), poses.shape[0] - 1
     place(tree, poses[0], scratch, ends[0])
@@ -61,7 +61,7 @@ def path_of(tree, poses, substeps):
 
 @internal
 def copy_of(path):
-    """Return a copy of a path with the same ends."""
+    """A copy of a path with the same ends."""
     return Path(path.poses.copy(), path.ends, path.substeps)
 
 
@@ -75,7 +75,7 @@ def copy_free(source, target):
 
 @by_address(lambda: SAMPLES(TREE, PATH))
 def samples_for(tree, path):
-    """Return arrays for the samples of a path."""
+    """Arrays for the samples of a path."""
     n, n_samples = tree.column.shape[0], path.substeps + 1
     return Samples(
         empty_aligned(2 * n, LANES, np.float64),
@@ -128,7 +128,7 @@ def place_samples(tree, path, first, with_screws, samples):
 
 @by_address(lambda: REAL(TREE, PATH, SAMPLES))
 def evaluate(tree, path, samples):
-    """Return half the energy."""
+    """Half the energy."""
     n_coordinates, P, half = 3 * tree.offset.shape[0], rows(samples.P, 0), 0.0
     for first in range(0, path.poses.shape[0] - 1, STEPS):
         place_samples(tree, path, first, False, samples)
@@ -144,7 +144,7 @@ def evaluate(tree, path, samples):
 
 @by_address(lambda: MATRIX(MATRIX, INTEGER))
 def divide(poses, n_parts):
-    """Divide every step between poses into equal parts; return all poses, those given among them."""
+    """Divide every step between poses into equal parts; return all poses, including the original ones."""
     n_steps, n_dofs = poses.shape[0] - 1, poses.shape[1]
     out = np.empty((n_steps * n_parts + 1, n_dofs))
     for i in range(out.shape[0]):
@@ -159,7 +159,7 @@ def divide(poses, n_parts):
 
 @internal
 def _chords(tree, poses, dofs, scratch):
-    """Return what `chords` does; the rows of the two arrays are valid as long as they are arguments."""
+    """What `chords` does; the rows of the two arrays are valid as long as they are arguments."""
     angles, last, length, energy = rows(dofs, 0), poses.shape[0] - 1, 0.0, 0.0
     for first in range(0, last, STEPS):
         for w in range(LANES):
@@ -180,7 +180,7 @@ def _chords(tree, poses, dofs, scratch):
 
 @by_address(lambda: types.UniTuple(REAL, 2)(TREE, MATRIX))
 def chords(tree, poses):
-    """Return the sum of the chords between poses, and the sum of their squares."""
+    """The sum of the chords between poses, and the sum of their squares."""
     dofs, scratch = (
         empty_aligned(poses.shape[1], LANES, np.float64),
         empty_aligned(workspace_rows(tree), LANES, np.float64),
@@ -190,5 +190,5 @@ def chords(tree, poses):
 
 @internal
 def curve_length(tree, poses):
-    """Return the length of the curve through poses, measured on a grid `FINE` times finer."""
+    """The length of the curve through poses, measured on a grid `FINE` times finer."""
     return chords(tree, divide(poses, FINE))[0]

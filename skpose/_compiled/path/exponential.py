@@ -17,7 +17,7 @@ needs a large twist: the angles turn fast and the positions do not, as near the 
 found by positions: nearest to F_i + P_i (F_i − F_{i−1}) first, then such that its tangential part is met. Near a
 straight limb that pose may be half a turn of a slow angle away, behind others that are locally nearest: where the part
 is not met, the search starts again after turns of these angles. Where the manifold is nearly a cone, as for two hinges
-of one straight limb, several poses may meet the part, and the exponential may go on from another one than the
+of one straight limb, several poses may meet the part, and the exponential may continue from a different pose than the
 logarithm.
 """
 
@@ -44,20 +44,20 @@ from skpose._compiled.pose.forward import orient, place_joints, workspace, works
 from skpose._compiled.pose.jacobian import write_jacobian
 from skpose._compiled.simd.jit import internal, jit
 
-# Eigenvalue of the metric tensor, relative to the largest, above which a direction moves joints: less than for steps of
+# Eigenvalue of the metric tensor, relative to the largest, of a direction that moves joints: less than for steps of
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
 MOVES = 1e-9
 TURN = 1e-5  # along directions that move no joint, rad
-OPENS = 1e-7  # eigenvalue, relative to the same, of what a turn adds to the tangent space; of others it is below 5e-9
+OPENS = 1e-7  # eigenvalue, relative to the same, of a direction that a turn adds to the tangent space; others: < 5e-9
 NEAREST = 1e-2  # distance from its positions at which a nearest pose is a good start, relative to the step
-# Of a step: relative to the mean diagonal of its matrix; by what it changes.
+# Of a step: relative to the mean diagonal of its matrix; the factor of its changes.
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING, FACTOR = 1e-12, 1e-8, 1e3, 10.0
 MAX_STEPS = 40  # to the next pose
 STALLED = 1e-3  # relative decrease of an error below which it does not come down to zero
 MAX_CHORDS = 40  # first chords that are tried for the one of the right length
 ROUNDING = 1e-10  # error of a tangential part, relative to the length of a step
 NOTHING = 1e-12  # length of the tangential part of a velocity, relative to it, at which there is none
-REACHED = 1e-6  # the same, above which the joints cannot reach that part
+REACHED = 1e-6  # the same, for a part that the joints cannot reach
 # Where they do not: eigenvalue below which a direction is slow, relative to the largest; how many; turns along it, rad.
 SLOW, MOST_SLOW, TURNS = 1e-4, 3, (1.0, -1.0, 2.0, -2.0, 3.0, -3.0)
 
@@ -83,7 +83,7 @@ def _positions(tree, dofs, scratch, positions):
 
 @internal
 def _derivatives(tree, dofs, scratch):
-    """Return the Jacobian of the scaled positions."""
+    """The Jacobian of the scaled positions."""
     jacobian = np.zeros((3 * tree.offset.shape[0] - 3, dofs.shape[0]))
     write_jacobian(tree, dofs, scratch, jacobian)
     return jacobian
@@ -91,7 +91,7 @@ def _derivatives(tree, dofs, scratch):
 
 @internal
 def _range(jacobian):
-    """Return an orthonormal basis of the range of a Jacobian, directions that move no joint, and the largest speed².
+    """An orthonormal basis of the range of a Jacobian, directions that move no joint, and the largest speed².
 
     The basis has shape (3 n_joints, rank), the directions (n_dofs, n_dofs − rank).
     """
@@ -105,7 +105,7 @@ def _range(jacobian):
 
 @internal
 def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
-    """Return directions (3 n_joints, n) in which joints move after a turn that moves none.
+    """Directions (3 n_joints, n) in which joints move after a turn that moves none.
 
     They are orthonormal, and normal to a basis. The twist of a straight leg moves no joint, but turns the plane in
     which the knee bends.
@@ -129,7 +129,7 @@ def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
 
 @jit
 def tangent_space(tree, pose):
-    """Return an orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
+    """An orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
 
     Where angles are singular it also holds the velocities after turns that move no joint. That may be more than the
     joints can do at once: two hinges of one straight leg bend in the same plane.
@@ -211,7 +211,7 @@ def _advance(tree, pose, basis, step, near, tol):
 
 
 @internal
-def _next_from(tree, pose, basis, tangential, start, tol):
+def _find_following(tree, pose, basis, tangential, start, tol):
     """Find the pose whose chord from a pose has a given tangential part, from a third pose on; see `_advance`.
 
     It goes by the pose nearest to the positions of that tangential step, a good start where limbs are straight.
@@ -222,15 +222,9 @@ def _next_from(tree, pose, basis, tangential, start, tol):
 
 
 @internal
-def _find_following(tree, pose, basis, tangential, tol):
-    """Find the pose whose chord from a pose has a given tangential part; see `_advance`."""
-    return _next_from(tree, pose, basis, tangential, pose, tol)
-
-
-@internal
 def _find_after_turns(tree, pose, basis, tangential, tol):
     """Do what `_find_following` does, and where the part is not met, try again after turns along slow directions."""
-    found, positions, error = _find_following(tree, pose, basis, tangential, tol)
+    found, positions, error = _find_following(tree, pose, basis, tangential, pose, tol)
     reached = REACHED * math.sqrt((tangential**2).sum())
     if error <= reached:
         return found, positions, error
@@ -246,7 +240,7 @@ def _find_after_turns(tree, pose, basis, tangential, tol):
         n_slow += 1
         for turn in TURNS:
             start = pose_of(tree, free, coordinates + turn * vectors[:, k], pose)
-            other, other_positions, other_error = _next_from(tree, pose, basis, tangential, start, tol)
+            other, other_positions, other_error = _find_following(tree, pose, basis, tangential, start, tol)
             if other_error < error:
                 found, positions, error = other, other_positions, other_error
             if error <= reached:
@@ -282,7 +276,7 @@ def _first_pose(tree, pose, basis, tangential, tol):
         if is_reached:
             found, positions, error = _advance(tree, pose, basis, share * tangential, found, tol)
         else:
-            found, positions, error = _find_following(tree, pose, basis, share * tangential, tol)
+            found, positions, error = _find_following(tree, pose, basis, share * tangential, pose, tol)
     chord = math.sqrt(((positions - start) ** 2).sum())
     return found, positions, max(error, abs(chord - length))
 
@@ -310,6 +304,6 @@ def exponential(tree, pose, velocity, n_steps):
         if worst <= REACHED * length:
             found, positions, error = _find_after_turns(tree, found, basis, tangential, tol)
         else:
-            found, positions, error = _find_following(tree, found, basis, tangential, tol)
+            found, positions, error = _find_following(tree, found, basis, tangential, found, tol)
         worst = max(worst, error)
     return found, worst / length

@@ -3,10 +3,10 @@
 A path goes through cells (i, k), frame i of the motion with frame k of the template, by steps (1, 1), (1, 2) and (2,
 1), so that the tempo differs by a factor of two at most. It takes the whole template. A family is a set of paths whose
 segments of the motion do not overlap. The best one has the largest score, the sum of the similarities of all its cells
-(M. Müller, N. Jiang, P. Grosche, 2013, doi:10.1109/TASL.2012.2227732). The template's own path is no part of it here:
+(M. Müller, N. Jiang, P. Grosche, 2013, doi:10.1109/TASL.2012.2227732). The template's own path does not belong to it:
 the frames before the template and those behind it have families of their own.
 
-The *fitness* of a template is the harmonic mean of the mean similarity of all cells, to which the template's own frames
+The *fitness* of a template is the harmonic mean of the mean similarity of all cells, where the template's own frames
 are added as cells of similarity zero, and of the share of all frames that are in the segments.
 
 Still frames are left out of the matrix; `pauses` has their number before each of its frames. No path goes on across a
@@ -41,13 +41,13 @@ class States(NamedTuple):
 
 @internal
 def _states(m):
-    """Return a row without families."""
+    """A row without families."""
     return States(np.full(m, -np.inf), np.zeros(m, np.int64), np.zeros(m, np.int64))
 
 
 @internal
 def _step(similarities, one, two, row):
-    """Compute a row's states but for the first column from the two rows above; no cell needs another of its row."""
+    """Compute a row's states except in the first column from the two rows above; no cell needs another of its row."""
     m = similarities.shape[0]
     score, n_cells, n_covered = row.score[1:], row.n_cells[1:], row.n_covered[1:]
     similarities = similarities[1:]
@@ -70,7 +70,7 @@ def _step(similarities, one, two, row):
 
 @jit
 def family_of(similarities, pauses, longest, first, last, start, stop):
-    """Return the best family in frames first:last of a template, frames start:stop; three rows of states are kept."""
+    """The best family in frames first:last of a template, frames start:stop; three rows of states are kept."""
     n, m = last - first, stop - start
     row, one, two = _states(m), _states(m), _states(m)
     waiting = Family(0.0, 0, 0)
@@ -92,7 +92,7 @@ def family_of(similarities, pauses, longest, first, last, start, stop):
 
 @jit
 def fitness_of(similarities, pauses, longest, start, stop, row):
-    """Return the fitness of a template, columns start:stop and as many rows from `row` on; zero without a family."""
+    """The fitness of a template, columns start:stop and as many rows from `row` on; zero without a family."""
     n = similarities.shape[0]
     before = family_of(similarities, pauses, longest, 0, row, start, stop)
     after = family_of(similarities, pauses, longest, row + stop - start, n, start, stop)
@@ -106,7 +106,7 @@ def fitness_of(similarities, pauses, longest, start, stop, row):
 
 @internal
 def _rearrange(matrix, order):
-    """Return a matrix with rows and columns in another order."""
+    """A matrix with rows and columns in another order."""
     n = order.shape[0]
     out = np.empty((n, n), matrix.dtype)
     for i in range(n):
@@ -118,7 +118,7 @@ def _rearrange(matrix, order):
 
 @jit
 def first_far(is_far):
-    """Return, of each first frame, the last one that a segment needs so that two of its frames are far apart."""
+    """Find, for each first frame, the last one that a segment needs so that two of its frames are far apart."""
     n = is_far.shape[0]
     last, reach = n, np.empty(n, np.int64)
     for i in range(n - 1, -1, -1):
@@ -132,7 +132,7 @@ def first_far(is_far):
 
 @jit
 def comes_back(similarities, start, stop, share):
-    """Return whether a template's last frame, or the next, is no farther from its first than a share of the farthest.
+    """Whether a template's last frame, or the next, is within a share of the largest distance from its first.
 
     One less the similarity is the distance, in some unit.
     """
@@ -146,7 +146,7 @@ def comes_back(similarities, start, stop, share):
 
 @jit
 def fitness_by_length(similarities, is_far, order, lengths, starts_per_length, share):
-    """Return the fitness of the fittest template of each length, where the frames are in another order, without pauses.
+    """The fitness of the fittest template of each length, where the frames are in another order, without pauses.
 
     Templates start a part of their length apart, have two frames that are far apart, and come back, see `comes_back`.
     """
@@ -163,7 +163,7 @@ def fitness_by_length(similarities, is_far, order, lengths, starts_per_length, s
 
 @inlined
 def _step_to(score, row, k):
-    """Return the best score before cell k of a row, and its row and column."""
+    """The best score before cell k of a row, and its row and column."""
     best, before, column = score[row - 1, k - 1], row - 1, k - 1
     if score[row - 2, k - 1] > best:
         best, before = score[row - 2, k - 1], row - 2
@@ -174,12 +174,12 @@ def _step_to(score, row, k):
 
 @jit
 def segments_of(similarities, first, last, start, stop):
-    """Return the segments of that family (n_paths, 2), and the mean similarity along each path.
+    """The segments of that family (n_paths, 2), and the mean similarity along each path.
 
     A segment is its first frame and the one behind its last.
     """
     n, m = last - first, stop - start
-    score = np.full((n + 2, m), -np.inf)  # two rows without a path, then those of the frames
+    score = np.full((n + 2, m), -np.inf)  # two rows without a path, then the frames
     waiting, arrives = np.zeros(n + 1), np.zeros(n + 1, np.bool_)  # before each frame, and whether by a path's end
     for i in range(n + 1):
         if i > 0:

@@ -45,8 +45,8 @@ from skpose._compiled.pose.measure import measure_line, turns_off
 from skpose._compiled.pose.rotation import product, vector_of
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import by_address, first_class, internal, jit
+from skpose._compiled.simd.lanes import copy_to
 from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, REAL, VECTOR, tuple_type
 
 MAX_ITER, TOL = 500, 1e-6  # iterations in each refinement; share of the length that is left to gain
@@ -79,16 +79,11 @@ CURVE = tuple_type(Curve, MATRIX, REAL, REAL, REAL, REAL, REAL, INTEGER, FLAG)
 
 @internal
 def stop_at(max_iter, tol):
-    """Return where the search for a geodesic ends, tol being a share of its length.
+    """Where the search for a geodesic ends, tol being a share of its length.
 
     That is twice as much of the energy. Half of this is requested, as the model often has too little left.
     """
     return Stop(max_iter, 0.0, tol)
-
-
-@internal
-def _settings_for(substeps, stop):
-    return Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
 
 
 @by_address(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, INTEGER))
@@ -103,7 +98,7 @@ def slerp_line(tree, free, start, end, n_steps):
 
 @internal
 def _curve_length(tree, local, poses):
-    """Return the length of the curve through poses on a fine grid: straight from pose to pose, ball joints by slerp.
+    """The length of the curve through poses on a fine grid: straight from pose to pose, ball joints by slerp.
 
     The references of the local tree are set for each step.
     """
@@ -115,7 +110,7 @@ def _curve_length(tree, local, poses):
 
 @by_address(lambda: types.Tuple([CURVE, FLAG])(TREE, MATRIX, TREE, MATRIX, OUTCOME, INTEGER))
 def check_discretisation(line_tree, line, tree, samples, outcome, n_iter):
-    """Return the samples of a path as a curve, and whether it passes the discretisation check.
+    """The samples of a path as a curve, and whether it passes the discretisation check.
 
     It also has to be no longer than the line, whose coordinates may be others.
     """
@@ -140,7 +135,7 @@ def find_geodesic(tree, line, bounds, stop):
     for factor, substeps in REFINEMENTS:
         if substeps > 1:
             poses = line if factor == 1 else divide(poses, 2)
-        settings = _settings_for(substeps, stop)
+        settings = Settings(stop, FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE if substeps == 1 else NEVER)
         path = path_of(tree, poses, substeps)
         outcome = minimise(tree, path, bounds, settings)
         n_iter += outcome.n_iter
@@ -156,7 +151,7 @@ def find_geodesic(tree, line, bounds, stop):
 
 @by_address(lambda: types.Tuple([MATRIX, REAL])(TREE, TREE, VECTOR, VECTOR, INTEGER))
 def shorter_line(tree, free, start, end, n_steps):
-    """Return the shorter straight line from a pose to another, in coordinates, and its length."""
+    """The shorter straight line from a pose to another, in coordinates, and its length."""
     line = slerp_line(tree, free, start, end, n_steps)
     length = chords(free, line)[0]
     if differs(tree, free):
@@ -204,7 +199,7 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
 
 @internal
 def _dofs_in(tree, code, dofs):
-    """Read the dofs of a pose from its code, where there are ball joints to 36 bits.
+    """Read the dofs of a pose from its code; if it has ball joints, to 36 bits.
 
     The same rotation in other numbers differs by rounding, which the iterations of a long path make larger.
     """
@@ -228,7 +223,7 @@ def _dofs_in(tree, code, dofs):
 
 @internal
 def _is_ahead(tree, x, y):
-    """Return whether the first dof in which two codes differ is larger in y: one rule for both orders of the two."""
+    """Whether the first dof in which two codes differ is larger in y: one rule for both orders of the two."""
     n = tree.angle_dof.shape[0]
     for k in range(n):
         if x[k] != y[k]:
@@ -241,7 +236,7 @@ def _is_ahead(tree, x, y):
 
 @first_class
 def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
-    """Compute the length of the geodesic, eq. 3; where chord and straight line agree already, that of the line.
+    """Compute the length of the geodesic, eq. 3; the line's, if that agrees with the chord already.
 
     Sets the gap of a geodesic that did not converge.
     """

@@ -26,8 +26,8 @@ from skpose._compiled.path.geodesic import (
 from skpose._compiled.path.minimiser import FIRST_DAMPING, Settings, Stop, minimise, no_bounds
 from skpose._compiled.path.normal_equations import equations_for, gradient_of
 from skpose._compiled.pose.chart import coordinates_of, follow, free_tree, slopes_of_turns
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import internal, jit
+from skpose._compiled.simd.lanes import copy_to
 
 MOST_NODES = REFINEMENTS[-1][0]  # steps of the finest path, over n_steps
 SAME = 1e-9  # difference of angles of one end, rad; another is a whole turn
@@ -85,7 +85,7 @@ def _follow_base(tree, own, pose, end, nodes):
 
 @internal
 def _keep(kept, i, free, curve, n_steps):
-    """Keep the path of a curve, or none where it is the straight line."""
+    """Keep the path of a curve, or none if it is the straight line."""
     n_chords = curve.poses.shape[0] - 1
     substeps = 1 if n_chords == n_steps else SUBSTEPS
     kept.n_nodes[i] = n_chords // substeps + 1 if np.isfinite(curve.gradient_norm) else 0

@@ -9,8 +9,8 @@ from skpose._compiled.path.geodesic import NEVER
 from skpose._compiled.path.minimiser import LEAST_DAMPING, Outcome, Settings, Stop, minimise, no_bounds
 from skpose._compiled.pose.chart import chart_at, pose_of
 from skpose._compiled.pose.forward import place, workspace_rows
-from skpose._compiled.simd.copying import copy_to
 from skpose._compiled.simd.jit import jit
+from skpose._compiled.simd.lanes import copy_to
 
 
 @jit

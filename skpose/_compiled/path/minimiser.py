@@ -35,7 +35,7 @@ from skpose._compiled.path.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path.order import order_of
+from skpose._compiled.path.order import CALL, N_FREE, N_FREE_REFINED, WORTH, order_by
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, VECTOR, tuple_type
@@ -55,7 +55,7 @@ PERTURBATION, MAX_PERTURBATIONS = 1e-2, 2  # of a path that has stopped at a sad
 
 
 class Bounds(NamedTuple):
-    """The range of every angle, in the tree's order, rad; ±inf where it is free."""
+    """The range of every angle, in the tree's order, rad; ±inf if it is free."""
 
     lower: np.ndarray  # (n_dofs,)
     upper: np.ndarray  # (n_dofs,)
@@ -114,13 +114,13 @@ class System(NamedTuple):
 
 @internal
 def no_bounds(n_dofs):
-    """Return bounds that leave all angles free."""
+    """Bounds that leave all angles free."""
     return Bounds(np.full(n_dofs, -math.inf), np.full(n_dofs, math.inf))
 
 
 @internal
 def rounding_length(tree):
-    """Return a length below which only rounding is left."""
+    """A length below which only rounding is left."""
     reach, largest = 0.0, 0.0
     for j in range(tree.offset.shape[0]):
         reach += abs(tree.offset[j, 0]) + abs(tree.offset[j, 1]) + abs(tree.offset[j, 2])
@@ -139,8 +139,9 @@ def _dot(a, b):
 
 @internal
 def _system_for(tree, path):
-    """Return the system of a path, not yet filled, no dof fixed."""
-    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(order_of(tree), path.poses.shape[0])
+    """The system of a path, not yet filled, no dof fixed."""
+    order = order_by(tree, WORTH, CALL, N_FREE, N_FREE_REFINED)
+    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(order, path.poses.shape[0])
     return System(equations_for(tree, path), fixed, factors, samples_for(tree, path))
 
 
@@ -167,7 +168,7 @@ def _fix_at_bounds(path, bounds, system):
 def _damped_step(tree, system, damping, scale, step):
     """Compute the step with this damping, or with the next larger one that makes the matrix positive definite.
 
-    Return that damping; inf where it would be hopelessly large.
+    The result is that damping, or inf if it would be hopelessly large.
     """
     while damping < MAX_DAMPING * scale:
         if factorise(tree, system.equations, damping, system.fixed, system.factors):
@@ -231,7 +232,7 @@ def _line_search(tree, path, line, bounds, first, second, samples):
 
 @internal
 def _is_minimum(tree, path, exact, scale, system):
-    """Return whether the curvature of the energy is positive, or flat, in all directions."""
+    """Whether the curvature of the energy is positive, or flat, in all directions."""
     if not exact:
         normal_equations(tree, path, True, system.samples, system.equations)
     return factorise(tree, system.equations, FLAT * scale, system.fixed, system.factors)
@@ -248,23 +249,8 @@ def _perturb(path, bounds):
 
 
 @internal
-def _update_damping(damping, raised, ratio, least):
-    """Return the next damping: less where the decrease is as predicted, the raised one where it is not."""
-    if ratio > 0.75:
-        return max(0.1 * damping, least)
-    return raised if ratio < 0.25 else damping
-
-
-@internal
-def relative_gap(tree, poses):
-    """Return how much longer the curve through poses is on the fine grid than by its chords, relatively."""
-    along = curve_length(tree, poses)
-    return (along - chords(tree, poses)[0]) / along if along > 0.0 else 0.0
-
-
-@internal
 def _predict(system, damping, step):
-    """Return the decrease by the quadratic model for a damped step, and minus the slope along it."""
+    """The decrease by the quadratic model for a damped step, and minus the slope along it."""
     slope = -_dot(system.equations.gradient, step)
     return 0.5 * (damping * _dot(step, step) + slope), slope
 
@@ -330,8 +316,12 @@ def minimise(tree, path, bounds, settings):
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
         raised = 4.0 * (used if settings.raise_used else damping)
-        damping = _update_damping(damping, raised, ratio, least_damping * scale)
-        check = iteration % settings.patience == settings.patience - 1
-        if check and relative_gap(tree, path.poses) > DIVERGED * MAX_GAP:
-            return Outcome(norm, math.inf, iteration + 1, False)
+        if ratio > 0.75:
+            damping = max(0.1 * damping, least_damping * scale)
+        elif ratio < 0.25:
+            damping = raised
+        if iteration % settings.patience == settings.patience - 1:
+            along = curve_length(tree, path.poses)
+            if along > 0.0 and (along - chords(tree, path.poses)[0]) / along > DIVERGED * MAX_GAP:
+                return Outcome(norm, math.inf, iteration + 1, False)
     return Outcome(norm, predicted / half, stop.max_iter, False)

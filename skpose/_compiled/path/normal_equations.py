@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.path.curvature import add_ball, add_second_derivatives, screw_at
 from skpose._compiled.path.energy import LANES, PATH, SAMPLES, STEPS, place_samples
+from skpose._compiled.pose.rotation import second_derivatives
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, inlined, internal
 from skpose._compiled.simd.lanes import empty_aligned, full_like, rows
@@ -50,7 +50,7 @@ def _n_groups(path):
 
 @by_address(lambda: EQUATIONS(TREE, PATH))
 def equations_for(tree, path):
-    """Return normal equations for a path, not yet filled."""
+    """Normal equations for a path, not yet filled."""
     n_nodes, n = path.poses.shape
     n_groups, n_frames = _n_groups(path), tree.frame_parent.shape[0]
     first_pair = np.zeros(n + 1, np.int64)
@@ -72,13 +72,13 @@ def equations_for(tree, path):
 
 @internal
 def first_row(equations, group, pair):
-    """Return the first of the four rows of a pair, of a group of steps."""
+    """The first of the four rows of a pair, of a group of steps."""
     return 4 * (group * equations.first_pair[-1] + pair)
 
 
 @internal
 def mean_diagonal(equations):
-    """Return the mean of the diagonal over the free poses: the scale of the damping."""
+    """The mean of the diagonal over the free poses: the scale of the damping."""
     total, n_free, n = 0.0, equations.gradient.shape[0] - 2, equations.gradient.shape[1]
     for d in range(n):
         own = equations.first_pair[d + 1] - 1
@@ -90,7 +90,7 @@ def mean_diagonal(equations):
 
 @internal
 def _gather(tree, n_sums, sums):
-    """Add the sums of every frame to those of the frame that carries it."""
+    """Add the sums of every frame to its carrier's."""
     for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
         p = tree.frame_parent[f]
         for i in range(n_sums):
@@ -118,7 +118,7 @@ def _sum_products(tree, P, Q, sums):
 def _sum_moments(tree, s, substeps, P, moments):
     """Sum p wᵀ and w over the joints p that each frame moves, 12 rows a frame; w is the force on sample s.
 
-    It is the sum of those of the chords to the sample and from it, as far as they belong to the step.
+    It is the sum over the chords to the sample and from it, as far as they belong to the step.
     """
     n_coordinates = 3 * tree.offset.shape[0]
     for i in range(12 * tree.frame_parent.shape[0]):
@@ -164,8 +164,14 @@ def _add_gradient(tree, first, substeps, screws, moments, slopes, gradient):
 
 
 @inlined
+def _screw_at(screws, row):
+    """The six numbers of a screw from a row on."""
+    return screws[row], screws[row + 1], screws[row + 2], screws[row + 3], screws[row + 4], screws[row + 5]
+
+
+@inlined
 def _coefficients(products, at, of, n, screw):
-    """Return Σ q × v and Σ v over joints p that move by a screw, v = a × p + b: those of another screw, of joints q.
+    """Σ q × v and Σ v over joints p that move by a screw, v = a × p + b: those of another screw, of joints q.
 
     Σ (a × p + b)·(c × q + e) is linear in (c, e), as in the composite-rigid-body algorithm. The sums are those of p qᵀ,
     of q (at) and of p (of).
@@ -185,7 +191,7 @@ def _coefficients(products, at, of, n, screw):
 
 @inlined
 def _plus(total, share, coefficients):
-    """Return six numbers plus a share of six others."""
+    """Six numbers plus a share of six others."""
     a, b, c, u, v, w = total
     return (
         a + share * coefficients[0],
@@ -208,7 +214,7 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
     before = none  # by the motion of the sample before
     for s in range(substeps + 1):
         m, row, t, step = 16 * (2 * s * n_frames + f), 12 * s, s / substeps, 1.0 / substeps
-        here = screw_at(screws, 6 * (n * s + d))
+        here = _screw_at(screws, 6 * (n * s + d))
         products, p, _, count = _sums_of(sums, m)
         own = _coefficients(products, p, p, count, here)
         n_chords = 2.0 if 0 < s < substeps else 1.0
@@ -218,7 +224,7 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
             products, p, q, count = _sums_of(sums, m + 16 * n_frames)
             before = _coefficients(products, q, p, count, here)
             xx, xy, xz, yx, yy, yz, zx, zy, zz = products
-            following = screw_at(screws, 6 * (n * (s + 1) + d))
+            following = _screw_at(screws, 6 * (n * (s + 1) + d))
             after = _coefficients((xx, yx, zx, xy, yy, zy, xz, yz, zz), p, q, count, following)
             of_first, of_second = _plus(of_first, t + step - 1.0, after), _plus(of_second, -t - step, after)
         for i in range(6):
@@ -227,7 +233,7 @@ def _forces_of(f, d, n_frames, n, substeps, screws, sums, forces):
 
 @inlined
 def _sums_of(sums, m):
-    """Return what `_sum_products` has of a frame: the sums of p qᵀ, p, q and 1."""
+    """What `_sum_products` has of a frame: the sums of p qᵀ, p, q and 1."""
     products = sums[m], sums[m + 1], sums[m + 2], sums[m + 3], sums[m + 4], sums[m + 5], sums[m + 6], sums[m + 7]
     p, q = (sums[m + 9], sums[m + 10], sums[m + 11]), (sums[m + 12], sums[m + 13], sums[m + 14])
     return (*products, sums[m + 8]), p, q, sums[m + 15]
@@ -235,7 +241,7 @@ def _sums_of(sums, m):
 
 @inlined
 def _along(forces, row, screw):
-    """Return the force in six rows along a screw."""
+    """The force in six rows along a screw."""
     a, b, c, u, v, w = screw
     turn = forces[row] * a + forces[row + 1] * b + forces[row + 2] * c
     return turn + (forces[row + 3] * u + forces[row + 4] * v + forces[row + 5] * w)
@@ -264,10 +270,74 @@ def _set_two_pairs(n, e, both, substeps, screws, forces, pairs, row):
     here = following = zero, zero, zero, zero
     for s in range(substeps + 1):
         k, t = 6 * (n * s + e), s / substeps
-        here = _add_sample(s, t, screw_at(screws, k), forces, here)
-        following = _add_sample(s, t, screw_at(screws, k + 6 * both), forces, following)
+        here = _add_sample(s, t, _screw_at(screws, k), forces, here)
+        following = _add_sample(s, t, _screw_at(screws, k + 6 * both), forces, following)
     for i in range(4):
         pairs[row + i], pairs[row + 4 * both + i] = here[i], following[i]
+
+
+# Terms of the Hessian that Gauss-Newton leaves out: forces on samples times second derivatives.
+
+
+@internal
+def _add_second_derivatives(tree, f, d, substeps, screws, moments, forces):
+    """Add what the joint positions' second derivatives by dof d and others add to the forces that resist it.
+
+    A dof moves p at the rate a × p + b, its screw. For the axis c of this dof or of one between it and the root, ∂²p =
+    c × (a × p + b). So Σ w·∂²p = c·((M − tr M)a + b × Σ w) with M = Σ p wᵀ over the joints that the dof moves.
+    """
+    n, n_frames = tree.column.shape[0], tree.frame_parent.shape[0]
+    for s in range(substeps + 1):
+        m, row, t = 12 * (s * n_frames + f), 12 * s, s / substeps
+        u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
+        a, b, c, p, q, r = _screw_at(screws, 6 * (n * s + d))
+        trace = moments[m] + moments[m + 4] + moments[m + 8]
+        x = moments[m] * a + moments[m + 1] * b + moments[m + 2] * c - trace * a + (q * w - r * v)
+        y = moments[m + 3] * a + moments[m + 4] * b + moments[m + 5] * c - trace * b + (r * u - p * w)
+        z = moments[m + 6] * a + moments[m + 7] * b + moments[m + 8] * c - trace * c + (p * v - q * u)
+        forces[row] = forces[row] + (1.0 - t) * x
+        forces[row + 1] = forces[row + 1] + (1.0 - t) * y
+        forces[row + 2] = forces[row + 2] + (1.0 - t) * z
+        forces[row + 6] = forces[row + 6] + t * x
+        forces[row + 7] = forces[row + 7] + t * y
+        forces[row + 8] = forces[row + 8] + t * z
+
+
+@inlined
+def _add_to_pair(pairs, row, t, value):
+    """Add a number of two dofs and one sample."""
+    before, between, after = (1.0 - t) * (1.0 - t), t * (1.0 - t), t * t
+    pairs[row], pairs[row + 1] = pairs[row] + before * value, pairs[row + 1] + after * value
+    pairs[row + 2], pairs[row + 3] = pairs[row + 2] + between * value, pairs[row + 3] + between * value
+
+
+@internal
+def _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, rows_of):
+    """Add what the axes of a ball joint change with its rotation vector, times the moment of the forces on it.
+
+    The pairs of the joint's dofs with its first one are at these rows.
+    """
+    n, n_frames, d = tree.column.shape[0], tree.frame_parent.shape[0], tree.first_dof[f]
+    for s in range(substeps + 1):
+        m, k, t = 12 * (s * n_frames + f), 6 * (n * s + d), s / substeps
+        at = 3 * (s * tree.offset.shape[0] + tree.pivot[f])
+        u, v, w = moments[m + 9], moments[m + 10], moments[m + 11]
+        a = moments[m + 5] - moments[m + 7] - (P[at + 1] * w - P[at + 2] * v)
+        b = moments[m + 6] - moments[m + 2] - (P[at + 2] * u - P[at] * w)
+        c = moments[m + 1] - moments[m + 3] - (P[at] * v - P[at + 1] * u)
+        along = (
+            a * screws[k] + b * screws[k + 1] + c * screws[k + 2],
+            a * screws[k + 6] + b * screws[k + 7] + c * screws[k + 8],
+            a * screws[k + 12] + b * screws[k + 13] + c * screws[k + 14],
+        )
+        vector = poses[d] + t * poses[n + d], poses[d + 1] + t * poses[n + d + 1], poses[d + 2] + t * poses[n + d + 2]
+        (xx,), (yx, yy), (zx, zy, zz) = second_derivatives(vector, along)
+        _add_to_pair(pairs, rows_of[0], t, xx)
+        _add_to_pair(pairs, rows_of[1], t, yx)
+        _add_to_pair(pairs, rows_of[1] + 4, t, yy)
+        _add_to_pair(pairs, rows_of[2], t, zx)
+        _add_to_pair(pairs, rows_of[2] + 4, t, zy)
+        _add_to_pair(pairs, rows_of[2] + 8, t, zz)
 
 
 @internal
@@ -285,7 +355,7 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             _forces_of(f, d, n_frames, n, substeps, screws, sums, forces)
             if exact:
-                add_second_derivatives(tree, f, d, substeps, screws, moments, forces)
+                _add_second_derivatives(tree, f, d, substeps, screws, moments, forces)
             row = first_row(equations, group, equations.first_pair[d])
             for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
                 end = min(tree.dof_ranges[r, 1], d + 1)
@@ -298,7 +368,7 @@ def _set_pairs(tree, substeps, exact, group, samples, equations):
             of_first = first_row(equations, group, equations.first_pair[d + 1] - 1)
             of_second = first_row(equations, group, equations.first_pair[d + 2] - 2)
             of_third = first_row(equations, group, equations.first_pair[d + 3] - 3)
-            add_ball(tree, f, substeps, poses, P, screws, moments, pairs, (of_first, of_second, of_third))
+            _add_ball(tree, f, substeps, poses, P, screws, moments, pairs, (of_first, of_second, of_third))
 
 
 @internal

@@ -11,20 +11,18 @@ import numpy as np
 from skpose._compiled.path.energy import LANES
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
-from skpose._compiled.simd.shared import shared, shared_structure, shared_type
-from skpose._compiled.simd.signatures import INTEGER, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR, REAL
+from skpose._compiled.simd.signatures import INTEGER, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR, REAL, tuple_type
 
-# Free poses of a path with the default number of steps, for which limbs are chosen, and of a refined one.
+# Free poses of a path with the default number of steps, which decides on limbs, and of a refined one.
 N_FREE, N_FREE_REFINED = 9, 19
 WORTH = 0.75  # share of a band's multiplications that limbs take at most
 CALL = 700  # multiplications in the time of what each four rows of a block take besides
 
 
-@shared_structure
 class Order(NamedTuple):
     """The supernodes without limbs, and with them."""
 
-    first_supernode: np.ndarray  # (3,) those of kind i are supernodes[first_supernode[i]:first_supernode[i + 1]]
+    first_supernode: np.ndarray  # (3,) kind i has supernodes[first_supernode[i]:first_supernode[i + 1]]
     supernodes: np.ndarray  # (n_supernodes, 6) first dof, end, number of dofs, of ancestors, the trunk, 1 if dense
     indices: np.ndarray  # (2, n_dofs, 2) the supernode of each dof, and its index there
     ancestors: np.ndarray  # (n_supernodes, n) the dofs that carry a limb
@@ -32,7 +30,7 @@ class Order(NamedTuple):
 
 
 class Subtrees(NamedTuple):
-    """All frames with dofs, each with what it carries, in the order of the dofs: parents first, branch after branch."""
+    """All frames with dofs, each with its subtree, in the order of the dofs: parents first, branch after branch."""
 
     frame: np.ndarray  # (n,) in the tree
     first_dof: np.ndarray  # (n,)
@@ -42,7 +40,7 @@ class Subtrees(NamedTuple):
     largest: np.ndarray  # (n,) dofs of the largest limb of a branch, where the branch begins; zero: it has none
 
 
-ORDER = shared_type(Order, [INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR])
+ORDER = tuple_type(Order, INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE, INTEGER_MATRIX, INTEGER_VECTOR)
 
 
 @internal
@@ -82,7 +80,7 @@ def _subtrees(tree):
 
 @internal
 def _end(trees, branch):
-    """Return the end of the frames of a branch."""
+    """The end of the frames of a branch."""
     i = branch + 1
     while i < trees.carrier.shape[0] and trees.carrier[i] >= 0:
         i += 1
@@ -91,7 +89,7 @@ def _end(trees, branch):
 
 @internal
 def _is_limb(trees, i, branch, largest):
-    """Return whether a frame is the first of a limb: of the largest subtrees with no more than so many dofs."""
+    """Whether a frame is the first of a limb: of the largest subtrees with no more than so many dofs."""
     return i > branch and trees.n_dofs[i] <= largest < trees.n_dofs[trees.carrier[i]]
 
 
@@ -102,14 +100,14 @@ def _pad(n_dofs):
 
 @internal
 def _band(n_dofs, n_free, call):
-    """Return the multiplications of a band: Cholesky, the block right of it and the product of that; and its calls."""
+    """The multiplications of a band: Cholesky, the block right of it and the product of that; and its calls."""
     rows = _pad(n_dofs)
     return n_free * (14 * rows**3 + 12 * call * rows)
 
 
 @internal
 def _with_limbs(trees, branch, largest, n_free, call):
-    """Return the multiplications for the limbs of a branch: bands, borders, products and the trunk."""
+    """The multiplications for the limbs of a branch: bands, borders, products and the trunk."""
     total, n_trunk = 0, trees.n_dofs[branch]
     for i in range(branch, _end(trees, branch)):
         if _is_limb(trees, i, branch, largest):
@@ -128,7 +126,7 @@ def _choose_limbs(trees, branch, worth, call, n_free):
         for i in range(branch + 1, _end(trees, branch)):
             if last < trees.n_dofs[i] < size:
                 size = trees.n_dofs[i]
-        if size == trees.n_dofs[branch]:  # the branch itself is no limb
+        if size == trees.n_dofs[branch]:  # the branch itself does not count
             break
         cost = _with_limbs(trees, branch, size, n_free, call)
         if cost < least:
@@ -138,7 +136,7 @@ def _choose_limbs(trees, branch, worth, call, n_free):
 
 @internal
 def _is_worth_it(trees, worth, call, n_free):
-    """Return whether limbs are worth it for so many free poses, in all branches that have any."""
+    """Whether limbs are worth it for so many free poses, in all branches that have any."""
     cost, bands = 0, 0
     for i in range(trees.carrier.shape[0]):
         if trees.largest[i] > 0:
@@ -148,7 +146,7 @@ def _is_worth_it(trees, worth, call, n_free):
 
 
 @internal
-def _add_supernode(tree, trees, i, trunk, is_limb, k, kind, order):
+def _add_supernode(tree, trees, i, trunk, k, kind, order):
     """Write supernode k: a limb, or what is left of a branch, whose dofs have no index yet."""
     supernode, indices = order.supernodes[k], order.indices[kind]
     first, n, n_ancestors = trees.first_dof[i], 0, 0
@@ -156,7 +154,7 @@ def _add_supernode(tree, trees, i, trunk, is_limb, k, kind, order):
         if indices[d, 0] < 0:
             indices[d, 0], indices[d, 1] = k, n
             n += 1
-    if is_limb:
+    if trunk != k:
         f = trees.frame[i]
         for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
             for d in range(tree.dof_ranges[r, 0], min(tree.dof_ranges[r, 1], first)):
@@ -197,19 +195,13 @@ def order_by(tree, worth, call, n_free, n_free_refined):
                     trunk += kind == 1 and _is_limb(trees, i, branch, trees.largest[branch])
                 for i in range(branch, end):
                     if kind == 1 and _is_limb(trees, i, branch, trees.largest[branch]):
-                        _add_supernode(tree, trees, i, trunk, True, k, kind, order)
+                        _add_supernode(tree, trees, i, trunk, k, kind, order)
                         k += 1
-                _add_supernode(tree, trees, branch, trunk, False, k, kind, order)
+                _add_supernode(tree, trees, branch, trunk, k, kind, order)
                 k += 1
         order.first_supernode[kind + 1] = k
     if _is_worth_it(trees, worth, call, n_free):
         order.most_poses[0] = n_free
     if _is_worth_it(trees, worth, call, n_free_refined):
         order.most_poses[0] = n_free_refined
-    return shared(order)
-
-
-@internal
-def order_of(tree):
-    """Return the order of elimination of a skeleton's dofs."""
-    return order_by(tree, WORTH, CALL, N_FREE, N_FREE_REFINED)
+    return order

@@ -10,8 +10,8 @@ What calls what, from the loops over poses at the top to one frame at the bottom
      |         |
      |       middle                                         a lower bound: a chord to the middle and one on
      |         |
-     +----+----+                    screws                  by what motion each dof moves the joints
-     |         |                      |
+     +----+----+
+     |         |
   encode    measure      chart     jacobian                 a pose -> its code; codes -> distances; coordinates in
      |         |           |          |                     which joints turn freely; derivatives of the positions
      +--step --+           |          |                     joint positions in lanes, from step to step
@@ -62,4 +62,4 @@ computes the distances from one encoded pose to others. The loops over poses and
 """
 
 # Subject and duration in the message of `simd.announce`.
-COMPILES = "distances between poses", "3 to 10 s"
+COMPILES = "distances between poses", "5 to 15 s"

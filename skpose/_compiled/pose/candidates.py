@@ -4,7 +4,7 @@ Bounds are distances between points. Groups of lanes of them are in boxes, each 
 so are groups of lanes of these boxes, the *nodes*; the distance from a query to a box is no more than that to any point
 in it. A query takes the nodes in order, the nearest first, until the next one is out of reach.
 
-Candidates are gathered into lanes one by one, from rows of poses or of codes.
+Candidates are gathered into lanes from rows of poses or of codes.
 """
 
 import functools
@@ -39,13 +39,13 @@ class Boxes(NamedTuple):
     """Points in groups of lanes, and boxes around them; a box is its lower corner, then the upper one."""
 
     codes: np.ndarray  # (n_groups * n_codes, lanes)
-    indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 where there is none
+    indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 in empty lanes
     groups: np.ndarray  # (n_nodes * 2 n_codes, lanes) boxes of groups
     nodes: np.ndarray  # (n_groups_of_nodes * 2 n_codes, lanes) boxes of nodes
 
 
 class Known(NamedTuple):
-    """Poses that a query does not keep: itself, and those that do not come after an entry."""
+    """Poses that a query does not keep: itself, and poses up to an entry."""
 
     excluded: np.ndarray  # (n_queries,) index of a pose, or -1
     values: np.ndarray  # (n_queries,) of the entry, float32
@@ -56,7 +56,7 @@ class Candidates(NamedTuple):
     """Poses of an index that may be among the nearest of each query; a query's loop takes them in order."""
 
     indices: np.ndarray  # (n_queries, n_candidates)
-    rows: np.ndarray  # (n_queries, n_candidates) where they stand in what is measured
+    rows: np.ndarray  # (n_queries, n_candidates) of the poses that are measured
     bounds: np.ndarray  # (n_queries, n_candidates) lower bounds of the distances
     counts: np.ndarray  # (n_queries,) number of candidates
 
@@ -207,7 +207,7 @@ def nearest_of_candidates_loop(poses_dtype, dtype=FLOAT64):
     """``loop(queries, poses, candidates, batch, encode, measure, tree, steps, heaps)``: keep the nearest candidates.
 
     `queries` holds codes as rows, of dtype, `poses` rows of what encode takes, of poses_dtype. The Candidates of each
-    query of the Batch are measured in order, but for those whose bound is above the largest distance that the query
+    query of the Batch are measured in order, except those whose bound is above the largest distance that the query
     would still keep. Returns the number of pairs measured, the number of geodesics that did not converge and the
     largest of their gaps.
     """

@@ -13,10 +13,10 @@ from skpose._compiled.pose.forward import frame_quaternion
 from skpose._compiled.pose.rotation import (
     canonical,
     inverse,
+    inverse_jacobian,
     product,
     quaternion_of,
     sign_towards,
-    slope_of_turn,
     vector_of,
 )
 from skpose._compiled.pose.signatures import TREE
@@ -27,12 +27,12 @@ from skpose._compiled.simd.signatures import FLAG
 
 GIMBAL = 1e-14  # cosine of the second Euler angle below which the first one is free; larger, rotations would change
 FARTHEST = 1.5 * math.pi  # rotation vectors are at their best near zero, and useless at 2π
-NO_TURN = 1e-12  # rotation below which there is none but for rounding, about no axis, rad
+NO_TURN = 1e-12  # smaller rotations are rounding errors and have no axis, rad
 
 
 @by_address(lambda: TREE(TREE, FLAG))
 def free_tree(tree, frees_angles):
-    """Return the tree with references of its own; with its frames of three angles as ball joints, if so asked."""
+    """The tree with references of its own; with its frames of three angles as ball joints, if so asked."""
     ball, reference = tree.ball.copy(), tree.reference.copy()
     for f in range(ball.shape[0]):
         if frees_angles and tree.end_dof[f] - tree.first_dof[f] == 3:
@@ -42,7 +42,7 @@ def free_tree(tree, frees_angles):
 
 @internal
 def keep_bounded(tree, free, lower, upper):
-    """Let frames of a free tree be no ball joints if they have three angles, and one of these has a bound."""
+    """Exclude frames of three angles, one of them with a bound, from the ball joints of a free tree."""
     for f in range(1, tree.ball.shape[0]):
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             if tree.ball[f] < 0 and (lower[d] > -math.inf or upper[d] < math.inf):
@@ -51,7 +51,7 @@ def keep_bounded(tree, free, lower, upper):
 
 @internal
 def rotation_of(tree, dofs, f):
-    """Return the rotation of a frame with three dofs, as a canonical quaternion."""
+    """The rotation of a frame with three dofs, as a canonical quaternion."""
     if tree.ball[f] >= 0:
         return canonical(frame_quaternion(tree, dofs, f))
     d = tree.first_dof[f]
@@ -97,7 +97,7 @@ def coordinates_of(tree, free, dofs, out):
 
 @internal
 def _euler_angles(rotation, near, out):
-    """Compute the angles of Rz·Ry·Rx, of all that are this rotation those nearest to given ones."""
+    """Compute the angles of Rz·Ry·Rx, of this rotation, nearest to other angles."""
     w, x, y, z = rotation
     a, b = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)  # first two numbers of the matrix's first column
     first = math.atan2(b, a) if math.hypot(a, b) > GIMBAL else near[0]
@@ -142,7 +142,7 @@ def dofs_of(tree, free, coordinates, near, out):
 
 @jit
 def pose_of(tree, free, coordinates, near):
-    """Return the pose of coordinates; of the numbers that are one rotation, those nearest to another pose's."""
+    """The pose of coordinates; of the numbers that are one rotation, those nearest to another pose's."""
     pose = np.empty(coordinates.shape[0])
     dofs_of(tree, free, coordinates, near, pose)
     return pose
@@ -150,7 +150,7 @@ def pose_of(tree, free, coordinates, near):
 
 @jit
 def chart_at(tree, pose, frees_angles):
-    """Return the free tree whose references are a pose, and the coordinates of the pose."""
+    """The free tree whose references are a pose, and the coordinates of the pose."""
     free, coordinates = free_tree(tree, frees_angles), np.empty(pose.shape[0])
     set_references(tree, free, pose, pose)
     coordinates_of(tree, free, pose, coordinates)
@@ -164,12 +164,12 @@ def slopes_of_turns(free, coordinates, slopes):
         if free.ball[f] >= 0:
             i = free.first_dof[f]
             v, s = coordinates[i : i + 3], slopes[i : i + 3]
-            s[0], s[1], s[2] = slope_of_turn((v[0], v[1], v[2]), (s[0], s[1], s[2]))
+            s[0], s[1], s[2] = inverse_jacobian((v[0], v[1], v[2]), (s[0], s[1], s[2]), -0.5)
 
 
 @internal
 def differs(tree, free):
-    """Return whether frames of three angles are ball joints in the free tree: then there are two straight lines."""
+    """Whether frames of three angles are ball joints in the free tree: then there are two straight lines."""
     n_free = 0
     for f in range(free.ball.shape[0]):
         n_free += free.ball[f] >= 0 and tree.ball[f] < 0

@@ -13,7 +13,7 @@ from skpose._compiled.simd.trigonometry import cosine_sine
 
 @inlined
 def principal(angle, steps):
-    """Return the angle wrapped to [−π, π], where the steps wrap differences.
+    """The angle wrapped to [−π, π], where the steps wrap differences.
 
     Rounding half to even makes this an odd function, so that the distances stay symmetric at a difference of π.
     """
@@ -24,7 +24,7 @@ def principal(angle, steps):
 
 @inlined
 def ball_rotation(pose, tree, k):
-    """Return the rotation of ball joint k, reference included, as a quaternion."""
+    """The rotation of ball joint k, reference included, as a quaternion."""
     f = flat(tree.ball_frame)[k]
     axes, reference, columns = flat(tree.ball_axes), flat(tree.reference), flat(tree.column)
     d = flat(tree.first_dof)[f]
@@ -114,7 +114,7 @@ def encode_rotations(pose, tree, steps, scratch, code):
 
 
 def count_line_codes(tree):
-    """Return how many numbers of the code of a curve's end describe its dofs; the positions follow."""
+    """How many numbers of the code of a curve's end describe its dofs; the positions follow."""
     return 5 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0] + tree.slide_dof.shape[0]
 
 

@@ -12,13 +12,13 @@ SQRT2 = math.sqrt(2.0)
 
 @internal
 def workspace_rows(tree):
-    """Return the number of rows of the scratch array that all kernels share."""
+    """The number of rows of the scratch array that all kernels share."""
     return 4 * tree.column.shape[0] + 9 * tree.frame_parent.shape[0] + 3 * tree.offset.shape[0]
 
 
 @internal
 def workspace(tree, scratch):
-    """Return the rows of a scratch array of shape (workspace_rows,), or (workspace_rows, lanes).
+    """The rows of a scratch array of shape (workspace_rows,), or (workspace_rows, lanes).
 
     Cosines C and sines S of the angles, n_dofs rows each; orientations H, 9 n_frames rows, the root's set to the
     identity; positions P, 3 n_joints + 3 rows, the root's set to zero.
@@ -40,7 +40,7 @@ def rotate(u, v, c, s):
 
 @internal
 def frame_quaternion(tree, dofs, f):
-    """Return the rotation of a ball joint's frame from its parent's, as a unit quaternion."""
+    """The rotation of a ball joint's frame from its parent's, as a unit quaternion."""
     d, before = tree.first_dof[f], tree.reference[f]
     return product((before[0], before[1], before[2], before[3]), quaternion_of(dofs[d], dofs[d + 1], dofs[d + 2]))
 
@@ -49,7 +49,7 @@ def frame_quaternion(tree, dofs, f):
 def orient(tree, dofs, C, S, H):
     """Compute the world orientation H of every frame, row by row, from dofs in the tree's order.
 
-    C and S are the cosines and sines of the angles; C holds the dofs that are no angles, of ball joints and slides.
+    C and S are the cosines and sines of the angles; C also holds the dofs of ball joints and slides.
     """
     for f in range(1, tree.frame_parent.shape[0]):
         p, a, end = tree.frame_parent[f], tree.single_axis[f], tree.end_dof[f]
@@ -91,14 +91,14 @@ def orient(tree, dofs, C, S, H):
 
 @inlined
 def slide_direction(tree, H, k, row, i):
-    """Return coordinate i of the direction of slide k in the world, whose frame's orientation is at this row."""
+    """Coordinate i of the direction of slide k in the world, whose frame's orientation is at this row."""
     h = row + 3 * i
     return H[h] * tree.slide_axis[k, 0] + H[h + 1] * tree.slide_axis[k, 1] + H[h + 2] * tree.slide_axis[k, 2]
 
 
 @internal
 def place_joints(tree, C, H, P):
-    """Compute the joint positions P from the frames H, and slides from C; the root's stays where it is."""
+    """Compute the joint positions P from the frames H, and slides from C; the root's is unchanged."""
     for j in range(1, tree.offset.shape[0]):
         p, f = 3 * tree.joint_parent[j], 9 * tree.joint_frame[j]
         x, y, z = tree.offset[j, 0], tree.offset[j, 1], tree.offset[j, 2]

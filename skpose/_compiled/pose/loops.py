@@ -94,21 +94,21 @@ def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
 
 
 def results_type(dtype):
-    """Return numba's type of Results."""
+    """Numba's type of Results."""
     real = from_dtype(dtype)
     kinds = (real, 2), (types.boolean, 2), (real, 2), (real, 1), (types.int64, 1)
     return tuple_type(Results, *(array_type(*kind, readonly=False) for kind in kinds))
 
 
 def encode_type(dtype=FLOAT64):
-    """Return numba's type of a function that encodes lanes."""
+    """Numba's type of a function that encodes lanes."""
     tree, steps = shared_types(dtype)
     rows_of_lanes = array_type(from_dtype(dtype), 2, readonly=False)
     return types.FunctionType(types.void(rows_of_lanes, tree, steps, rows_of_lanes, rows_of_lanes))
 
 
 def measure_type(dtype):
-    """Return numba's type of a measure on lanes."""
+    """Numba's type of a measure on lanes."""
     real = from_dtype(dtype)
     tree, steps = shared_types(dtype)
     x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
@@ -162,7 +162,7 @@ def pair_distances_loop(dtype):
 
 
 def in_lanes(codes):
-    """Return codes (n, n_codes) as groups of n_codes rows of lanes, the last group filled up with copies."""
+    """Codes (n, n_codes) as groups of n_codes rows of lanes, the last group filled up with copies."""
     width = lanes(codes.dtype)
     n_groups, n_codes = -(-len(codes) // width), codes.shape[1]
     rows_of_lanes = empty_aligned(n_groups * n_codes, width, codes.dtype)

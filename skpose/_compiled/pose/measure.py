@@ -19,13 +19,13 @@ STEPS_PER_BOUND = 3  # of a line that may be longer than a limit; more bounds ta
 
 @inlined
 def turns_off(gap, steps):
-    """Return the whole turns (−1, 0 or 1) to subtract from a difference of angles to wrap it to [−π, π]."""
+    """The whole turns (−1, 0 or 1) to subtract from a difference of angles to wrap it to [−π, π]."""
     return greater(gap, steps.half_turn) - greater(0.0 - gap, steps.half_turn)
 
 
 @inlined
 def to_points(a, b, n):
-    """Return the Euclidean distances of a point a to others b, of n coordinates."""
+    """The Euclidean distances of a point a to others b, of n coordinates."""
     zero = full_like(b, 0.0)
     one, two, three = zero, zero, zero  # several sums, so that no addition waits for the one before
     for d in range(0, n - 2, 3):
@@ -39,7 +39,7 @@ def to_points(a, b, n):
 
 @inlined
 def to_boxes(a, low, high, n):
-    """Return the Euclidean distances of a point a to boxes, of n coordinates, given two corners of each."""
+    """The Euclidean distances of a point a to boxes, of n coordinates, given two corners of each."""
     zero = full_like(low, 0.0)
     one, two = zero, zero
     for d in range(0, n - 1, 2):
@@ -78,7 +78,7 @@ def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
 
 
 def _squared_angle_series(degree=24):
-    """Return the coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
+    """The coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
 
     φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2]
     gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
@@ -111,20 +111,20 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
 
 @inlined
 def _drop_references(steps):
-    """Return the steps with an address instead of the array, whose references would be counted in inner loops."""
+    """The steps with an address instead of the array, whose references would be counted in inner loops."""
     return Steps(steps.n_steps, steps.half_turn, steps.cos_turn, steps.sin_turn, flat(steps.slerp))
 
 
 @inlined
 def _half_step(a, b, d, n, steps):
-    """Return cosine and sine of half a step of angle d on the straight line, and the whole difference."""
+    """Cosine and sine of half a step of angle d on the straight line, and the whole difference."""
     gap = b[d] - a[d]
     c, s = b[n + d], b[2 * n + d]
     c, s = c * a[n + d] + s * a[2 * n + d], s * a[n + d] - c * a[2 * n + d]
     if any_greater(gap * gap, 0.99 * steps.half_turn * steps.half_turn):  # rare
         turns = turns_off(gap, steps)
         gap = gap - turns * TWO_PI
-        # cos and sin of half of what is subtracted from a step, for turns in {−1, 0, 1}
+        # cos and sin of half the angle that is subtracted from a step, for turns in {−1, 0, 1}
         cos_off, sin_off = turns * turns * (steps.cos_turn - 1.0) + 1.0, turns * steps.sin_turn
         c, s = c * cos_off + s * sin_off, s * cos_off - c * sin_off
     return c, s, gap
@@ -173,7 +173,7 @@ def start_joints(plan, a, before, P):
 
 @inlined
 def last_chord(plan, b, before, P):
-    """Return the distance from the joints P to those of encoded poses b."""
+    """The distance from the joints P to encoded poses b."""
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
     for j in range(1, plan.n_joints):
         i, k = 3 * j, before + 3 * j
@@ -185,7 +185,7 @@ def last_chord(plan, b, before, P):
 
 @inlined
 def _line(plan, a, b, steps, arrays, limit):
-    """Return the length of the straight line from an encoded pose a to others b, and whether that was computed.
+    """The length of the straight line from an encoded pose a to others b, and whether that was computed.
 
     Elsewhere it is more than the limit in every lane, and so is what is returned: the length so far and of the chord
     from there on, a lower bound by the triangle inequality.

@@ -4,7 +4,7 @@ By the triangle inequality a chord is no longer than the chords that it replaces
 one of the line's samples: where the number of steps is even. It costs one forward kinematics, and none of the dofs'
 steps, as the middle of two angles is their sum where the code holds half of each.
 
-For float32: `middle_slack` states by how much rounding may lengthen the bound. In a lane where rounding may choose the
+For float32: `middle_slack` is the largest rounding error of the bound. In a lane where rounding may choose the
 wrong side of a half turn, the bound is zero.
 """
 
@@ -20,11 +20,11 @@ from skpose._compiled.simd.lanes import any_greater, flat, full_like, greater, m
 from skpose._compiled.simd.trigonometry import cosine_sine
 
 NEAR_HALF_TURN = 1e-4  # |cos of half the difference| below which the shorter side is not certain
-ROUNDINGS = 64  # per dof on the path from the root to a joint, each 2⁻²⁴ of what it moves; counted, it is some 20
+ROUNDINGS = 64  # per dof on the path from the root to a joint, each 2⁻²⁴ of the distance moved; a count gives some 20
 
 
 def count_middle_codes(tree):
-    """Return how many numbers of the code describe the dofs; the positions follow."""
+    """How many numbers of the code describe the dofs; the positions follow."""
     return 2 * tree.angle_dof.shape[0] + 4 * tree.ball_frame.shape[0] + tree.slide_dof.shape[0]
 
 
@@ -93,8 +93,8 @@ def measure_two_chords(x, Y, first, last, tree, steps, scratch, results):
 
 
 def middle_slack(tree):
-    """Return by how much two chords in float32 may be longer than exact ones, m; infinite out of float32's range."""
-    if len(tree.slide_dof):  # how far they reach is not known
+    """The rounding error by which two chords in float32 may exceed exact ones, m; infinite out of float32's range."""
+    if len(tree.slide_dof):  # their reach is unknown
         return math.inf
     depth, reach = np.zeros(len(tree.frame_parent)), np.zeros(len(tree.offset))
     for f in range(1, len(depth)):

@@ -48,9 +48,9 @@ class Groups(NamedTuple):
     """
 
     codes: np.ndarray  # (n_groups * n_codes, lanes)
-    indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 where there is none
+    indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 in empty lanes
     bounds: np.ndarray  # (n_queries, n_bounds), float32
-    slack: np.ndarray  # (n_queries,) by how much a bound may be too high
+    slack: np.ndarray  # (n_queries,) largest excess of a bound
 
 
 @inlined
@@ -60,7 +60,7 @@ def comes_before(value, j, other_value, other_j):
 
 @inlined
 def sift_down(values, indices, i, node, n, value, j):
-    """Put an entry into the first n of row i, a heap but for this free node: children that come after it move up."""
+    """Put an entry into the first n of row i, a heap except at this free node: children that come after it move up."""
     while 2 * node + 1 < n:
         child = 2 * node + 1
         if child + 1 < n and comes_before(
@@ -83,7 +83,7 @@ def make_heap(values, indices, i, n):
 
 @inlined
 def current_limit(heaps, i):
-    """Return the largest value that query i would still keep."""
+    """The largest value that query i would still keep."""
     return heaps.values[i, 0] if heaps.counts[i] == heaps.values.shape[1] else heaps.limits[i]
 
 
@@ -104,7 +104,7 @@ def keep(value, j, heaps, i):
 
 @inlined
 def rounding_of(tree):
-    """Return how far above a length its lower bound may lie by rounding, m; a generous estimate."""
+    """How far above a length its lower bound may lie by rounding, m; a generous estimate."""
     total, largest = 0.0, 0.0
     for j in range(tree.offset.shape[0]):
         largest = max(largest, tree.scale[j])
@@ -115,7 +115,7 @@ def rounding_of(tree):
 
 @inlined
 def _run(bounds, i, limit, group, end, per_bound):
-    """Return the first range of groups, from this one on and before the end, whose bounds are within the limit."""
+    """The first range of groups, from this one on and before the end, whose bounds are within the limit."""
     while group < end and bounds[i, group // per_bound] > limit:
         group += 1
     stop = group
@@ -126,7 +126,7 @@ def _run(bounds, i, limit, group, end, per_bound):
 
 @inlined
 def _n_together(n_codes):
-    """Return how many groups are measured for one query after another, as they fit into the cache."""
+    """How many groups are measured for one query after another, as they fit into the cache."""
     return max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
 
 
@@ -181,7 +181,7 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
 
 
 def heaps_type(real):
-    """Return numba's type of Heaps."""
+    """Numba's type of Heaps."""
     integer = types.int64
     kinds = ((real, 1), (real, 2), (integer, 2), (integer, 1))
     return tuple_type(Heaps, *(array_type(kind, ndim, readonly=False) for kind, ndim in kinds))

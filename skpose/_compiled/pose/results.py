@@ -23,7 +23,7 @@ class Results(NamedTuple):
 
 @inlined
 def results_of(n_groups, width, dtype):
-    """Return results of so many groups: none skipped, no gaps, no limit."""
+    """Results of so many groups: none skipped, no gaps, no limit."""
     distances, gap = empty_aligned(n_groups, width, dtype), empty_aligned(n_groups, width, dtype)
     skip = empty_aligned(n_groups, width, np.bool_)
     # np.empty, np.zeros and slices are more functions to compile.

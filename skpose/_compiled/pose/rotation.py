@@ -19,12 +19,12 @@ NEAR = 1.0  # θ² below which the series is used: above, the closed forms lose 
 TERMS = 12
 # Coefficients of Σ (−1)^k θ^2k / (2k + shift)! in θ², by shift.
 _SERIES = tuple(tuple((-1.0) ** k / math.factorial(2 * k + shift) for k in range(TERMS)) for shift in range(6))
-TIE = 1e-6  # a quaternion's number below which it may be zero but for rounding
+TIE = 1e-6  # smaller numbers of a quaternion may be rounding errors
 
 
 @inlined
 def product(p, q):
-    """Return the product of two quaternions: the rotation q, then p."""
+    """The product of two quaternions: the rotation q, then p."""
     a, b, c, d = p
     w, x, y, z = q
     return (
@@ -37,13 +37,13 @@ def product(p, q):
 
 @inlined
 def inverse(q):
-    """Return the inverse of a unit quaternion."""
+    """The inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 
 @inlined
 def turn_back(v, q):
-    """Return the vector v·R, R the matrix of the quaternion q / √2: a row of an orientation, times a rotation.
+    """The vector v·R, R the matrix of the quaternion q / √2: a row of an orientation, times a rotation.
 
     With u the vector part, v·R = v + w t + t × u with t = v × u. The factor √2 in q stands for the two twos of the
     formula for unit quaternions.
@@ -56,7 +56,7 @@ def turn_back(v, q):
 
 @inlined
 def quaternion_of(x, y, z):
-    """Return the unit quaternion of a rotation vector."""
+    """The unit quaternion of a rotation vector."""
     square = x * x + y * y + z * z
     angle, small = sqrt(square), greater(0.0 - square, -1e-30)  # there sin(θ/2)/θ is ½ to the last digit
     cos, sin = cosine_sine(0.5 * angle)
@@ -66,14 +66,14 @@ def quaternion_of(x, y, z):
 
 @inlined
 def _or_next(value, following):
-    """Return the value, or the following one where the value is zero but for rounding."""
+    """The value, or the following one where the value is zero within rounding."""
     certain = greater(value * value, TIE * TIE)
     return certain * value + (1.0 - certain) * following
 
 
 @inlined
 def canonical(q):
-    """Return q or −q, which are one rotation: the same for both, however they are rounded."""
+    """The one of q and −q, which are the same rotation, with a fixed sign, however they are rounded."""
     w, x, y, z = q
     sign = 1.0 - 2.0 * greater(0.0 - _or_next(w, _or_next(x, _or_next(y, z))), 0.0)
     return sign * w, sign * x, sign * y, sign * z
@@ -81,13 +81,13 @@ def canonical(q):
 
 @inlined
 def sign_towards(p, q):
-    """Return 1 or −1, whichever makes q nearer to p; 1 at half a turn, where canonical quaternions decide."""
+    """1 or −1, whichever makes q nearer to p; 1 at half a turn, where canonical quaternions decide."""
     return 1.0 - 2.0 * greater(0.0 - (p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]), TIE)
 
 
 @internal
 def vector_of(q):
-    """Return the rotation vector of a unit quaternion, no longer than π."""
+    """The rotation vector of a unit quaternion, no longer than π."""
     w, x, y, z = q
     sign = 1.0 if w >= -TIE else -1.0
     sine = math.sqrt(x * x + y * y + z * z)
@@ -97,7 +97,7 @@ def vector_of(q):
 
 @inlined
 def _near_and_far(square):
-    """Return 1 for θ² below NEAR, else 0, θ² there, else 0, and θ² elsewhere, but 1 there."""
+    """1 for θ² below NEAR, else 0, θ² there, else 0, and θ² elsewhere, but 1 there."""
     far = greater(square, NEAR)
     near = 1.0 - far
     return near, near * square, far * square + near
@@ -105,7 +105,7 @@ def _near_and_far(square):
 
 @inlined
 def jacobian_coefficients(square):
-    """Return a and b at θ²: series where θ is near zero, the closed forms elsewhere."""
+    """The coefficients a and b at θ²: series where θ is near zero, the closed forms elsewhere."""
     near, t, far = _near_and_far(square)
     angle = sqrt(far)
     cos, sin = cosine_sine(angle)
@@ -116,7 +116,7 @@ def jacobian_coefficients(square):
 
 @inlined
 def jacobian_slopes(square):
-    """Return the derivatives of a and b by θ, divided by θ."""
+    """The derivatives of a and b by θ, divided by θ."""
     near, t, far = _near_and_far(square)
     angle = sqrt(far)
     cos, sin = cosine_sine(angle)
@@ -130,7 +130,7 @@ def jacobian_slopes(square):
 
 @inlined
 def right_jacobian(x, y, z):
-    """Return Jr of a rotation vector, row by row."""
+    """Jr of a rotation vector, row by row."""
     square = x * x + y * y + z * z
     a, b = jacobian_coefficients(square)
     c = 1.0 - b * square
@@ -147,8 +147,11 @@ def _cross(p, q):
 
 
 @inlined
-def _inverse_jacobian(v, u, half):
-    """Return Jr(v)⁻¹ u for a half of ½, Jl(v)⁻¹ u = Jr(v)⁻ᵀ u for −½."""
+def inverse_jacobian(v, u, half):
+    """Jr(v)⁻¹ u for a half of ½, Jl(v)⁻¹ u = Jr(v)⁻ᵀ u for −½.
+
+    The latter is the derivative by a turn in the rotated axes, where u is the one by the rotation vector v.
+    """
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
     far = greater(square, 1e-3)
     divisor = far * square + (1.0 - far)
@@ -161,15 +164,9 @@ def _inverse_jacobian(v, u, half):
     return u[0] + half * s[0] + c * r[0], u[1] + half * s[1] + c * r[1], u[2] + half * s[2] + c * r[2]
 
 
-@internal
-def slope_of_turn(v, slope):
-    """Return the derivative by a turn in the rotated axes, given the one by the rotation vector v."""
-    return _inverse_jacobian(v, slope, -0.5)
-
-
 @inlined
 def second_derivatives(v, moment):
-    """Return the numbers m·∂Jl(v)eᵢ/∂vⱼ for i ≤ j, where the moment is Jl(v)ᵀ m: of row 0, of row 1, of row 2.
+    """The numbers m·∂Jl(v)eᵢ/∂vⱼ for i ≤ j, where the moment is Jl(v)ᵀ m: of row 0, of row 1, of row 2.
 
     With [v]² = v vᵀ − θ² they are linear in m, v × m and v × (v × m), besides the derivatives of a and b.
     """
@@ -177,7 +174,7 @@ def second_derivatives(v, moment):
     square = x * x + y * y + z * z
     a, b = jacobian_coefficients(square)
     slope_a, slope_b = jacobian_slopes(square)
-    m = _inverse_jacobian(v, moment, 0.5)
+    m = inverse_jacobian(v, moment, 0.5)
     across = _cross(v, m)
     twice = _cross(v, across)
     p = slope_b * twice[0] - slope_a * across[0]

@@ -12,7 +12,7 @@ from skpose._compiled.simd.signatures import array_type
 
 @functools.cache
 def shared_types(dtype):
-    """Return numba's types of a Tree and of Steps."""
+    """Numba's types of a Tree and of Steps."""
     integer, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift", "scale"), (real, 1))
     kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset", "slide_axis"), (real, 2))

@@ -45,14 +45,14 @@ class Tree(NamedTuple):
     slide_axis: np.ndarray  # (n_slides, 3) their directions, in the axes of their frames
     joint_slide: np.ndarray  # (n_joints + 1,) index of the slide that moves the joint from its offset, else -1
     ball_frame: np.ndarray  # (n_balls,) the frames of ball joints
-    first_joint: np.ndarray  # (n_ranges + 1,) of ranges of moving joints that are no leaves, three kinds in turns:
-    # any, those of ball joints that lie along x, and those that slide
-    first_leaf: np.ndarray  # (n_leaf_ranges + 1,) of ranges of leaves' joints of one weight; then those of ball joints
+    first_joint: np.ndarray  # (n_ranges + 1,) of ranges of moving joints except leaves, three kinds in turns:
+    # any, of ball joints along x, and of slides
+    first_leaf: np.ndarray  # (n_leaf_ranges + 1,) of ranges of leaves' joints of one weight; then of ball joints
     joint_parent: np.ndarray  # (n_joints + 1,) parent of each joint
     joint_frame: np.ndarray  # (n_joints + 1,) frame in which the joint's offset is given
     offset: np.ndarray  # (n_joints + 1, 3) from the parent, m; z is zero for a leaf's joint
-    scale: np.ndarray  # (n_joints + 1,) square root of the weight of each joint, by which its positions are multiplied
-    code_joint: np.ndarray  # (n_joints + 1,) index of each joint among those of the code of positions, plus one
+    scale: np.ndarray  # (n_joints + 1,) square root of the weight of each joint, the factor of its positions
+    code_joint: np.ndarray  # (n_joints + 1,) index of each joint in the code of positions, plus one
     first_dof_range: (
         np.ndarray
     )  # (n_frames + 1,) ranges of frame f: dof_ranges[first_dof_range[f]:first_dof_range[f + 1]]
@@ -96,7 +96,7 @@ class Plan(NamedTuple):
 
 
 class StepArrays(NamedTuple):
-    """The rows of a scratch array that a step uses; their shapes are those of one pose."""
+    """The rows of a scratch array that a step uses; shapes as for one pose."""
 
     C: Any  # (n_angles,) cosines of the angles
     S: Any  # (n_angles,) sines of the angles
@@ -143,7 +143,7 @@ SLERP_TERMS = 19
 
 @functools.cache
 def slerp_series(n_steps: int) -> np.ndarray:
-    """Return the coefficients in t of two functions of φ, half the angle of a ball joint's line, 1 + t = 2 (1 − cos φ).
+    """The coefficients in t of two functions of φ, half the angle of a ball joint's line, 1 + t = 2 (1 − cos φ).
 
     With φ between 0 and π/2, t is between −1 and 1. They are sin(φ/N) / sin φ and (1 − cos(φ/N)) / (1 − cos φ). Both
     are analytic up to cos φ = −1, t = 3: interpolation in Chebyshev's points gains a factor 3 + √8 per degree.

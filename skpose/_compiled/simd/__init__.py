@@ -1,32 +1,32 @@
-"""Vector registers and compilation: all that is private to numba and llvmlite; knows no pose.
+"""Vector registers and compilation by numba; nothing here depends on poses.
 
 What calls what::
 
-    trigonometry, copying                                   cosines and sines in lanes; copies of arrays
-              |
-             jit                                            the decorators of all compiled functions
-              |
-       +------+-----+-----------+----------+
-       |            |           |          |
-    lanes_llvm  by_address   fallback    cache              what numba writes for lanes; functions with an address of
-       |            |           |                           their own; which compiler; compiled functions on disk
-     lanes          |        compiler  shared, kept         vectors; numba's passes, fewer; named tuples as one address,
-       |            |           |          |                and tuples that stay in memory
-       |            |       announce       |                a message where compilation takes long
-       |            |           |          |
-       +------------+- private -+----------+                numba's and llvmlite's private parts
+    trigonometry                                            cosines and sines in lanes
+         |
+        jit                                                 the decorators of all compiled functions
+         |
+         +------------+----------+------------+
+         |            |          |            |
+      lanes      by_address    cache      announce          vectors; functions with an address of their own; compiled
+         |                                                  functions on disk; a message where compilation takes long
+     lanes_llvm                                             what numba writes for lanes
 
-`signatures` has numba's types, spelled out.
+`shared` makes a named tuple of arrays one address; `signatures` has numba's types, spelled out.
 
 What is compiled with what
 --------------------------
-A function is compiled into each of its callers, and these into theirs. So large functions are called *by address*: they
-are compiled once, for the types that they spell out (`signatures`). Only what has an address is optimised and becomes
-machine code, with all internal functions that it calls (`compiler`). A function has no entry points but those that it
-needs (`jit`): one for Python takes longer to compile than most functions here. And a named tuple of many arrays, such
-as `pose.tree.Tree`, is one address (`shared`): it is some two hundred numbers, which every call would copy. What
-`lanes` has is not compiled at all: numba writes its instructions into the caller (`lanes_llvm`), as it does with its
-own operators.
+numba compiles a function into each of its callers, and these into theirs, and optimises it each time. So large
+functions are called *by address*: they are compiled once, for the types that they spell out. A function has no entry
+points but those that it needs (`jit`): one for Python takes longer to compile than most functions. numba compiles a
+function again for each literal integer or flag that it is called with, so constants are ``np.int64(1)`` where that
+matters. A named tuple of many arrays, such as `pose.tree.Tree`, is one address (`shared`): it is some two hundred
+numbers, which every call would copy. What `lanes` has is not compiled at all: numba writes its instructions into the
+caller (`lanes_llvm`), like its own operators.
+
+Public in numba are `njit` and `numba.extending`, which are used where they suffice. Beyond them, `lanes_llvm` and
+`shared` use numba's tools for LLVM (`numba.core.cgutils`), `by_address` its calling convention, `announce` its events
+and `cache` its files of compiled functions.
 
 Lanes
 -----

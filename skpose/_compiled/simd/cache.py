@@ -1,51 +1,38 @@
-"""The files in which numba caches compiled functions: whether there are any, and private parts of numba for ours."""
+"""numba's cache of compiled functions on disk: whether there is one, and what makes it safe for ours.
+
+It rests on private parts of numba. Where these have changed, nothing is cached, with a warning.
+"""
 
 import hashlib
 import pickle
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numba
 from numba import njit
 
-from skpose._compiled.simd.private import binding
 from skpose._warnings import warn
 
 
 def _can_cache() -> bool:
-    """Return whether numba finds a folder for its cache; without one it refuses to define cached functions."""
+    """Whether numba finds a folder for its cache; without one it refuses to define cached functions."""
     try:
         njit(cache=True)(_can_cache)
     except RuntimeError:
-        warn(
-            "numba finds no folder that it may write compiled functions to, so every process compiles skpose's afresh; "
-            "set the environment variable NUMBA_CACHE_DIR to one"
-        )
+        warn("numba finds no writable folder for its cache, so every process compiles skpose anew: set NUMBA_CACHE_DIR")
         return False
     return True
 
 
 CACHED = _can_cache()
-_folders: set[Path] = set()
-
-
-def cache_folders() -> list[Path]:
-    """Return the folders where numba stores the functions of skpose that are cached."""
-    return sorted(_folders)
-
-
-def processor() -> str:
-    """Return the name of the kind of processor that functions are compiled for, as LLVM has it."""
-    return numba.config.CPU_NAME or binding.get_host_cpu_name()
 
 
 class CheckedFile:
-    """The files of a function's cache, whose data say what they are: `file` is numba's own.
+    """The files of a function's cache, whose data carry their version and key: `file` is numba's own.
 
-    numba writes an index and then the data that it names, and takes names by the index that it has read. So another
-    process that compiles for other types may take the same name, or find data of older sources under a new index. Here
-    each key has a name of its own, and data are used where version and key are those that are looked for.
+    numba writes an index and then the data that it names, and chooses names by the index that it has read. So another
+    process that compiles for other types may choose the same name, or find data of older sources under a new index.
+    Here each key has a name of its own, and data are used only if their version and key are those looked for.
     """
 
     def __init__(self, file: Any):
@@ -67,8 +54,7 @@ class CheckedFile:
 def cache_under(digest: str, compiled: Any, prepare: Callable[[Callable], None]) -> None:
     """Cache a compiled function on disk, for sources with this digest only; prepare(function) comes before loading it.
 
-    The digest becomes a part of numba's version, which is read before anything else of the file: what was compiled from
-    other sources may not even load. Where numba has changed, the function is not cached, with a warning.
+    The digest becomes a part of numba's version, which is read before anything else of the file.
     """
     try:
         from numba.core.caching import FunctionCache
@@ -89,4 +75,3 @@ def cache_under(digest: str, compiled: Any, prepare: Callable[[Callable], None])
         warn(f"numba {numba.__version__} does not cache as skpose expects, so every process compiles anew")
     else:
         compiled._cache = cache
-        _folders.add(Path(cache.cache_path))

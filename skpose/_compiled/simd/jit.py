@@ -9,18 +9,16 @@ from typing import Any
 
 from numba import config, njit
 
-from skpose._compiled.simd import lanes_llvm  # noqa: F401  (it defines lanes for numba)
+from skpose._compiled.simd import announce, lanes_llvm  # noqa: F401  (numba needs to know lanes before it compiles)
 from skpose._compiled.simd.by_address import FunctionByAddress, load_callees
 from skpose._compiled.simd.cache import CACHED, cache_under
-from skpose._compiled.simd.fallback import external_compiler, internal_compiler
 
 
 def sources_digest() -> str:
-    """Return a digest of all sources of `skpose._compiled`.
+    """Digest all sources of `skpose._compiled`.
 
-    numba inlines functions of one file into those of another, but its cache watches only the file of the outer one.
-    With this digest as a part of the cache's version, an edit in any file is seen everywhere, and nothing that was
-    compiled from other sources is loaded.
+    numba inlines functions of one file into another, but its cache watches only the file of the outer one.
+    With this digest as a part of the cache's version, an edit in any file takes effect everywhere.
     """
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.parent.rglob("*.py")):
@@ -37,44 +35,38 @@ def _reduce(compiled: Any, protocol: Any) -> Any:
     return name if getattr(module, name, None) is compiled else type(compiled).__reduce_ex__(compiled, protocol)
 
 
-def _compile(
-    function: Callable | None = None,
-    *,
-    compiler: Callable = external_compiler,
-    signatures: Sequence = (),
-    **options: Any,
-) -> Any:
+def _compile(function: Callable | None = None, *, cache: bool = True, signatures: Sequence = (), **options: Any) -> Any:
     """Compile a function by numba: at once where signatures are given, else at its first call.
 
     Contraction to fused multiply-add is the one liberty taken: it moves no NaN and is the same in every lane.
     """
     if function is None:
-        return functools.partial(_compile, compiler=compiler, signatures=signatures, **options)
-    compiled = njit(nogil=True, fastmath={"contract"}, pipeline_class=compiler, **options)(function)
-    if CACHED and hasattr(compiled, "enable_caching") and compiler is external_compiler:
+        return functools.partial(_compile, cache=cache, signatures=signatures, **options)
+    if config.DISABLE_JIT:
+        return function
+    compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
+    compiled.__reduce_ex__ = functools.partial(_reduce, compiled)
+    if cache and CACHED:
         cache_under(DIGEST, compiled, load_callees)
-    if hasattr(compiled, "py_func"):
-        compiled.__reduce_ex__ = functools.partial(_reduce, compiled)
-    if signatures and hasattr(compiled, "compile"):
-        for signature in signatures:
-            compiled.compile(signature)
+    for signature in signatures:
+        compiled.compile(signature)
         compiled.disable_compile()
     return compiled
 
 
-# A function is external, with an address, or internal to others, see `compiler`. Its entry points take longer to
-# compile than most functions here, so it has those that it needs: jit is called from Python, first_class is an argument
-# of a compiled function, by_address is called by compiled functions, and the others are compiled into their callers.
-# Python crashes when it calls one that it has no entry to; tests/test_architecture.py looks for such calls.
+# Entry points take longer to compile than most functions here, so a function has only the necessary ones: jit is
+# called from Python, first_class is an argument of a compiled function, by_address is called by compiled functions, and
+# internal and inlined are compiled into their callers. Python crashes when it calls one without an entry for it;
+# tests/test_architecture.py looks for such calls.
 jit = functools.partial(_compile, no_cfunc_wrapper=True)
 first_class = functools.partial(_compile, no_cpython_wrapper=True)
 _without_entries = functools.partial(_compile, no_cfunc_wrapper=True, no_cpython_wrapper=True)
-internal = functools.partial(_without_entries, compiler=internal_compiler)
+internal = functools.partial(_without_entries, cache=False)
 inlined = functools.partial(internal, forceinline=True)
 
 
 def by_address(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
-    """Compile a function apart from its callers, which are compiled functions, for the signature that is returned."""
+    """Compile a function apart from the compiled functions that call it, for the signature that is returned."""
 
     def decorate(function: Callable) -> Callable:
         if config.DISABLE_JIT:
@@ -85,11 +77,8 @@ def by_address(signature: Callable[[], Any]) -> Callable[[Callable], Callable]:
 
 
 def of_this_process(function: Callable, reduced: tuple) -> Any:
-    """Compile a closure that holds an address, by numba's own compiler; it is pickled as what makes it.
-
-    A process that compiles nothing else need not try another compiler, see `fallback`.
-    """
+    """Compile a closure that holds an address; it is pickled as the call that makes it."""
     compiled = njit(nogil=True)(function)
-    if hasattr(compiled, "py_func"):
+    if not config.DISABLE_JIT:
         compiled.__reduce_ex__ = lambda protocol: reduced
     return compiled

@@ -20,24 +20,24 @@ PAIR = 2  # lanes of a row of an array (n, 1, 2)
 
 
 def lanes(dtype) -> int:
-    """Return how many numbers of this dtype are computed at once."""
+    """How many numbers of this dtype are computed at once."""
     return VECTOR_BYTES // dtype.itemsize
 
 
 def empty_aligned(n_rows, width, dtype):
-    """Return an empty array (n_rows, width) at the start of a cache line: a row across two takes twice the time."""
+    """An empty array (n_rows, width) at the start of a cache line: a row across two takes twice the time."""
     raw = np.empty(n_rows * width + CACHE_LINE, dtype)
     skip = (-raw.ctypes.data % CACHE_LINE) // raw.itemsize
     return raw[skip : skip + n_rows * width].reshape((n_rows, width))
 
 
 def empty_pairs(n_rows, dtype):
-    """Return an empty array (n_rows, 1, 2), whose rows are registers of two lanes."""
+    """An empty array (n_rows, 1, 2), whose rows are registers of two lanes."""
     return np.empty((n_rows, 1, PAIR), dtype)
 
 
 def empty_rows(array, n_rows):
-    """Return an empty array with so many rows of the lanes and numbers that another one has."""
+    """An empty array with so many rows like those of an array."""
     return np.empty((n_rows, *array.shape[1:]), array.dtype)
 
 
@@ -56,22 +56,30 @@ class Rows:
 
 
 def rows(array, first):
-    """Return the rows of an array from this one on; of a one-dimensional array, its numbers."""
+    """The rows of an array from this one on; of a one-dimensional array, its numbers."""
     return Rows(array, first)
 
 
 def flat(array):
-    """Return the numbers of a contiguous array of any shape, one after another."""
+    """The numbers of a contiguous array of any shape, one after another."""
     return Rows(array.reshape(-1), 0)
 
 
+def copy_to(target, source):
+    """Copy all numbers of a contiguous array to another of its shape.
+
+    numba's ``target[:] = source`` compiles for a second, with its error message.
+    """
+    target[...] = source
+
+
 def full_like(rows, value):
-    """Return a number in the form that these rows hold: the same in every lane."""
+    """A number in the form that these rows hold: the same in every lane."""
     return np.full_like(rows[0], value)[()]
 
 
 def sqrt(value):
-    """Return the square root of every lane."""
+    """The square root of every lane."""
     return np.sqrt(value)
 
 
@@ -81,30 +89,30 @@ def rint(value):
 
 
 def minimum(a, b):
-    """Return the smaller of the two, lane by lane."""
+    """The smaller of the two, lane by lane."""
     return np.minimum(a, b)
 
 
 def least(value):
-    """Return the smallest number of all lanes."""
+    """The smallest number of all lanes."""
     return np.min(value)
 
 
 def greater(value, bound):
-    """Return 1 in the lanes where the value is more than the bound, else 0."""
+    """1 in the lanes where the value is more than the bound, else 0."""
     return np.where(value > bound, np.ones_like(value), np.zeros_like(value))[()]
 
 
 def any_greater(value, bound):
-    """Return whether the value is more than the bound in any lane."""
+    """Whether the value is more than the bound in any lane."""
     return bool(np.any(value > bound))
 
 
 def next_lane(value):
-    """Return in every lane the value of the next one; the last lane keeps its own."""
+    """In every lane the value of the next one; the last lane keeps its own."""
     return np.append(value[1:], value[-1])
 
 
 def sum_of_lanes(value):
-    """Return the sum of all lanes, one after another."""
+    """The sum of all lanes, one after another."""
     return np.cumsum(value)[-1]

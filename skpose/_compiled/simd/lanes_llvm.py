@@ -6,22 +6,13 @@ Pointers are opaque: every load and every address names its type. That takes llv
 import functools
 import operator
 
+from llvmlite import ir
 from numba import types
-from numba.extending import lower_builtin, models, register_model
+from numba.core.cgutils import get_or_insert_function, int32_t, intp_t, raw_memcpy
+from numba.extending import lower_builtin, models, register_model, type_callable
+from numba.np.arrayobj import populate_array
 
 from skpose._compiled.simd import lanes
-from skpose._compiled.simd.private import (
-    AbstractTemplate,
-    get_or_insert_function,
-    impl_ret_new_ref,
-    infer_global,
-    int32_t,
-    intp_t,
-    ir,
-    parse_dtype,
-    populate_array,
-    signature,
-)
 
 
 class LanesType(types.Type):
@@ -53,35 +44,20 @@ class _RowsModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, intp_t)  # a number, as numba cannot return opaque pointers yet
 
 
-def _define_typing(function, result):
-    """Let numba know the type of what a function returns: result(*types of its arguments), None where it has none."""
-
-    class Template(AbstractTemplate):
-        def generic(self, args, kws):
-            returned = result(*args)
-            return None if returned is None else signature(returned, *args)
-
-    infer_global(function)(Template)
-
-
 def _defines(function, result):
-    """Let a function of `lanes` compile to what the decorated function writes.
+    """Let a function of `lanes` return this type, given the types of its arguments, and compile to the decorated code.
 
-    numba's own `overload` and `intrinsic` compile a function for each call with new types.
+    numba's `overload` compiles a function for each call with new types.
     """
-
-    def decorate(lowering):
-        _define_typing(function, result)
-        return lower_builtin(function, types.VarArg(types.Any))(lowering)
-
-    return decorate
+    type_callable(function)(lambda context: result)
+    return lower_builtin(function, types.VarArg(types.Any))
 
 
 # --- arithmetic -----------------------------------------------------------------------------------------------------
 
 
 def _broadcast(context, builder, value, source, target):
-    """Return one number in every lane, where the target has lanes."""
+    """One number in every lane, where the target has lanes."""
     if isinstance(source, LanesType):
         return value
     if not isinstance(target, LanesType):
@@ -107,7 +83,7 @@ def _define_operator(symbol, instruction):
         )
         return getattr(builder, instruction)(a, b, flags=("contract",))
 
-    _define_typing(symbol, result)
+    type_callable(symbol)(lambda context: result)
     for pair in ((LanesType, LanesType), (LanesType, types.Number), (types.Number, LanesType)):
         lower_builtin(symbol, *pair)(lowering)
 
@@ -122,19 +98,19 @@ _define_operator(operator.truediv, "fdiv")
 
 
 def _address(context, builder, array_type, array):
-    """Return the address of the first number of an array."""
+    """The address of the first number of an array."""
     return builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, intp_t)
 
 
 def _row_address(context, builder, rows_type, address, index_type, index):
-    """Return the address of a row, as an opaque pointer."""
+    """The address of a row, as an opaque pointer."""
     at = context.cast(builder, index, index_type, types.intp)
     start = builder.inttoptr(address, ir.PointerType())
     return builder.gep(start, [at], source_etype=context.get_value_type(rows_type.row))
 
 
 def _alignment(row):
-    """Return the alignment of a row: that of one number, as arrays begin anywhere."""
+    """The alignment of a row is the one of a number, as arrays begin anywhere."""
     return (row.dtype if isinstance(row, LanesType) else row).bitwidth // 8
 
 
@@ -154,11 +130,16 @@ def _flat(context, builder, sig, args):
     return _address(context, builder, sig.args[0], args[0])
 
 
-def _type_of_row(rows, i):
-    return rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
+@_defines(lanes.copy_to, lambda target, source: types.none)
+def _copy_to(context, builder, sig, args):
+    target, source = (context.make_array(kind)(context, builder, one) for kind, one in zip(sig.args, args, strict=True))
+    raw_memcpy(builder, target.data, source.data, source.nitems, source.itemsize)
+    return context.get_dummy_value()
 
 
-_define_typing(operator.getitem, _type_of_row)
+@type_callable(operator.getitem)
+def _type_of_row(context):
+    return lambda rows, i: rows.row if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
 
 
 @lower_builtin(operator.getitem, RowsType, types.Integer)
@@ -168,11 +149,9 @@ def _get_row(context, builder, sig, args):
     return builder.load(address, align=_alignment(row), typ=context.get_value_type(row))
 
 
-def _type_of_setting(rows, i, value):
-    return types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
-
-
-_define_typing(operator.setitem, _type_of_setting)
+@type_callable(operator.setitem)
+def _type_of_setting(context):
+    return lambda rows, i, value: types.none if isinstance(rows, RowsType) and isinstance(i, types.Integer) else None
 
 
 @lower_builtin(operator.setitem, RowsType, types.Integer, types.Any)
@@ -189,7 +168,7 @@ def _full_like(context, builder, sig, args):
 
 
 def _matrix_of(n_rows, width, dtype):
-    return types.Array(parse_dtype(dtype), 2, "C")
+    return types.Array(dtype.dtype, 2, "C")
 
 
 @_defines(lanes.empty_aligned, _matrix_of)
@@ -198,7 +177,7 @@ def _empty_aligned(context, builder, sig, args):
     return _allocate(context, builder, sig.return_type, (n_rows, width))
 
 
-@_defines(lanes.empty_pairs, lambda n_rows, dtype: types.Array(parse_dtype(dtype), 3, "C"))
+@_defines(lanes.empty_pairs, lambda n_rows, dtype: types.Array(dtype.dtype, 3, "C"))
 def _empty_pairs(context, builder, sig, args):
     n_rows = context.cast(builder, args[0], sig.args[0], types.intp)
     return _allocate(context, builder, sig.return_type, (n_rows, intp_t(1), intp_t(lanes.PAIR)))
@@ -212,7 +191,7 @@ def _empty_rows(context, builder, sig, args):
 
 
 def _allocate(context, builder, array_type, shape):
-    """Return an empty array at the start of a cache line."""
+    """An empty array at the start of a cache line."""
     number = context.get_data_type(array_type.dtype)
     strides = [intp_t(context.get_abi_sizeof(number))]
     for length in reversed(shape):
@@ -222,7 +201,7 @@ def _allocate(context, builder, array_type, shape):
     pointer = context.get_value_type(types.CPointer(array_type.dtype))
     data = builder.bitcast(context.nrt.meminfo_data(builder, memory), pointer)
     populate_array(array, data, shape, strides[1:], strides[-1], memory)
-    return impl_ret_new_ref(context, builder, array_type, array._getvalue())
+    return array._getvalue()
 
 
 # --- functions ------------------------------------------------------------------------------------------------------
@@ -260,7 +239,7 @@ def _least(context, builder, sig, args):
 
 
 def _compare_greater(context, builder, sig, args):
-    """Return a flag for each lane: its value is more than the bound."""
+    """A flag for each lane: its value is more than the bound."""
     bound = _broadcast(context, builder, args[1], sig.args[1], sig.args[0])
     return builder.fcmp_ordered(">", args[0], bound)
 

@@ -10,7 +10,7 @@ def array_type(dtype, ndim, *, readonly, layout="C"):
 
 
 def tuple_type(kind: type, *fields: Any) -> types.BaseTuple:
-    """Return numba's type of a NamedTuple with fields of these types."""
+    """Numba's type of a NamedTuple with fields of these types."""
     if all(field == fields[0] for field in fields):
         return types.NamedUniTuple(fields[0], len(fields), kind)
     return types.NamedTuple(fields, kind)

@@ -21,7 +21,7 @@ def series(coefficients, t, value):
 
 @inlined
 def cosine_sine(angle):
-    """Return cosine and sine of an angle, to 2e-16 up to a million turns.
+    """Cosine and sine of an angle, to 2e-16 up to a million turns.
 
     Multiples of π are subtracted, and the rest goes into Taylor's series. numba has neither function in lanes; one by
     one, by the C library, they take twenty times as long.
