@@ -96,7 +96,7 @@ def mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray
 
 
 def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
-    """Descend from a pose; the result is the last spread, the number of iterations, and why it did not converge, or ""."""
+    """Descend from a pose; also the number of iterations, and why it did not converge, or ""."""
     here = spread_from(sample, pose, power)
     falling = True  # False once refined paths have made the objective uneven
     history: list[tuple[np.ndarray, np.ndarray]] = []  # steps, and the change of the next step

@@ -187,10 +187,10 @@ def geodesic(
 
     Notes
     -----
-    *Discretisation check.* Ten poses can have short chords while the motion between them is long. Between very different
-    poses, the chords of the path of least energy may add up to half the straight line although its curve is longer than
-    the line. So every path is measured again on a grid eight times finer. If the lengths differ by more than 0.5 %, the
-    energy is computed with four chords per step, and then with more steps.
+    *Discretisation check.* Ten poses can have short chords while the motion between them is long. Between very
+    different poses, the chords of the path of least energy may add up to half the straight line although its curve is
+    longer than the line. So every path is measured again on a grid eight times finer. If the lengths differ by more
+    than 0.5 %, the energy is computed with four chords per step, and then with more steps.
 
     *Coordinates.* Near gimbal lock, the straight line in Euler angles leads to a local minimum that is longer than
     slerp. So joints with three dofs are parametrised by rotation vectors relative to the orientation half-way between
@@ -306,7 +306,8 @@ def _reason(found: GeodesicResult, n_steps: int, max_iter: int, tol: float) -> s
         return f"only the straight line passed the discretisation check; n_steps={n_steps} may be too few"
     if found.n_iter < max_iter:
         return f"no step reduced the energy after {found.n_iter} iterations; a larger n_steps may help"
-    return f"{found.gain:.2g} of the length was left to gain (tol={tol:.2g}) at max_iter={max_iter} iterations; raise max_iter"
+    left = f"{found.gain:.2g} of the length was left to gain (tol={tol:.2g})"
+    return f"{left} after max_iter={max_iter} iterations; raise max_iter"
 
 
 def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:

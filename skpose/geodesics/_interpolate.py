@@ -88,8 +88,8 @@ def interpolate(
     ValueError
         If there are fewer than two poses, poses have the wrong number of columns, their columns are in the wrong order
         (checked by name), or they are not finite; if times are not finite or do not increase; if an array comes without
-        times or skeleton, or a Motion with a different skeleton; if limits are to be enforced but the skeleton has none,
-        or a key is outside.
+        times or skeleton, or a Motion with a different skeleton; if limits are to be enforced but the skeleton has
+        none, or a key is outside.
 
     Warns
     -----
@@ -105,11 +105,11 @@ def interpolate(
 
     Notes
     -----
-    *Spline.* The geodesics between the keys are unrolled onto a flat space by parallel transport, a natural cubic spline
-    is drawn through the keys there, and the result is rolled back [1]_: the difference from the geodesics becomes a
-    velocity of the joints, followed for a unit of time with constant turning rates. For one joint with one angle this
-    is the natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics per frame and
-    needs slopes at the keys. ``benchmarks/in_betweening.py`` compares with other methods.
+    *Spline.* The geodesics between the keys are unrolled onto a flat space by parallel transport, a natural cubic
+    spline is drawn through the keys there, and the result is rolled back [1]_: the difference from the geodesics
+    becomes a velocity of the joints, followed for a unit of time with constant turning rates. For one joint with one
+    angle this is the natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics per
+    frame and needs slopes at the keys. ``benchmarks/in_betweening.py`` compares with other methods.
 
     *Root.* With "geodesic", positions are linear and orientations use slerp. With "spline", positions are a natural
     cubic spline and orientations scipy's RotationSpline with continuous angular acceleration. The root turns by less
@@ -120,8 +120,8 @@ def interpolate(
     joints with three dofs); their speed may change at keys. If a limb is nearly straight, small movements may need
     large turns: geodesics take them, and the spline adds little.
 
-    *Limits.* With "enforce" the geodesics stay inside the limits, and every angle of the spline is clipped. The velocity
-    of that dof then drops to zero at once, as at the stop of a hinge; the other dofs follow the spline.
+    *Limits.* With "enforce" the geodesics stay inside the limits, and every angle of the spline is clipped. The
+    velocity of that dof then drops to zero at once, as at the stop of a hinge; the other dofs follow the spline.
 
     *Velocities* are continuous for positions. A geodesic consists of n_steps slerps, between which velocities change a
     little, less with more steps.

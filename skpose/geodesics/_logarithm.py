@@ -168,14 +168,14 @@ def exp_map(
     Raises
     ------
     ValueError
-        If the base has the wrong length, its columns are in the wrong order, or it is not finite; if velocities have the
-        wrong shape or are not finite.
+        If the base has the wrong length, its columns are in the wrong order, or it is not finite; if velocities have
+        the wrong shape or are not finite.
 
     Warns
     -----
     ConvergenceWarning
-        If the joints miss a step by more than a millionth of its length, for example because a velocity is too large for
-        the number of steps.
+        If the joints miss a step by more than a millionth of its length, for example because a velocity is too large
+        for the number of steps.
     UserWarning
         If the base seems to be in degrees, see `skpose.pose_distances`.
 

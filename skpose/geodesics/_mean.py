@@ -69,8 +69,8 @@ def frechet_mean(
 ) -> FrechetMeanResult:
     r"""Compute the pose with the least mean squared distance to a set of poses.
 
-    The mean of joint *positions* is not a pose: its limbs are too short (figure 1 (b) of the paper). The Fréchet mean is
-    the pose :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2`, where d depends on the metric:
+    The mean of joint *positions* is not a pose: its limbs are too short (figure 1 (b) of the paper). The Fréchet mean
+    is the pose :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2`, where d depends on the metric:
 
     - "position": the *extrinsic* mean, the pose nearest to the mean of the positions, since
       :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2` equals
@@ -94,8 +94,8 @@ def frechet_mean(
     max_iter : int, default=200
         Maximum number of iterations.
     tol : float, default=1e-3
-        Length of the mean logarithm at convergence, relative to the standard deviation. The extrinsic mean instead stops
-        at a gradient of 1e-9 m²/rad.
+        Length of the mean logarithm at convergence, relative to the standard deviation. The extrinsic mean instead
+        stops at a gradient of 1e-9 m²/rad.
     n_jobs : int, default=None
         Number of threads, as in scikit-learn.
 
@@ -107,8 +107,8 @@ def frechet_mean(
     Raises
     ------
     ValueError
-        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if weights
-        are negative or all zero; if the metric has no means.
+        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if
+        weights are negative or all zero; if the metric has no means.
 
     Warns
     -----
@@ -129,7 +129,8 @@ def frechet_mean(
     mean of the positions, all others at the extrinsic mean. Angles that move no joint keep the values of the start.
     Limits are not enforced.
 
-    *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of poses.
+    *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of
+    poses.
 
     *"geodesic"* takes about ten iterations with a geodesic to each pose. Each step is the mean logarithm, damped,
     combined with earlier steps by Anderson acceleration [4]_, and halved until it brings the poses nearer. Paths are

@@ -98,8 +98,8 @@ def geometric_median(
     Raises
     ------
     ValueError
-        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if weights
-        are negative or all zero.
+        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if
+        weights are negative or all zero.
 
     Warns
     -----
@@ -115,11 +115,11 @@ def geometric_median(
 
     Notes
     -----
-    Weiszfeld's iteration on manifolds [1]_: each step is a step of the mean with weights w/d. Anderson acceleration combines
-    successive steps. If the iterate comes close to a pose of X, that pose is tried; it is the median if its weight
-    exceeds the pull of the others [2]_. The search starts at the extrinsic mean for "position", at the arithmetic mean
-    of the columns for "angle", and at the median under "position" for other metrics. The result is a local minimum, no
-    worse than the start; `frechet_mean` describes the cost per metric.
+    Weiszfeld's iteration on manifolds [1]_: each step is a step of the mean with weights w/d. Anderson acceleration
+    combines successive steps. If the iterate comes close to a pose of X, that pose is tried; it is the median if its
+    weight exceeds the pull of the others [2]_. The search starts at the extrinsic mean for "position", at the
+    arithmetic mean of the columns for "angle", and at the median under "position" for other metrics. The result is a
+    local minimum, no worse than the start; `frechet_mean` describes the cost per metric.
 
     References
     ----------

@@ -80,9 +80,9 @@ def geodesic_distances(
 
     Notes
     -----
-    A path is followed until the pose has moved by a tenth of the distance since the last search, as long as it converges,
-    passes the discretisation check of `geodesic`, and is no longer than the straight line. Then a new search begins.
-    Columns of the result are independent of one another.
+    A path is followed until the pose has moved by a tenth of the distance since the last search, as long as it
+    converges, passes the discretisation check of `geodesic`, and is no longer than the straight line. Then a new search
+    begins. Columns of the result are independent of one another.
 
     *Accuracy.* Paths are local minima, and following a path may lead to a different minimum than a search, mainly where
     `geodesic` refines paths. Shorter and longer paths are about equally frequent, and most differ by less than a

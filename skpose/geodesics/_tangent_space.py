@@ -38,8 +38,8 @@ class FoundLogarithms(NamedTuple):
             )
         if self.n_missed:
             warn(
-                f"exp_map misses {self.n_missed} of the {n} poses{origin} by up to {self.farthest:.2g} m; a larger n_steps "
-                "or a closer base may help",
+                f"exp_map misses {self.n_missed} of the {n} poses{origin} by up to {self.farthest:.2g} m; a larger "
+                "n_steps or a closer base may help",
                 ConvergenceWarning,
             )
 
