@@ -261,8 +261,8 @@ class PoseKMeans(
         n_distinct = len(np.unique(self.labels_))
         if n_distinct < self.n_clusters:
             warn(
-                f"only {n_distinct} distinct clusters were found, not n_clusters={self.n_clusters}; lower n_clusters or "
-                "raise n_init",
+                f"only {n_distinct} distinct clusters were found, not n_clusters={self.n_clusters}; lower n_clusters "
+                "or raise n_init",
                 ConvergenceWarning,
             )
         if not run.converged:

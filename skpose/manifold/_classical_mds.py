@@ -91,7 +91,7 @@ class SpatialMDS(
     Distances that are not Euclidean have negative eigenvalues. Components without a positive eigenvalue are zero, with
     a warning.
 
-    Time O(n²) for the distances and O(n³) for the eigenvalues, all of which `explained_variance_ratio_` needs: 2.3 s
+    Time O(n²) for the distances and O(n³) for all eigenvalues, as needed by `explained_variance_ratio_`: 2.3 s
     for 2,567 poses in one thread. Memory for three n × n matrices. For many poses use `landmarks`.
 
     References

@@ -82,8 +82,8 @@ def outlier_test(
     The statistic is the energy statistic of a set of one, :math:`2 E\, d(a, b) - E\, d(a, a') - E\, d(b, b')`, with d
     the distance between poses, a and a' independent poses of the motion, and b and b' independent poses of Y. It
     measures how far the motion is from the set. The p-value is the share of the motion and all motions of Y whose
-    statistic against the others is at least as large. Both equal those of ``two_sample_test([motion], Y)``, but the
-    distances within Y are computed only once.
+    statistic against the others is at least as large. Both equal the result of ``two_sample_test([motion], Y)``, but
+    the distances within Y are computed only once.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def outlier_test(
     Y : as X
         The set, with at least two elements, such as recordings of people.
     skeleton : Skeleton, default=None
-        The skeleton of all poses. None takes the skeleton of the `Motion` objects, or its mean if they differ. Arrays
+        The skeleton of all poses. None takes the skeleton of the `Motion` objects, or their mean if they differ. Arrays
         need it, except under "angle". Pass one to make the result for a motion independent of the rest of X.
     metric : str or Metric, default="auto"
         The distance between frames, see `pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a

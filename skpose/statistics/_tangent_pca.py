@@ -22,9 +22,9 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     r"""Principal component analysis of poses in the tangent space at their mean.
 
     Every point of the component space is a pose, so bones keep their lengths. PCA of joint positions changes the
-    lengths of bones, and PCA of joint angles ignores how far the joints move. Here, vectors in the tangent space at a
-    mean pose are as long as distances of the joints: linearised principal geodesic analysis [1]_ under the metric of
-    the positions, eq. 15 of [2]_. Scores are in m.
+    lengths of bones, and PCA of joint angles ignores the size of the resulting movement. Here, poses are vectors in the
+    tangent space at a mean pose, whose lengths are distances: linearised principal geodesic analysis [1]_ under the
+    metric of the positions, eq. 15 of [2]_. Scores are in m.
 
     Parameters
     ----------
@@ -77,11 +77,11 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     -----
     *Position.* The mean is the pose from which the mean step to the poses is zero. For a joint with three dofs, a step
     δ is the rotation vector from the mean in the joint's own axes, so Euler orders have no effect; for other angles it
-    is the difference, wrapped to [−π, π]. With J the Jacobian at the mean of positions scaled by √w, the vectors are J
-    δ, and their inner products :math:`\delta^T J^T J \delta`. `inverse_transform` follows the straight line, with slerp
-    for ball joints. Components are also combinations of the training steps, so twists that move no joint at the mean,
-    as of a straight arm, are restored as they vary with the scores. ``transform(inverse_transform(scores))`` returns
-    the scores, up to half a turn of each joint.
+    is the difference, wrapped to [−π, π]. With J the Jacobian at the mean of positions scaled by √w, the vectors are
+    Jδ, and their inner products :math:`\delta^T J^T J \delta`. `inverse_transform` follows the straight line, with
+    slerp for ball joints. Components are also combinations of the training steps, so twists that move no joint at the
+    mean, as of a straight arm, are restored as they vary with the scores. ``transform(inverse_transform(scores))``
+    returns the scores, up to half a turn of each joint.
 
     This joint-wise mean differs from ``frechet_mean(metric="position")``: its mean step is zero, so the training scores
     have mean zero, and it defines a mean for twists, which positions do not show.

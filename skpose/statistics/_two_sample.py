@@ -113,7 +113,7 @@ def two_sample_test(
 
     - Walks of two people: one recording. The test is about these two people.
     - Two groups of people: all recordings of a person, joined by ``Motion.concatenate``, because people are
-      exchangeable and recordings of the same person are not.
+      exchangeable and recordings of the same person are not independent.
     - The same people before and after: ``paired=True``, where X[i] is before and Y[i] after for one person. Only X[i]
       and Y[i] are exchanged, so differences between people cancel.
 
@@ -126,7 +126,7 @@ def two_sample_test(
     Y : as X
         The other set, of any size.
     skeleton : Skeleton, default=None
-        The skeleton of all poses. None takes the skeleton of the `Motion` objects, or its mean if they differ. Arrays
+        The skeleton of all poses. None takes the skeleton of the `Motion` objects, or their mean if they differ. Arrays
         need it, except under "angle".
     metric : str or Metric, default="auto"
         The distance, see `pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a warning. Lists of
@@ -176,7 +176,7 @@ def two_sample_test(
 
     The p-value is valid under any metric and either statistic: if X and Y are exchangeable, it is at most α with
     probability at most α. It is never zero [5]_, and ties count as larger. Few elements cannot give a small p-value:
-    three motions against three have 20 splits, of which two are equivalent, so that p is at least 0.1; four against
+    three motions against three have 20 splits in pairs of equal statistic, so p is at least 0.1; four against
     four 0.029, five pairs 0.0625, six pairs 0.031; see `TwoSampleTestResult.least_pvalue`.
 
     Whether every difference is found, given enough data, depends on the metric. "position" and "angle" are Euclidean
