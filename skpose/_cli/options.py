@@ -32,25 +32,29 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
         type=positive,
         metavar="HZ",
         help="frame rate of the files; default: as in the files; for AMC files from index.csv or their names, or 120",
-    ) add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files; default: found by name") add("--root",
-    metavar="NAME", help="root joint of a BVH file, or root link of a robot") add("--on-nan", choices=["raise", "drop"],
-    help="raise an error for frames with NaN, or drop them") add("--trust", choices=["header", "rows"], help="which
-    number of frames to trust in BVH and TRC files") add("--stretch", choices=["raise", "mean"], help="raise an error
-    for BVH bones of changing length, or use the mean") add("--root-offset", choices=["replace", "add"], help="whether
-    BVH root positions replace the root's OFFSET or add to it") add("--missing", choices=["raise", "rest"], help="raise
-    an error for bones missing in AMC frames, or use zero") add("--model", type=Path, metavar="FILE", help="body model
-    (.npz) of AMASS files; default: mean proportions") add("--no-hands", dest="hands", action="store_const",
-    const=False, help="omit the finger joints of AMASS files") add("--layout", metavar="NAME", help="layout of
-    keypoints, such as mediapipe33") add(
+    )
+    add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files; default: found by name")
+    add("--root", metavar="NAME", help="root joint of a BVH file, or root link of a robot")
+    add("--on-nan", choices=["raise", "drop"], help="raise an error for frames with NaN, or drop them")
+    add("--trust", choices=["header", "rows"], help="which number of frames to trust in BVH and TRC files")
+    add("--stretch", choices=["raise", "mean"], help="BVH bones of changing length: raise an error, or use the mean")
+    add(
+        "--root-offset",
+        choices=["replace", "add"],
+        help="whether BVH root positions replace the root's OFFSET or add to it",
+    )
+    add("--missing", choices=["raise", "rest"], help="raise an error for bones missing in AMC frames, or use zero")
+    add("--model", type=Path, metavar="FILE", help="body model (.npz) of AMASS files; default: mean proportions")
+    add("--no-hands", dest="hands", action="store_const", const=False, help="omit the finger joints of AMASS files")
+    add("--layout", metavar="NAME", help="layout of keypoints, such as mediapipe33")
+    add(
         "--names",
         type=lambda text: [name.strip() for name in text.split(",")],
         metavar="A,B,…",
         help="names of keypoints, separated by commas",
     )
     add(
-        "--zeros",
-        choices=["seen", "missing"],
-        help="how to read positions of exactly 0 in TRC, C3D and keypoint files",
+        "--zeros", choices=["seen", "missing"], help="how to read positions of exactly 0 in TRC, C3D and keypoint files"
     )
     return parser
 
