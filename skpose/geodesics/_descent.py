@@ -146,6 +146,5 @@ def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
 
 
 def _explain_unconverged(here: Spread, n_poses: int) -> str:
-    if not here.unconverged:
-        return ""
-    return f"{here.unconverged} of the geodesics to the {n_poses} poses did not converge; a larger n_steps may help"
+    reason = f"{here.unconverged} of the geodesics to the {n_poses} poses did not converge; a larger n_steps may help"
+    return reason if here.unconverged else ""

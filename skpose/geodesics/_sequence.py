@@ -118,8 +118,7 @@ def geodesic_distances(
     search = Search(int(chosen.n_steps), bool(chosen.wrap), 0.0, TOL)
 
     def follow(columns: slice) -> None:
-        found = lengths[:, columns], converged[:, columns]
-        _follow(tree, frames, positions, ends[columns], search, *found)
+        _follow(tree, frames, positions, ends[columns], search, lengths[:, columns], converged[:, columns])
 
     in_threads((partial(follow, slice(i, i + TASK)) for i in range(0, len(Y), TASK)), effective_n_jobs(n_jobs))
     if n_unconverged := int((~converged).sum()):

@@ -7,7 +7,6 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.path.exponential import Logarithms, exponential, logarithms_from
-from skpose._compiled.pose.tree import Tree
 from skpose._parallel.threads import in_threads
 from skpose._warnings import warn
 from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrap_dofs
@@ -52,13 +51,9 @@ class TangentSpace(NamedTuple):
     n_steps: int
     n_jobs: int
 
-    @property
-    def tree(self) -> Tree:
-        return tree_of(self.skeleton)
-
     def logarithms(self, poses: np.ndarray) -> FoundLogarithms:
         """Logarithms of poses; doubtful ones are verified with the exponential."""
-        tree = self.tree
+        tree = tree_of(self.skeleton)
         base, n = to_tree_order(tree, self.pose), len(poses)
         ends = wrap_dofs(tree, to_tree_order(tree, poses), base[None])
         found = Logarithms(np.empty((n, 3 * len(tree.offset) - 3)), np.empty(n, dtype=bool), np.empty(n))
@@ -83,7 +78,7 @@ class TangentSpace(NamedTuple):
 
     def exponentials(self, velocities: np.ndarray) -> tuple[np.ndarray, int]:
         """Poses (n_poses, n_dofs), and the number of geodesics that could not follow their velocities."""
-        tree = self.tree
+        tree = tree_of(self.skeleton)
         base = to_tree_order(tree, self.pose)
         dofs, errors = np.empty((len(velocities), len(base))), np.empty(len(velocities))
 

@@ -11,7 +11,6 @@ from skpose.geodesics._weighted_poses import WeightedPoses, minimise
 from skpose.metrics import Metric
 from skpose.skeleton import Skeleton
 
-TASK = 16  # means per task, a few milliseconds
 MAX_ITER, TOL = 200, 1e-3  # as `frechet_mean`
 # Gradient norm at which an extrinsic mean has converged, m²/rad. `frechet_mean` uses a smaller value, which takes many
 # iterations if an angle hardly moves the joints.
@@ -43,17 +42,16 @@ class WeightedMeans:
         means = np.empty((len(weightings), self.poses.shape[1]))
         converged = np.ones(len(weightings), dtype=bool)
 
-        def find_some(start: int) -> None:
-            for i in range(start, min(start + TASK, len(weightings))):
-                counted = np.flatnonzero(weightings[i])
-                if len(counted) == 1:
-                    means[i] = self.poses[counted[0]]
-                else:
-                    means[i], converged[i] = self._find(weightings[i])
+        def find(i: int) -> None:
+            counted = np.flatnonzero(weightings[i])
+            if len(counted) == 1:
+                means[i] = self.poses[counted[0]]
+            else:
+                means[i], converged[i] = self._find(weightings[i])
 
         # Iterative means run one after the other, each on all threads.
         n_threads = 1 if self._direct is None else effective_n_jobs(self.n_jobs)
-        in_threads((partial(find_some, start) for start in range(0, len(weightings), TASK)), n_threads)
+        in_threads((partial(find, i) for i in range(len(weightings))), n_threads)
         return means, converged
 
     def _find(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:

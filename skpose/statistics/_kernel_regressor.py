@@ -237,7 +237,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         check_is_fitted(self, "gamma_")
         predicted = self.predict(X)
         _check_columns(y, self.skeleton_)
-        y = self._check_y(check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y"))
+        y = self._check_y(y)
         check_consistent_length(predicted, y)
         if len(y) < 2:
             warn("the explained share of variance is undefined for fewer than two poses", UndefinedMetricWarning)

@@ -168,7 +168,7 @@ def outlier_test(
         raise ValueError(f"Y must have at least two {units.name}, got one")
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(None, skeleton, X=units.of_x, Y=units.of_y)
+        warn_of_degrees(None, skeleton, X=units.X.sequences.poses, Y=units.Y.sequences.poses)
     chosen = resolve(metric, skeleton, of_motions=True)
     tested, others = units.encode(chosen)
     warn_of_no_skeleton(metric, skeleton)

@@ -228,7 +228,7 @@ def two_sample_test(
     units = check_units(X, Y, skeleton, paired)
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(None, skeleton, X=units.of_x, Y=units.of_y)
+        warn_of_degrees(None, skeleton, X=units.X.sequences.poses, Y=units.Y.sequences.poses)
     chosen = resolve(metric, skeleton, of_motions=True)
     sequences = Sequences.join(units.encode(chosen))
     warn_of_no_skeleton(metric, skeleton)

@@ -35,14 +35,6 @@ class Units(NamedTuple):
         """The plural noun for a unit."""
         return "poses" if self.are_rows else "motions"
 
-    @property
-    def of_x(self) -> np.ndarray:
-        return self.X.sequences.poses
-
-    @property
-    def of_y(self) -> np.ndarray:
-        return self.Y.sequences.poses
-
     def encode(self, metric: Metric) -> tuple[Sequences, Sequences]:
         """The rows that the metric compares, for X and Y."""
         if self.are_rows and isinstance(metric, MotionMetric):
@@ -71,7 +63,7 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
     if units.n_x == units.n_y == 1:
         raise ValueError(f"X or Y must have at least two {units.name}, got one each")
     if rows:
-        _warn_of_frames(X=units.of_x, Y=units.of_y)
+        _warn_of_frames(X=a, Y=b)
     return units
 
 
