@@ -18,11 +18,10 @@ from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squ
 class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEstimator):
     r"""Medoid shift clustering: mode seeking with distances alone.
 
-    Every sample i moves to the sample j that minimises the weighted sum of squared distances :math:`\sum_k w_{ik}
-    d_{jk}^2`, with Gaussian weights :math:`w_{ik} = \exp(-d_{ik}^2 / 2h^2)`, and on from there until it stops at a
-    mode; samples with the same mode form a cluster. The modes are then shifted among themselves until nothing changes.
-    As in mean shift, the bandwidth h determines the number of clusters; unlike mean shift, modes are samples, and any
-    distance can be used.
+    Every sample i moves to the sample j that minimises :math:`\sum_k w_{ik} d_{jk}^2`, with Gaussian weights
+    :math:`w_{ik} = \exp(-d_{ik}^2 / 2h^2)`, and on from there until it stops at a mode; samples with the same mode form
+    a cluster. The modes are then shifted among themselves until nothing changes. As in mean shift, the bandwidth h
+    determines the number of clusters; unlike mean shift, modes are samples, and any distance can be used.
 
     Parameters
     ----------
@@ -34,7 +33,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         graph).
     n_clusters : int, default=None
         Search for a bandwidth with this number of clusters instead, by bisection and then on a grid of 32 bandwidths.
-        If none is found, a `ConvergenceWarning` is raised, and the largest smaller number of clusters is used.
+        If none is found, a `ConvergenceWarning` is issued, and the closest smaller number of clusters is used.
     metric : str, Metric or "precomputed", default="auto"
         The distance, see `skpose.pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a warning.
         With "precomputed", X is a square matrix of distances, or a sparse graph of neighbours as returned by

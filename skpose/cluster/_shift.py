@@ -118,7 +118,7 @@ def _stops(target, staying):
 
 
 def find_bandwidth(squared, scale, n_clusters, fit_progress):
-    """Modes with n_clusters, else with the largest smaller number and a warning."""
+    """Modes with n_clusters clusters, else with the closest smaller number and a warning."""
     tried = {}
 
     def count(bandwidth):

@@ -1,8 +1,8 @@
 """Means and medians by gradient descent: steps along the mean logarithm of the poses.
 
-A mean minimises Σ w d², with gradient Σ w ∇d². A median minimises Σ w d, which Weiszfeld's iteration solves as a mean
-with weights w/d. Steps are the gradient in the metric tensor, combined by Anderson acceleration
-(H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
+A mean minimises Σ w d², whose gradient is twice Σ w ∇(d²/2), the negative mean logarithm. A median minimises Σ w d,
+which Weiszfeld's iteration solves as a mean with weights w/d. Steps are gradients in the metric tensor, combined by
+Anderson acceleration (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
 """
 
 from typing import NamedTuple

@@ -123,8 +123,8 @@ def interpolate(
     *Limits.* With "enforce" the geodesics stay inside the limits, and every angle of the spline is clipped. The
     velocity of that dof then drops to zero at once, as at the stop of a hinge; the other dofs follow the spline.
 
-    *Velocities* are continuous for positions. A geodesic consists of n_steps slerps, between which velocities change a
-    little, less with more steps.
+    *Velocities.* With "spline", velocities of the joint positions are continuous, up to small changes between the
+    n_steps slerps of a geodesic; more steps reduce these.
 
     Each key takes one geodesic, a few milliseconds or tens of milliseconds if it is refined; "spline" takes a few
     milliseconds per frame in addition.
@@ -162,7 +162,7 @@ def interpolate(
     keys, skeleton, times = _check_keys(poses, times, skeleton)
     X = check_poses(poses if keys is None else keys.angles, skeleton, "poses").astype(np.float64)
     if len(X) < 2:
-        raise ValueError(f"poses must have at least two key poses, got {len(X)}")
+        raise ValueError(f"poses must contain at least two key poses, got {len(X)}")
     warn_of_degrees(None, skeleton, poses=X)
     limited = None
     if joint_limits == "enforce":
