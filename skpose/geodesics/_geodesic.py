@@ -154,8 +154,8 @@ def geodesic(
         "geodesic" or a ``skpose.metrics.Geodesic`` object with at least two steps.
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps all poses inside ``skeleton.limits`` (Θ of eq. 2), also after `GeodesicResult.resample`. Both
-        ends must be inside; ends outside by at most 1e-6 rad are clipped. A dof with limits stays between its values at
-        the two ends and never wraps from π to −π. Joints with three angles and limits keep their Euler angles.
+        ends must be inside; ends outside by at most 1e-6 rad are clipped. A dof with limits never wraps from π to −π,
+        however far apart its two ends are. Joints with three angles and limits keep their Euler angles.
     max_iter : int, default=500
         Maximum number of iterations of each refinement.
     tol : float, default=1e-6
@@ -176,8 +176,8 @@ def geodesic(
     Warns
     -----
     ConvergenceWarning
-        If the path did not converge. It is still a valid curve, with a `curve_length` of at most that of the
-        straight line.
+        If the path did not converge. It is still a valid curve, and not longer than the straight line
+        by `curve_length`.
     UserWarning
         If the poses seem to be in degrees, see `skpose.pose_distances`.
 

@@ -74,7 +74,7 @@ def log_map(
     --------
     exp_map : The inverse.
     geodesic : The path itself.
-    position_jacobian : Joint velocities from angular velocities.
+    position_jacobian : Joint velocities from rates of the angles.
 
     Notes
     -----

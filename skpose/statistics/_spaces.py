@@ -4,7 +4,7 @@ The methods of a space:
 
 - `mean`: the base, a mean of poses.
 - `at`: the space at a base pose.
-- `vectors`: vectors (n_poses, n) of poses; their lengths are distances from the base.
+- `vectors`: vectors (n_poses, n) of poses, as long as the distances from the base.
 - `steps`: directions (k, n) as steps for `move`. Directions are combinations `mixing` (n_poses, k) of the vectors of X.
 - `motions`: steps as velocities of the joints (k, 3 n_joints), or of the columns without a skeleton.
 - `move`: the poses at steps from the base.
