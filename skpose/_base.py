@@ -1,8 +1,8 @@
-"""Shared parts of the pose estimators: checks of X, the fitted metric, and the link to their documentation.
+"""Shared parts of the pose estimators: validation of X, the fitted metric, and the link to their documentation.
 
-`fit` begins with `_check_X(X, reset=True)`, which deletes the attributes of an earlier fit and stores the skeleton and
-the metric as `skeleton_` and `metric_`. Other methods read these attributes, not the parameters. The parameters in
-`HOW_TO_ANSWER` are read when a method is called, as in scikit-learn.
+`fit` starts with `_check_X(X, reset=True)`, which deletes the attributes of an earlier fit and stores `skeleton_` and
+`metric_`. Other methods use these attributes instead of the parameters. The parameters in `HOW_TO_ANSWER` are read when
+a method is called, as in scikit-learn.
 """
 
 from numbers import Integral
@@ -19,7 +19,7 @@ from skpose.metrics import Metric, pose_distances
 from skpose.metrics._shared import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 
-# Constraints of the parameters of an estimator of poses, and of one that also takes distances.
+# Parameters of an estimator of poses, and of one that also accepts precomputed distances.
 POSE_CONSTRAINTS = {**METRIC_CONSTRAINTS, "n_jobs": [None, Integral], "verbose": ["verbose"]}
 ESTIMATOR_CONSTRAINTS = {
     **POSE_CONSTRAINTS,
@@ -28,16 +28,16 @@ ESTIMATOR_CONSTRAINTS = {
 
 
 class EstimatorMixin:
-    """Mixin for all estimators: parameter checks, refitting, and the link to the documentation."""
+    """Mixin for all estimators: parameter validation, refitting, and the link to the documentation."""
 
     skeleton: Skeleton | None
 
     _parameter_constraints: ClassVar[dict]
 
-    # The page that scikit-learn's HTML representation links to.
+    # Linked from scikit-learn's HTML representation.
     _doc_link_module = "skpose"
     _doc_link_template = "https://skpose.github.io/skpose/api/{page}.html"
-    _is_experimental: ClassVar[bool] = False  # and so not a name of `skpose` itself
+    _is_experimental: ClassVar[bool] = False  # not exported by `skpose` itself
 
     def _doc_link_url_param_generator(self):
         package = type(self).__module__.rpartition(".")[0] if self._is_experimental else "skpose"
@@ -49,7 +49,7 @@ class EstimatorMixin:
             delattr(self, name)
 
     def _check_how_to_answer(self):
-        """Check the parameters that are read after `fit`."""
+        """Validate the parameters that are read after `fit`."""
         given = {name: getattr(self, name) for name in HOW_TO_ANSWER if hasattr(self, name)}
         constraints = {name: self._parameter_constraints[name] for name in given}
         validate_parameter_constraints(constraints, given, type(self).__name__)
@@ -66,9 +66,9 @@ class PoseEstimatorMixin(EstimatorMixin):
         The metric in use, a copy of the parameter; None with "precomputed".
     """
 
-    _auto_metric: ClassVar[str] = "spatial"  # with a skeleton; "position" where means are taken, which are quick then
+    _auto_metric: ClassVar[str] = "spatial"  # with a skeleton; "position" in estimators that compute means
 
-    _of_motions: ClassVar[bool] = False  # whether the metric may be one of motions
+    _of_motions: ClassVar[bool] = False  # whether metrics of motions are allowed
 
     metric: str | Metric
     n_jobs: int | None
@@ -78,7 +78,7 @@ class PoseEstimatorMixin(EstimatorMixin):
     metric_: Any  # a Metric; None with "precomputed"
 
     def _check_X(self, X, *, reset, **options):
-        """Check X against the skeleton, or as precomputed distances; with `reset` learn the metric."""
+        """Validate poses or precomputed distances; `reset` also resolves the metric."""
         check_is_array(X, "X")
         if reset:
             self._forget()
@@ -109,7 +109,7 @@ class PoseEstimatorMixin(EstimatorMixin):
         self.skeleton_ = skeleton
 
     def set_params(self, **params):
-        """Set parameters, those of the metric by ``metric__n_steps=20`` and the like.
+        """Set parameters; ``metric__n_steps=20`` sets a parameter of the metric.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class PoseEstimatorMixin(EstimatorMixin):
         return isinstance(self.metric, str) and self.metric == "precomputed"
 
     def _distances(self, X, Y, verbose=None):
-        """Distances from X to Y, or among X if Y is None, under the metric of `fit`."""
+        """Distances from X to Y, or within X if Y is None, under the fitted metric."""
         return pose_distances(
             X,
             Y,

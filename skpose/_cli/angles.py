@@ -11,7 +11,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "angles",
-        help="write the joint angles of a person, in degrees, as a table",
+        help="write the joint angles of a person in degrees as a table",
         description="Write flexion, adduction and rotation of each joint, in degrees, see "
         "skpose.biomechanics.joint_angles: a row for each frame. A skeleton is fitted to markers and keypoints.",
         parents=[options.writing(".csv"), options.reading(skip=False)],
@@ -21,7 +21,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--zero",
         type=lambda text: int(text) if text.isdecimal() else Path(text),
         metavar="FRAME|FILE",
-        help="standing pose at which all angles are zero: the number of a frame, or a file; default: the rest pose",
+        help="standing pose with all angles zero: the number of a frame, or a file; default: the rest pose",
     )
     parser.set_defaults(func=run)
 

@@ -1,4 +1,4 @@
-"""`skpose compare`: how well actions are recognised under each metric."""
+"""`skpose compare`: accuracy of action recognition under each metric."""
 
 import argparse
 import textwrap
@@ -11,13 +11,15 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "compare",
-        help="compare how well actions are recognised under the metrics",
-        description="Print the share of poses, and of whole motions, whose nearest neighbour has the same action, for "
-        "each metric. Two people must do an action; joints of 2 or 3 angles become ball joints.",
+        help="compare the accuracy of action recognition under all metrics",
+        description="Print the 1-NN accuracy of single poses and of whole motions for each metric. Actions need at "
+        "least two people; joints of 2 or 3 angles become ball joints.",
         parents=[options.writing(".png", required=False), options.computing(None), options.reading(skip=False)],
     )
     add_folder(parser)
-    parser.add_argument("--paper", action="store_true", help="the paper's protocol: walks and runs, angles as they are")
+    parser.add_argument(
+        "--paper", action="store_true", help="the paper's protocol: walks and runs, with the angles of the files"
+    )
     parser.set_defaults(func=run)
 
 

@@ -9,9 +9,9 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "convert",
-        help="write a motion or keypoints in another format, cut or as a loop",
-        description="Write a motion as .bvh, for other programs, as .npz, which loses nothing, or as .csv, a table of "
-        "angles in rad and positions in m. Keypoints have no skeleton: .npz or .csv.",
+        help="convert a motion or keypoints to another format",
+        description="Write a motion as .bvh for other programs, as .npz without loss, or as .csv with angles in rad "
+        "and positions in m. Keypoints can be written as .npz or .csv.",
         parents=[options.writing(*options.MOTION_SUFFIXES), options.reading(skip=False)],
     )
     parser.add_argument("file", type=options.one_file, metavar="FILE", help="motion, markers or keypoints; -: stdin")
@@ -25,7 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     group.add_argument(
         "--endpoint",
         action="store_true",
-        help="with --cycle: the last frame repeats the first; default: it precedes it",
+        help="with --cycle: repeat the first frame at the end",
     )
     parser.set_defaults(func=run)
 

@@ -11,10 +11,10 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "distances",
-        help="write the distances between all poses of some files",
+        help="write the distances between all poses of files",
         description="Write the matrix of distances between all poses. Poses of several skeletons are compared on their "
-        "mean skeleton. .npy is an array for numpy.load(..., mmap_mode='r'), written tile by tile; .npz and .csv have "
-        "the names of the rows, too.",
+        "mean skeleton. .npy is an array for numpy.load(..., mmap_mode='r'), written tile by tile; .npz and .csv also "
+        "have the names of the rows.",
         parents=[
             options.writing(".npy", ".npz", ".csv"),
             options.computing(),

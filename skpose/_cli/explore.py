@@ -10,9 +10,9 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "explore",
-        help="show all poses of some files as points, in the browser",
-        description="Write an HTML page that shows all poses as points; near points are similar poses. Subjects and "
-        "actions come from an index.csv, or from names such as SUBJECT_ACTION_TRIAL.bvh.",
+        help="show all poses of files as points in the browser",
+        description="Write an HTML page that shows all poses as points, with similar poses close together. Subjects "
+        "and actions come from an index.csv, or from names such as SUBJECT_ACTION_TRIAL.bvh.",
         parents=[
             options.writing(".html", required=False),
             options.preparing(frame_rate=12.0),
@@ -23,14 +23,14 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_files(parser, "motions")
     group = parser.add_argument_group("page")
     group.add_argument(
-        "--open", action="store_true", help="show it in the browser, from a temporary file without --out"
+        "--open", action="store_true", help="open it in the browser; without --out it is a temporary file"
     )
     group.add_argument(
         "--metric",
         nargs="+",
         choices=options.METRICS,
         default=["spatial", "position", "rotation", "angle"],
-        help="one or several; the page starts with the first; default: all except geodesic, which is slow",
+        help="one or several, the first is shown initially; default: all except geodesic, which is slow",
     )
     group.add_argument(
         "--embedding", nargs="+", choices=["mds", "tsne", "isomap"], default=["mds"], help="default: mds"

@@ -1,4 +1,4 @@
-"""`skpose find`: where a motion, or a single pose, occurs in some files."""
+"""`skpose find`: search files for a motion or a single pose."""
 
 import argparse
 from pathlib import Path
@@ -22,19 +22,19 @@ class Place(NamedTuple):
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "find",
-        help="print where a motion, or a pose, occurs in some files",
-        description="Print the places that are most like a motion or a pose, the best first. Motions of several "
-        "skeletons are compared on their mean skeleton.",
+        help="search files for a motion or a pose",
+        description="Print the places most similar to a motion or a pose, best first. Motions of several skeletons are "
+        "compared on their mean skeleton.",
         parents=[options.computing(), options.preparing(), options.reading()],
     )
     parser.add_argument("query", type=options.one_file, metavar="QUERY", help="the motion to find; -: standard input")
     options.add_files(parser, "where to search")
     group = parser.add_argument_group("search")
     options.add_part(group, "the motion to find")
-    group.add_argument("--pose", type=float, metavar="S", help="find the pose at this time, in seconds")
+    group.add_argument("--pose", type=float, metavar="S", help="search for the pose at this time, in seconds")
     group.add_argument("--k", type=int, default=10, metavar="K", help="number of places; default: 10")
-    group.add_argument("--exclude-query", action="store_true", help="leave out places that overlap the query itself")
-    group.add_argument("--one-per-file", action="store_true", help="the best place of each file only")
+    group.add_argument("--exclude-query", action="store_true", help="exclude places that overlap the query")
+    group.add_argument("--one-per-file", action="store_true", help="print only the best place of each file")
     parser.set_defaults(func=run)
 
 

@@ -1,4 +1,4 @@
-"""`skpose info`: what is in some files."""
+"""`skpose info`: contents of files."""
 
 import argparse
 
@@ -9,9 +9,9 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "info",
-        help="print what files of motions, skeletons or points contain",
+        help="print the contents of files",
         description="Print frames, frame rate, joints and degrees of freedom of motions, skeletons and robots, or "
-        "points and how often each is not seen.",
+        "points and the share of frames in which each is missing.",
         parents=[options.reading()],
     )
     options.add_files(parser, "motions, skeletons, robots, markers or keypoints")
@@ -57,6 +57,6 @@ def _print_points(points: "skpose.Keypoints") -> None:
     print(f"{len(points)} frames at {points.frame_rate:g} Hz, {len(points) / points.frame_rate:.2f} s")
     print(f"{len(points.names)} points, {points.up} up\n")
     width = max(len(name) for name in ("point", *points.names))
-    print(f"{'point':<{width}}  not seen")
+    print(f"{'point':<{width}}   missing")
     for name, confidences in zip(points.names, points.confidences.T, strict=True):
         print(f"{name:<{width}}  {(confidences == 0.0).mean():>8.1%}")

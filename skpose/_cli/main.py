@@ -12,8 +12,7 @@ from skpose._files import check_new
 
 COMMANDS = info, view, explore, distances, find, retarget, convert, angles, compare, reproduce
 EXIT_STATUS = (
-    "Exit status: 0 success, 1 error, 2 wrong options, 3 success without the files that --skip-errors left out, "
-    "130 interrupted."
+    "Exit status: 0 success, 1 error, 2 wrong options, 3 success with files skipped by --skip-errors, 130 interrupted."
 )
 
 
@@ -38,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 check_new(path)
             args.func(args)
             sys.stdout.flush()
-    except BrokenPipeError:  # the program that reads the output, such as `head`, has closed it
+    except BrokenPipeError:  # the reader of the output, such as `head`, closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (OSError, ValueError, RuntimeError, ImportError, MemoryError) as error:

@@ -13,35 +13,39 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False)
     group = parser.add_argument_group(
         "reading files",
-        "Arguments of skpose.io.load_motion; a format ignores the options of others. frame_rate= is --file-frame-rate",
+        "Arguments of skpose.io.load_motion (--file-frame-rate is frame_rate=); irrelevant ones are ignored",
     )
     add = group.add_argument
     if skip:
-        add("--skip-errors", action="store_true", help="leave out files that cannot be read; the exit status is then 3")
+        add("--skip-errors", action="store_true", help="skip files that cannot be read, and exit with status 3")
     add(
         "--scale",
         type=_scale,
         metavar="M",
-        help="metres per unit of length, such as 0.01 for BVH files in centimetres; auto: for each file the unit that "
-        "makes the skeleton the size of a person; default: what the file states, 1 for BVH",
+        help="metres per unit of length, such as 0.01 for centimetres; auto: the unit in which the skeleton is as "
+        "large as a person; default: the unit in the file, or metres",
     )
-    add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis of the files, as --up=-y")
+    add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis of the files, such as --up=-y")
     add(
         "--file-frame-rate",
         dest="file_frame_rate",
         type=positive,
         metavar="HZ",
-        help="frame rate of the files; default: what they state, for AMC files an index.csv, their name or 120",
+        help="frame rate of the files; default: as in the files; for AMC files from index.csv or their names, or 120",
     )
-    add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files; default: found by their names")
-    add("--root", metavar="NAME", help="joint of a BVH file, or link of a robot, that is the root")
-    add("--on-nan", choices=["raise", "drop"], help="frames with NaN: refuse the file, or drop the frames")
-    add("--trust", choices=["header", "rows"], help="what states the number of frames of BVH and TRC files")
-    add("--stretch", choices=["raise", "mean"], help="BVH bones of changing length: refuse the file, or take the mean")
-    add("--root-offset", choices=["replace", "add"], help="how BVH root positions and the root's OFFSET combine")
-    add("--missing", choices=["raise", "rest"], help="bones that a frame of an AMC file lacks: refuse, or zero")
+    add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files; default: found by name")
+    add("--root", metavar="NAME", help="root joint of a BVH file, or root link of a robot")
+    add("--on-nan", choices=["raise", "drop"], help="raise an error for frames with NaN, or drop them")
+    add("--trust", choices=["header", "rows"], help="which number of frames to trust in BVH and TRC files")
+    add("--stretch", choices=["raise", "mean"], help="BVH bones of changing length: raise an error, or use the mean")
+    add(
+        "--root-offset",
+        choices=["replace", "add"],
+        help="whether BVH root positions replace the root's OFFSET or add to it",
+    )
+    add("--missing", choices=["raise", "rest"], help="raise an error for bones missing in AMC frames, or use zero")
     add("--model", type=Path, metavar="FILE", help="body model (.npz) of AMASS files; default: mean proportions")
-    add("--no-hands", dest="hands", action="store_const", const=False, help="AMASS files without finger joints")
+    add("--no-hands", dest="hands", action="store_const", const=False, help="omit the finger joints of AMASS files")
     add("--layout", metavar="NAME", help="layout of keypoints, such as mediapipe33")
     add(
         "--names",
@@ -49,12 +53,14 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
         metavar="A,B,…",
         help="names of keypoints, separated by commas",
     )
-    add("--zeros", choices=["seen", "missing"], help="positions of exactly 0 in TRC, C3D and keypoint files")
+    add(
+        "--zeros", choices=["seen", "missing"], help="how to read positions of exactly 0 in TRC, C3D and keypoint files"
+    )
     return parser
 
 
 def preparing(frame_rate: float | None = None) -> argparse.ArgumentParser:
-    """Options that prepare motions for a comparison."""
+    """Options that prepare motions for comparison."""
     parser = argparse.ArgumentParser(add_help=False)
     group = parser.add_argument_group("preparing motions")
     default = "every frame" if frame_rate is None else f"{frame_rate:g}"
@@ -64,11 +70,11 @@ def preparing(frame_rate: float | None = None) -> argparse.ArgumentParser:
         "--retarget",
         choices=["numbers", "orientations", "positions", "auto", "unchecked"],
         default="numbers",
-        help="how motions of other rigs come onto the skeleton of the first file, see skpose.retarget; default: "
-        "numbers, on the mean skeleton, which refuses different rest poses",
+        help="how to retarget motions of other rigs to the skeleton of the first file, see skpose.retarget; default: "
+        "numbers, on the mean skeleton, for equal rest poses only",
     )
     group.add_argument(
-        "--with-root", choices=["tilt", "whole"], help="include the orientation of the root: its tilt, or all of it"
+        "--with-root", choices=["tilt", "whole"], help="include the tilt, or the whole orientation, of the root"
     )
     return parser
 
@@ -92,7 +98,7 @@ def writing(*suffixes: str, required: bool = True) -> argparse.ArgumentParser:
         type=file_named(*suffixes),
         required=required,
         metavar="FILE",
-        help=f"the new file: {', '.join(suffixes)}; existing files are never overwritten",
+        help=f"the new file: {', '.join(suffixes)}; existing files are not overwritten",
     )
     if suffixes == MOTION_SUFFIXES:
         group.add_argument(

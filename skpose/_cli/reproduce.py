@@ -15,7 +15,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "reproduce",
         help="repeat section 3 of the paper",
-        description="Print every number of section 3 with the paper's, and write the table and figures 3 and 4. The "
+        description="Print every number of section 3 next to the paper's, and write the table and figures 3 and 4. The "
         "motions must include walks and runs: actions whose first word is walk or run.",
         parents=[options.computing(None), options.reading(skip=False)],
     )

@@ -9,9 +9,9 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "retarget",
-        help="bring a motion onto the skeleton of another file",
-        description="Bring a motion onto another skeleton. Print the method, how many joints have counterparts, and "
-        "the remaining error; without --out print this alone.",
+        help="retarget a motion to the skeleton of another file",
+        description="Retarget a motion to another skeleton. Print the method, the number of matched joints and the "
+        "remaining error; without --out nothing is written.",
         parents=[
             options.writing(*options.MOTION_SUFFIXES, required=False),
             options.computing(None),
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> None:
         raise ValueError(f"--out is for one motion, got {len(files)} files")
     ((name, target),) = inputs.read(args, [args.onto], required=1)
     if isinstance(target, skpose.Keypoints):
-        raise ValueError(f"{name} has points, and no skeleton")
+        raise ValueError(f"{name} has points but no skeleton")
     skeleton = getattr(target, "skeleton", target)
     for name, motion in inputs.read(args, files, inputs.load_poses):
         moved, report = _retarget(inputs.resample(motion, args.frame_rate), skeleton, args)

@@ -10,15 +10,14 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "view",
         help="play motions in the browser, or draw them as PNG or GIF",
-        description="Write an HTML page that plays motions and needs no network, a picture of one moment, or an "
-        "animated GIF.",
+        description="Write an HTML page that plays motions offline, a picture of one moment, or an animated GIF.",
         parents=[options.writing(".html", required=False), options.reading()],
     )
     options.add_files(parser, "motions, markers or keypoints")
     group = parser.add_argument_group("page")
     add = group.add_argument
-    add("--open", action="store_true", help="show the page in the browser, from a temporary file without --out")
-    add("--align", action="store_true", help="play two motions in step, by dynamic time warping, with differences")
+    add("--open", action="store_true", help="open the page in the browser; without --out it is a temporary file")
+    add("--align", action="store_true", help="align two motions by dynamic time warping and show their differences")
     add("--overlay", action="store_true", help="start with all motions in one picture instead of side by side")
     options.add_frame_rate(group)
     group = parser.add_argument_group("pictures")
@@ -26,7 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     add("--png", type=options.file_named(".png"), metavar="FILE", help="a picture of one moment")
     add("--at", type=float, metavar="S", help="time of --png, in seconds; default: the start")
     add("--gif", type=options.file_named(".gif"), metavar="FILE", help="animated GIF, without interpolation")
-    add("--fps", type=options.positive, default=20.0, metavar="N", help="pictures a second of --gif; default: 20")
+    add("--fps", type=options.positive, default=20.0, metavar="N", help="pictures per second of --gif; default: 20")
     options.add_part(group, "--gif")
     parser.set_defaults(func=run)
 

@@ -1,4 +1,4 @@
-"""Clusters of poses."""
+"""Clustering of poses."""
 
 from skpose.cluster._k_means import PoseKMeans
 from skpose.cluster._medoid_shift import MedoidShift

@@ -1,4 +1,4 @@
-"""K-means on the manifold of poses, as an estimator."""
+"""K-means clustering of poses."""
 
 from functools import partial
 from numbers import Integral, Real
@@ -27,37 +27,34 @@ class PoseKMeans(
     ClusterMixin,
     BaseEstimator,
 ):
-    r"""K-means clustering of poses: each centre is the Fréchet mean of its cluster, and a pose.
+    r"""K-means clustering of poses with Fréchet means as centres.
 
-    It minimises the *inertia*, the sum of the squared distances of the samples to the nearest centre,
+    Minimises the *inertia*, the sum of squared distances of samples to their nearest centre,
 
     .. math:: \min_{\mu} \sum_i w_i \min_k d(\theta_i, \mu_k)^2
 
-    by Lloyd's iteration: samples are assigned to the nearest centre, centres move to the means of their samples. As
-    the centres are poses, their bones have their lengths. Under "angle" an iteration is that of
-    `sklearn.cluster.KMeans`; how the first centres are drawn, and when a run ends, differ.
+    by Lloyd's iteration. Centres are poses, so their bones keep their lengths. Under "angle" an iteration equals that
+    of `sklearn.cluster.KMeans`; initialisation and stopping criterion differ.
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle".
+        The skeleton of all poses. Required by all metrics except "angle".
     n_clusters : int, default=8
         Number of clusters.
     n_init : int, default=1
-        Number of runs from different starts; the one of the least inertia is the result.
+        Number of runs from different starts; the run with the least inertia is kept.
     max_iter : int, default=300
-        Iterations of a run at most.
+        Maximum number of iterations of a run.
     tol : float, default=1e-4
-        Decrease of the inertia in an iteration, relative to the inertia, at which a run ends. It also ends where no
-        sample changes its cluster.
+        Relative decrease of the inertia below which a run stops. It also stops if no sample changes its cluster.
     random_state : int, RandomState instance or None, default=None
-        Determines the first centres. An int gives the same result in every call.
+        Seed of the initialisation. Pass an int for reproducible results.
     metric : str or Metric, default="auto"
-        The distance, see `skpose.pose_distances`. "auto" is "position", as in
-        `skpose.geodesics.frechet_mean`, with a skeleton, else "angle" and a warning.
+        The distance, see `skpose.pose_distances`. "auto" is "position" with a skeleton, else "angle" with a warning.
     n_jobs : int, default=None
-        Threads, or for distances workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`. The
-        result does not depend on it.
+        Number of threads, or of workers of a ``joblib.parallel_config`` context for distances. It does not change the
+        result.
     verbose : int, default=0
         Whether to show the progress of the distances.
 
@@ -68,13 +65,13 @@ class PoseKMeans(
     skeleton_ : Skeleton or None
         The skeleton in use.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
-        The centres: joint angles, rad; float64, also for float32 poses, as means are searched for in float64.
+        The centres: joint angles, rad; float64, also for float32 poses.
     labels_ : ndarray of shape (n_samples,)
-        Cluster of each sample: that of the nearest centre, of equally near ones the first.
+        Index of the nearest centre of each sample; the first if tied.
     inertia_ : float
         Weighted sum of the squared distances of the samples to the nearest centre, m², or rad² for "angle".
     n_iter_ : int
-        Number of iterations of the run that was chosen.
+        Number of iterations of the best run.
     n_features_in_ : int
         Number of features seen during `fit`.
     feature_names_in_ : ndarray of shape (`n_features_in_`,)
@@ -83,27 +80,25 @@ class PoseKMeans(
     Warns
     -----
     ConvergenceWarning
-        From `fit`: if the run that was chosen did not end within `max_iter`, if the mean of a cluster did not converge,
-        or if there are fewer distinct clusters than `n_clusters`, as for fewer different poses.
+        In `fit`, if the best run did not converge within `max_iter`, if the mean of a cluster did not converge, or if
+        fewer than `n_clusters` distinct clusters were found.
 
     See Also
     --------
-    MedoidShift : Clusters whose number follows from a bandwidth, and whose centres are samples.
+    MedoidShift : Clusters with samples as centres; their number follows from a bandwidth.
     frechet_mean : The mean of poses.
 
     Notes
     -----
-    The first centres are samples, drawn by k-means++ [1]_: each with a chance in proportion to its squared distance
-    from the centres before, the best of 2 + log(n_clusters) candidates. The inertia never rises: where a mean is no
-    nearer to its cluster than the centre before, as may be under distances with several minima, that stays. A cluster
-    that has lost all its samples gets the one that is farthest from its centre, as in scikit-learn.
+    The first centres are samples drawn by k-means++ [1]_, the best of 2 + log(n_clusters) candidates each. The inertia
+    never rises: a mean replaces a centre only if it is nearer to the cluster, which matters for distances with several
+    minima. An empty cluster gets the sample farthest from its centre, as in scikit-learn.
 
-    Equal poses count as one of the sum of their weights, and samples are drawn in an order of their own. So the result
-    depends neither on the order of the samples nor on whether one is given twice or with twice the weight.
+    Equal poses are merged and sorted first, so the result depends neither on the order of the samples nor on whether a
+    sample is repeated or has twice the weight.
 
-    Time of an iteration: n_samples · n_clusters distances, and a mean for each cluster that has changed. Means are
-    quick under "position", which is why it is the default; they take far longer under "rotation", and longest under
-    "spatial" and "geodesic".
+    An iteration takes n_samples · n_clusters distances and a mean for each changed cluster. Means are fast under
+    "position", the default, and much slower under "rotation", "spatial" and "geodesic".
 
     References
     ----------
@@ -172,8 +167,8 @@ class PoseKMeans(
         y : Ignored
             Not used, present for API consistency by convention.
         sample_weight : array-like of shape (n_samples,), default=None
-            Weights of the samples, not negative, and somewhere positive. None is equal ones. Samples of weight zero get
-            labels, and nothing else depends on them.
+            Non-negative weights of the samples, not all zero. None means equal weights. Samples of weight zero get
+            labels but have no effect on the clusters.
 
         Returns
         -------
@@ -199,12 +194,12 @@ class PoseKMeans(
         self.labels_ = self._squared_distances(X, best.centers).argmin(axis=1)
         self.inertia_, self.n_iter_ = best.inertia, best.n_iter
         self.cluster_centers_ = best.centers
-        self._warn(best, len(poses))
+        self._warn(best)
         fit_progress.end()
         return self
 
     def predict(self, X):
-        """Return the cluster whose centre is nearest to each pose.
+        """Predict the cluster with the nearest centre.
 
         Parameters
         ----------
@@ -214,13 +209,13 @@ class PoseKMeans(
         Returns
         -------
         ndarray of shape (n_samples,)
-            Labels; of equally near centres the first.
+            Labels; the first centre if tied.
         """
         check_is_fitted(self, "cluster_centers_")
         return self._squared_distances(self._check_X(X, reset=False), self.cluster_centers_).argmin(axis=1)
 
     def transform(self, X):
-        """Return the distances to the centres.
+        """Compute the distances to the centres.
 
         Parameters
         ----------
@@ -237,7 +232,7 @@ class PoseKMeans(
         return np.sqrt(self._squared_distances(X, self.cluster_centers_)).astype(X.dtype, copy=False)
 
     def score(self, X, y=None, sample_weight=None):
-        """Return the inertia of poses with the centres, times −1: the larger, the better.
+        """Compute the negative inertia; higher is better.
 
         Parameters
         ----------
@@ -251,7 +246,7 @@ class PoseKMeans(
         Returns
         -------
         float
-            The weighted sum of the squared distances to the nearest centre, times −1.
+            The negative weighted sum of squared distances to the nearest centre.
         """
         check_is_fitted(self, "cluster_centers_")
         X = self._check_X(X, reset=False)
@@ -259,34 +254,25 @@ class PoseKMeans(
         return -float(weights @ self._squared_distances(X, self.cluster_centers_).min(axis=1))
 
     def _squared_distances(self, X, centers):
-        """Squared distances (n_samples, n_centers), in float64, as close samples differ by little."""
+        """Squared distances (n_samples, n_centers), in float64, since close samples differ little."""
         return np.square(self._distances(X.astype(np.float64, copy=False), centers))
 
-    def _warn(self, run, n_poses):
-        """Warn of centres that are not what they are meant to be, after a fit to so many different poses."""
+    def _warn(self, run):
         n_distinct = len(np.unique(self.labels_))
         if n_distinct < self.n_clusters:
-            if n_poses < self.n_clusters:
-                why = f"as the samples of positive weight are {n_poses} different poses; lower n_clusters"
-            else:
-                why = (
-                    f"though the samples of positive weight are {n_poses} different poses: no sample is nearest to the "
-                    "other centres. Lower n_clusters, or raise n_init for other starts"
-                )
             warn(
-                f"{n_distinct} distinct clusters were found, fewer than n_clusters={self.n_clusters}, {why}",
+                f"only {n_distinct} distinct clusters were found, not n_clusters={self.n_clusters}; lower n_clusters "
+                "or raise n_init",
                 ConvergenceWarning,
             )
         if not run.converged:
             warn(
-                f"k-means did not converge: the inertia still fell by more than tol={self.tol:g} of itself after "
-                f"max_iter={self.max_iter} iterations; raise max_iter, or tol. The centres are poses nevertheless",
+                f"k-means did not converge after max_iter={self.max_iter} iterations; raise max_iter or tol",
                 ConvergenceWarning,
             )
         if run.n_unconverged:
             warn(
-                f"the means of {run.n_unconverged} of {self.n_clusters} clusters did not converge; each centre is no "
-                "farther from its cluster than in the iteration before",
+                f"the means of {run.n_unconverged} of {self.n_clusters} clusters did not converge",
                 ConvergenceWarning,
             )
 

@@ -1,7 +1,7 @@
-"""The algorithm of k-means under any distance that has means: the first centres, and the iterations.
+"""K-means under any distance that has means: initialisation and Lloyd's iterations.
 
-Costs are weighted sums of squared distances. `squared(centers)` returns the squared distances (n_samples, n_centers) of
-all samples to some poses, and `means(weightings)` the means of the samples under weightings (n_means, n_samples).
+Costs are weighted sums of squared distances. `squared(centers)` computes the squared distances (n_samples, n_centers)
+to some poses, `means(weightings)` the means under weightings (n_means, n_samples).
 """
 
 from typing import NamedTuple
@@ -10,20 +10,19 @@ import numpy as np
 
 
 class Clusters(NamedTuple):
-    """The result of the iterations from one start."""
+    """The result of one run."""
 
     centers: np.ndarray  # (n_clusters, n_dofs)
     inertia: float  # weighted sum of squared distances to the nearest centre
     n_iter: int
     converged: bool
-    n_unconverged: int  # centres, the last of whose means did not converge
+    n_unconverged: int  # centres whose last mean did not converge
 
 
 def first_centers(poses, weights, squared, n_clusters, rng):
-    """Return the samples that are the first centres: k-means++ with some candidates for each, the best of which stays.
+    """Indices of the first centres by greedy k-means++, as in scikit-learn.
 
-    D. Arthur, S. Vassilvitskii, "k-means++: the advantages of careful seeding", SODA 2007; candidates as in
-    scikit-learn.
+    D. Arthur, S. Vassilvitskii, "k-means++: the advantages of careful seeding", SODA 2007.
     """
     n_trials = 2 + int(np.log(n_clusters))
     chosen = _draw(weights, 1, rng)
@@ -37,23 +36,23 @@ def first_centers(poses, weights, squared, n_clusters, rng):
 
 
 def _draw(chances, n, rng):
-    """Return rows that are drawn with probabilities in proportion to chances; any rows if all chances are zero."""
+    """Draw rows with probabilities proportional to chances; any rows if all chances are zero."""
     sums = np.cumsum(chances)
     return np.minimum(np.searchsorted(sums, rng.uniform(size=n) * sums[-1], side="right"), len(chances) - 1)
 
 
 def lloyd(centers, weights, squared, means, max_iter, tol, fit_progress):
-    """Move centres to the means of their clusters, in turns with the assignment of samples, until nothing changes.
+    """Lloyd's iterations from some centres, which are changed in place.
 
-    The cost never rises: a mean that is no nearer to its cluster than the centre before, as where distances have
-    several minima, is not taken. A cluster without samples gets the one that is farthest from its centre.
+    The cost never rises: a mean replaces a centre only if it is nearer to the cluster, which matters for distances with
+    several minima. An empty cluster gets the sample farthest from its centre.
     """
     n_clusters = len(centers)
     rows = np.arange(len(weights))
     distances = squared(centers)
     labels = distances.argmin(axis=1)
     inertia = _cost(weights, distances, labels)
-    fixed = np.full(len(labels), -1)  # the labels with which each centre is the mean of its cluster
+    fixed = np.full(len(labels), -1)  # labels for which the centres are means
     unconverged = np.zeros(n_clusters, dtype=bool)
     for iteration in range(1, max_iter + 1):
         with fit_progress.step("iteration"):
@@ -79,7 +78,7 @@ def _cost(weights, distances, labels):
 
 
 def _fill_empty(labels, costs, n_clusters):
-    """Return labels where each empty cluster has the sample of the largest cost; none if all costs are zero."""
+    """Assign the sample of the largest cost to each empty cluster, unless all costs are zero."""
     labels = labels.copy()
     for empty in np.setdiff1d(np.arange(n_clusters), labels):
         farthest = costs.argmax()

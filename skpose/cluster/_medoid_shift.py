@@ -1,4 +1,4 @@
-"""Medoid shift clustering as an estimator."""
+"""Medoid shift clustering."""
 
 from numbers import Integral, Real
 from typing import ClassVar
@@ -18,33 +18,31 @@ from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squ
 class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEstimator):
     r"""Medoid shift clustering: mode seeking with distances alone.
 
-    Every sample i moves to the sample that minimises the weighted sum of squared distances
-    :math:`\sum_k w_{ik} d_{jk}^2` over j, with the Gaussian weights :math:`w_{ik} = \exp(-d_{ik}^2 / 2h^2)`, and on
-    from there until it stays; samples that stop at the same mode are a cluster. The modes then shift likewise among
-    themselves, until nothing changes. As in mean shift the number of clusters follows from the bandwidth h; unlike in
-    mean shift the modes are samples, and any distance can be used.
+    Every sample i moves to the sample j that minimises :math:`\sum_k w_{ik} d_{jk}^2`, with Gaussian weights
+    :math:`w_{ik} = \exp(-d_{ik}^2 / 2h^2)`, and on from there until it stops at a mode; samples with the same mode form
+    a cluster. The modes are then shifted among themselves until nothing changes. As in mean shift, the bandwidth h
+    determines the number of clusters; unlike mean shift, modes are samples, and any distance can be used.
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
+        The skeleton of all poses. Required by all metrics except "angle" and "precomputed".
     bandwidth : float, default=None
-        The h of the weights, in the unit of the distance. None estimates it: the mean, over the samples, of the
-        distance within which 30 % of the other samples lie (the rule of `sklearn.cluster.estimate_bandwidth`); in a
-        sparse graph, 30 % of its neighbours.
+        The bandwidth h, in the unit of the distance. None estimates it as in `sklearn.cluster.estimate_bandwidth`: the
+        mean, over the samples, of the distance that contains 30 % of the other samples (of its neighbours in a sparse
+        graph).
     n_clusters : int, default=None
-        Search for a bandwidth that gives this number of clusters instead, by halving an interval, then on a grid of 32
-        and in its gaps. If none is found, a `ConvergenceWarning` is given, and the largest number of clusters below
-        is taken.
+        Search for a bandwidth with this number of clusters instead, by bisection and then on a grid of 32 bandwidths.
+        If none is found, a `ConvergenceWarning` is issued, and the closest smaller number of clusters is used.
     metric : str, Metric or "precomputed", default="auto"
-        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
-        "precomputed", X is a square matrix of distances, or a sparse graph of those between neighbours as
-        `sklearn.neighbors.KNeighborsTransformer` gives it: a sample then moves among its neighbours, and two of them
-        whose distance is not in the graph count as if their directions from the sample were at right angles.
+        The distance, see `skpose.pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a warning.
+        With "precomputed", X is a square matrix of distances, or a sparse graph of neighbours as returned by
+        `sklearn.neighbors.KNeighborsTransformer`. Samples of a graph move among their neighbours, and missing distances
+        are replaced as if the two directions were at right angles.
     n_jobs : int, default=None
-        Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
+        Number of threads for distances, or of workers of a ``joblib.parallel_config`` context.
     verbose : int, default=0
-        Whether to show progress: of the distances, and of each shift of many samples.
+        Whether to show progress.
 
     Attributes
     ----------
@@ -53,15 +51,15 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
     labels_ : ndarray of shape (n_samples,)
-        Cluster of each sample, numbered in the order of `cluster_centers_indices_`.
+        Cluster of each sample, in the order of `cluster_centers_indices_`.
     cluster_centers_indices_ : ndarray of shape (n_clusters,)
-        Indices of the modes among the samples, ascending.
+        Sorted indices of the modes among the samples.
     cluster_centers_ : ndarray of shape (n_clusters, n_dofs)
-        The modes, in the dtype of the samples. Not with "precomputed".
+        The modes, in the dtype of X. Undefined with "precomputed".
     bandwidth_ : float
         The bandwidth in use.
     n_iter_ : int
-        Number of shifts, of the samples and then of the modes.
+        Number of shifts of samples or modes.
     n_features_in_ : int
         Number of features seen during `fit`.
     feature_names_in_ : ndarray of shape (`n_features_in_`,)
@@ -69,15 +67,15 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     See Also
     --------
-    sklearn.cluster.MeanShift : The same idea in a vector space.
+    sklearn.cluster.MeanShift : A similar algorithm for vectors.
 
     Notes
     -----
-    One matrix product a shift: time O(n³) for dense distances, and for a graph of k neighbours O(n k²). Memory O(n²),
-    or O(n k): the distances are squared in place, and weights are computed for some samples at once.
+    A shift is a matrix product: time O(n³) for dense distances, O(n k²) for a graph of k neighbours. Memory O(n²) or
+    O(n k); distances are squared in place.
 
-    With a small bandwidth every sample is its own mode, with a large one the samples' medoid is the only one; in
-    between the number of modes need not fall monotonically.
+    With a small bandwidth every sample is a mode, with a large one only the medoid. The number of modes need not
+    decrease monotonically.
 
     References
     ----------
@@ -120,12 +118,12 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
     @with_callbacks
     @fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None):
-        """Find the modes.
+        """Compute the clusters.
 
         Parameters
         ----------
         X : {array-like, sparse matrix} of shape (n_samples, n_dofs) or (n_samples, n_samples)
-            Poses: joint angles, rad; or distances if precomputed, which alone may be sparse.
+            Poses: joint angles, rad; or precomputed distances, which may be sparse.
         y : Ignored
             Not used, present for API consistency by convention.
 
@@ -135,7 +133,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
             The fitted estimator.
         """
         if self.bandwidth is not None and self.n_clusters is not None:
-            raise ValueError("bandwidth and n_clusters are both given; n_clusters searches for its own bandwidth")
+            raise ValueError("bandwidth and n_clusters are mutually exclusive, got both")
         X = self._check_X(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
@@ -156,17 +154,17 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         return self
 
     def predict(self, X):
-        """Return the cluster whose mode is nearest to each pose.
+        """Predict the cluster with the nearest mode.
 
         Parameters
         ----------
         X : array-like of shape (n_samples, n_dofs) or (n_samples, n_samples_fit)
-            Poses: joint angles, rad; or their distances to the samples of `fit` if precomputed, all of them.
+            Poses: joint angles, rad; or precomputed distances to all samples of `fit`.
 
         Returns
         -------
         ndarray of shape (n_samples,)
-            Labels. A sample of `fit` need not be nearest to the mode of its own cluster.
+            Labels. For samples of `fit` they may differ from `labels_`.
         """
         check_is_fitted(self, "labels_")
         X = self._check_X(X, reset=False)
@@ -175,7 +173,7 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         return self._distances(X, self.cluster_centers_).argmin(axis=1)
 
     def _all_distances(self, X):
-        """Distances among the samples, dense or sparse: a copy, and in float64, as close samples differ by little."""
+        """Distances within X, dense or sparse: a copy in float64, since close samples differ little."""
         if self.metric_ is not None:
             return self._distances(X, None).astype(np.float64, copy=False)
         if issparse(X):

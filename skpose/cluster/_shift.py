@@ -1,4 +1,4 @@
-"""The algorithm of medoid shift: the shifts at one bandwidth, and the search for a bandwidth."""
+"""The medoid shift algorithm, and the search for a bandwidth."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,11 +14,11 @@ from skpose._compiled import graph_shift
 from skpose._parallel.progress import progress
 from skpose._warnings import warn
 
-QUANTILE = 0.3  # share of the other samples within the estimated bandwidth of a sample
+QUANTILE = 0.3  # share of the other samples within the estimated bandwidth
 WEIGHTS = 1 << 21  # weights in memory at once
-TIE = 1e-12  # relative difference of weighted sums that may be rounding
-HALVINGS = 24  # of an interval of bandwidths in the search for one that gives n_clusters
-GRID = 32  # bandwidths of the grid that is tried where halving finds none
+TIE = 1e-12  # relative difference of costs that counts as a tie
+HALVINGS = 24  # bisection steps of the bandwidth
+GRID = 32  # bandwidths tried if bisection fails
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Modes:
     """Result of the shifts at one bandwidth."""
 
     bandwidth: float
-    modes: np.ndarray  # (n_samples,) index of the mode at which each sample stops
+    modes: np.ndarray  # (n_samples,) index of the mode of each sample
     n_iter: int
 
     @cached_property
@@ -35,9 +35,9 @@ class Modes:
 
 
 def squared_distances(distances):
-    """Squared distances, overwriting them; of a graph its symmetric CSR form with zeros on the diagonal.
+    """Square distances in place; a graph becomes symmetric CSR with zeros on the diagonal.
 
-    A graph of nearest neighbours need not be symmetric; a distance in one direction is taken for both.
+    A distance in one direction is used for both, as a graph of nearest neighbours need not be symmetric.
     """
     if not issparse(distances):
         return np.square(distances, out=distances)
@@ -52,14 +52,14 @@ def squared_distances(distances):
 
 
 def estimate_bandwidth(distances):
-    """Mean over the samples of the distance within which QUANTILE of the others lie; of a graph, of its neighbours."""
+    """Mean distance that contains QUANTILE of the other samples, or of the neighbours in a graph."""
     if issparse(distances):
         rows = [row for row in np.split(distances.data, distances.indptr[1:-1]) if len(row)]
         reach = [np.quantile(row, QUANTILE) for row in rows] if rows else [0.0]
     else:
         k = max(1, int(QUANTILE * (len(distances) - 1))) if len(distances) > 1 else 0
         reach = [np.partition(row, k)[k] for row in distances]
-    return float(np.mean(reach)) or 1.0  # all samples equal: every bandwidth gives the same
+    return float(np.mean(reach)) or 1.0  # all samples are equal, any bandwidth will do
 
 
 def shift(squared, bandwidth, fit_progress):
@@ -78,13 +78,13 @@ def shift(squared, bandwidth, fit_progress):
 
 
 def _targets(squared, bandwidth, verbose):
-    """Sample to which each sample moves, the j with the least Σ_k w_ik d_jk², and the cost of staying.
+    """The sample j with the least Σ_k w_ik d_jk² for each sample i, and the cost of staying.
 
-    Of several that differ by rounding alone, the first: equal samples move as one.
+    Ties go to the first sample, so equal samples move together.
     """
     n = squared.shape[0]
     target, staying = np.empty(n, dtype=np.intp), np.empty(n)
-    # Finite for every bandwidth, so that it gives a distance of zero the weight one, and every other at least zero.
+    # Finite for any bandwidth, so that a distance of zero has weight one.
     factor = -0.5 / max(float(bandwidth) * float(bandwidth), np.finfo(np.float64).tiny)
     if issparse(squared):
         graph_shift.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
@@ -92,7 +92,7 @@ def _targets(squared, bandwidth, verbose):
     batches = list(gen_batches(n, max(1, WEIGHTS // n)))
     with progress(f"shift of {n:,} samples", len(batches), verbose and len(batches) > 1) as advance:
         for batch in batches:
-            with np.errstate(over="ignore"):  # the weight of −∞ is zero
+            with np.errstate(over="ignore"):  # exp(−∞) is zero
                 weights = squared[batch] * factor
             costs = np.exp(weights, out=weights) @ squared
             target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
@@ -102,23 +102,23 @@ def _targets(squared, bandwidth, verbose):
 
 
 def _stops(target, staying):
-    """Sample at which each sample stops when i moves to target[i]: a fixed point or, of a cycle, its best member."""
+    """The sample at which each sample stops: a fixed point or the best member of a cycle."""
     n = len(target)
     reached = target.copy()
     for _ in range(int(np.ceil(np.log2(n))) + 1 if n > 1 else 1):
-        reached = reached[reached]  # each round doubles the moves; n moves always lead into a cycle
+        reached = reached[reached]  # doubles the moves; n moves always end in a cycle
     on_cycle = np.unique(reached)
     _, component = connected_components(
         csr_array((np.ones(n), (np.arange(n), target)), shape=(n, n)), directed=True, connection="weak"
     )
     order = on_cycle[np.lexsort((on_cycle, staying[on_cycle]))][::-1]
     mode = np.empty(component.max() + 1, dtype=np.intp)
-    mode[component[order]] = order  # the best is written last and stays
+    mode[component[order]] = order  # the best is written last
     return mode[component]
 
 
 def find_bandwidth(squared, scale, n_clusters, fit_progress):
-    """Modes at a bandwidth that gives n_clusters; otherwise at that of the largest number below, with a warning."""
+    """Modes with n_clusters clusters, else with the closest smaller number and a warning."""
     tried = {}
 
     def count(bandwidth):
@@ -127,7 +127,7 @@ def find_bandwidth(squared, scale, n_clusters, fit_progress):
         return tried[bandwidth].count
 
     def halve(low, high):
-        """Halve an interval with count(low) > n_clusters > count(high); return whether n_clusters was found."""
+        """Bisect from count(low) > n_clusters > count(high); True if n_clusters is found."""
         for _ in range(HALVINGS):
             middle = np.sqrt(low * high)
             if count(middle) == n_clusters:
@@ -141,7 +141,7 @@ def find_bandwidth(squared, scale, n_clusters, fit_progress):
     while count(high) > n_clusters and high < scale * 1e6:
         high *= 2.0
     found = n_clusters in (count(low), count(high)) or halve(low, high)
-    if not found:  # the number need not fall monotonically with the bandwidth: try a grid in between
+    if not found:  # the number of clusters need not be monotonic
         grid = np.geomspace(low, high, GRID)
         found = any(count(bandwidth) == n_clusters for bandwidth in grid) or any(
             count(a) > n_clusters > count(b) and halve(a, b) for a, b in pairwise(grid)
@@ -150,8 +150,8 @@ def find_bandwidth(squared, scale, n_clusters, fit_progress):
     best = max(below, key=lambda r: r.count) if below else min(tried.values(), key=lambda r: r.count)
     if not found:
         warn(
-            f"no bandwidth was found that gives {n_clusters} clusters, among {len(tried)} from {min(tried):.3g} to "
-            f"{max(tried):.3g}; bandwidth {best.bandwidth:.3g}, which is taken, gives {best.count}",
+            f"no bandwidth from {min(tried):.3g} to {max(tried):.3g} gives {n_clusters} clusters; bandwidth "
+            f"{best.bandwidth:.3g} gives {best.count}",
             ConvergenceWarning,
         )
     return best

@@ -1,14 +1,14 @@
-"""Shortest paths between poses, and what rests on them: logarithms, means and medians, motions through key poses.
+"""Shortest paths between poses, logarithms, means, medians, and motions through key poses.
 
-| module                                    |                                                                         |
-|-------------------------------------------|-------------------------------------------------------------------------|
-| `_geodesic`                               | the path between two poses                                              |
-| `_sequence`                               | lengths of the paths from the frames of a motion to poses               |
-| `_logarithm`                              | poses as vectors at a base, and back                                    |
-| `_interpolate`, `_spline`                 | motions through key poses                                               |
-| `_mean`, `_median`                        | Fréchet means and geometric medians; `_weighted_poses` checks the poses |
-| `_descent`, `_quasi_newton`               | how they are found, from what a metric's `sample` says at a pose        |
-| `_weightings`                             | means of many weightings of one set of poses                            |
+| module                      |                                                               |
+|-----------------------------|---------------------------------------------------------------|
+| `_geodesic`                 | the path between two poses                                    |
+| `_sequence`                 | lengths of the paths from the frames of a motion to poses     |
+| `_logarithm`                | poses as tangent vectors at a base pose, and back             |
+| `_interpolate`, `_spline`   | motions through key poses                                     |
+| `_mean`, `_median`          | Fréchet means and geometric medians                           |
+| `_descent`, `_quasi_newton` | the two minimisers behind means and medians                   |
+| `_weightings`               | means of the same poses under many weightings                 |
 """
 
 from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult

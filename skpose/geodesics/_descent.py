@@ -1,8 +1,8 @@
-"""Means and medians by one iteration: a step along the mean logarithm of the poses, at the pose so far.
+"""Means and medians by gradient descent: steps along the mean logarithm of the poses.
 
-The mean has the least sum of w d², and its gradient is the weighted sum of those of d²/2. The median has the least sum
-of w d: the same sum with weights w/d, which is Weiszfeld's iteration. The step is that gradient in the metric tensor.
-Steps are combined as D. G. Anderson does (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
+A mean minimises Σ w d², whose gradient is twice Σ w ∇(d²/2), the negative mean logarithm. A median minimises Σ w d,
+which Weiszfeld's iteration solves as a mean with weights w/d. Steps are gradients in the metric tensor, combined by
+Anderson acceleration (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
 """
 
 from typing import NamedTuple
@@ -11,42 +11,41 @@ import numpy as np
 
 from skpose.metrics._shared import Sample
 
-FLAT = 1e-6  # eigenvalue of the metric tensor, relative to the largest, below which a direction moves no joint
+FLAT = 1e-6  # relative eigenvalue of the metric tensor below which a direction moves no joint
 DAMPING = 1e-4  # of steps, relative to the largest eigenvalue of the metric tensor
-HALVINGS = 6  # of a step that does not bring the poses nearer
-MEMORY = 5  # steps that are combined
-INDEPENDENT = 1e-6  # relative size below which a change of the steps is the same as others but for rounding
-KINK = 0.02  # pull of the poses, relative to the standard deviation, that may be left where no step lowers the sum
-ROUNDING = 1e-9  # standard deviation of poses that are one but for rounding, relative to the speed of the joints, rad
-COINCIDES = 1e-9  # distance to a pose, relative to the mean of all distances, at which the median is that pose
-NEAR = 0.1  # the same, at which that pose itself is tried
-MEAN, MEDIAN = 2, 1  # the power of the distances whose sum is minimised
+HALVINGS = 6  # of a step that does not lower the objective
+MEMORY = 5  # steps that Anderson acceleration combines
+INDEPENDENT = 1e-6  # relative singular value below which changes of steps are linearly dependent
+KINK = 0.02  # gradient, relative to the standard deviation, accepted if no step lowers a non-smooth objective
+ROUNDING = 1e-9  # standard deviation of equal poses, relative to the speed of the joints, rad
+COINCIDES = 1e-9  # distance to a pose, relative to the mean distance, below which the median is that pose
+NEAR = 0.1  # relative distance to a pose below which that pose is tried as the median
+MEAN, MEDIAN = 2, 1  # power of the distances in the objective
 
 
 class Spread(NamedTuple):
-    """Distances of the poses from one pose, and the step that brings it nearer to them."""
+    """Distances from one pose to the sample, and the next step."""
 
     pose: np.ndarray  # (n_dofs,)
-    objective: float  # the sum that is minimised, of energies for squared distances
+    objective: float  # the sum that is minimised; energies stand for squared distances
     value: float  # mean squared distance, or mean distance
-    step: np.ndarray  # (n_dofs,) the mean logarithm, as a change of the pose's coordinates
-    norm: float  # its length
-    scale: float  # to which that is compared: the standard deviation; 1 for the median
-    slope: float  # norm of the gradient by coordinates
-    root: np.ndarray  # (n, n_dofs) square root of the metric tensor, for the lengths of steps
+    step: np.ndarray  # (n_dofs,) the mean logarithm in the coordinates of the pose
+    norm: float  # length of the mean logarithm
+    scale: float  # unit of `norm` in the stopping criterion: the standard deviation, or 1 for the median
+    slope: float  # norm of the gradient in coordinates
+    root: np.ndarray  # (n, n_dofs) square root of the metric tensor
     lengths: np.ndarray  # (n_poses,) distances
     unconverged: int
-    nearest: int = -1  # the pose that is nearest
-    gap: float = 0.0  # the distance to it
+    nearest: int = -1  # index of the nearest pose
+    gap: float = 0.0  # distance to the nearest pose
 
     @property
     def relative_norm(self) -> float:
-        """The distance from being stationary: zero at a mean or median."""
+        """Relative distance from a stationary point."""
         return self.norm / max(self.scale, np.finfo(float).tiny)
 
 
 def spread_from(sample: Sample, pose: np.ndarray, power: int, slope: float = np.inf) -> Spread:
-    """Return the spread of the poses about a pose."""
     local = sample.linearize(pose, slope)
     weights, coincident = sample.weights, 0.0
     if power == MEAN:
@@ -63,7 +62,7 @@ def spread_from(sample: Sample, pose: np.ndarray, power: int, slope: float = np.
     step, norm, root = mean_logarithm(local.tensor, gradient)
     if power == MEDIAN:
         step = step / total if total > 0.0 else step
-        # A pose that the median coincides with holds it there, by a force of its weight (Vardi and Zhang).
+        # A pose at the median attracts it with the force of its weight (Vardi and Zhang).
         step = max(0.0, 1.0 - coincident / norm) * step if norm > 0.0 else step
         norm = max(0.0, norm - coincident)
     slope = float(np.linalg.norm(gradient)) / total if total > 0.0 else 0.0
@@ -85,28 +84,22 @@ def spread_from(sample: Sample, pose: np.ndarray, power: int, slope: float = np.
 
 
 def mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Return the mean logarithm as a step of coordinates, its length, and a square root of the metric tensor.
-
-    The step is zero along what moves no joint.
-    """
+    """Mean logarithm in coordinates, its length, and a square root of the metric tensor; flat directions are zero."""
     values, vectors = np.linalg.eigh(tensor)
     largest = values.max(initial=0.0)
     moving = values > FLAT * largest
     values, vectors = values[moving], vectors[:, moving]
     along = gradient @ vectors
-    # Damped: otherwise a dof that moves joints very little would change much, and lead to other geodesics.
+    # Without damping, dofs that hardly move the joints would change a lot and lead to different geodesics.
     step = -vectors @ (along / (values + DAMPING * largest))
     return step, float(np.sqrt((along**2 / values).sum())), np.sqrt(values)[:, None] * vectors.T
 
 
 def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
-    """Follow the mean logarithm from a pose on; return the last spread, the iterations and why it did not converge.
-
-    The reason, with its remedy, is empty if it converged.
-    """
+    """Descend from a pose; also the number of iterations, and why it did not converge, or ""."""
     here = spread_from(sample, pose, power)
-    falling = True  # the objective, until a path that is refined at one pose and not at the next makes it rise
-    history: list[tuple[np.ndarray, np.ndarray]] = []  # steps taken, and what they changed in the next step
+    falling = True  # False once refined paths have made the objective uneven
+    history: list[tuple[np.ndarray, np.ndarray]] = []  # steps, and the change of the next step
     tried: set[int] = set()
     for iteration in range(max_iter):
         if power == MEDIAN:
@@ -124,22 +117,18 @@ def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: fl
             step, history = here.step / 2 ** (halving if combined else halving + 1), []
         else:
             if not sample.is_uneven:
-                return here, iteration, f"after {iteration} iterations no step brought the poses nearer"
+                return here, iteration, f"no step lowered the objective after {iteration} iterations"
             if here.relative_norm <= KINK:
                 return here, iteration, _explain_unconverged(here, len(sample.dofs))
-            return (
-                here,
-                iteration,
-                f"after {iteration} iterations no step brought the poses nearer, as from some poses to others "
-                "the geodesics jump; a larger n_steps may help, a larger max_iter does not",
-            )
+            reason = f"no step lowered the objective after {iteration} iterations, as geodesics jump between minima"
+            return here, iteration, f"{reason}; a larger n_steps may help"
         history = [*history[1 - MEMORY :], (step, trial.step - here.step)]
         here = trial
     return here, max_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
 
 
 def _combine(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Return the step that goes where the next step is shortest, if steps change as they did before."""
+    """Anderson acceleration: the step after which the next one is shortest, by linear extrapolation."""
     if not history:
         return here.step
     taken, changes = (np.stack(column, axis=1) for column in zip(*history, strict=True))
@@ -148,10 +137,7 @@ def _combine(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.n
 
 
 def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
-    """Return the spread about the given pose that is nearest, if the iterate is near and the sum is lower there.
-
-    Steps towards a median that is one of the poses become ever shorter.
-    """
+    """The spread at the nearest pose of the sample, if that is near and lower: a median may be one of the poses."""
     if here.nearest in tried or here.gap > NEAR * here.objective:
         return here
     tried.add(here.nearest)
@@ -160,10 +146,5 @@ def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
 
 
 def _explain_unconverged(here: Spread, n_poses: int) -> str:
-    """Return the reason not to trust what has been reached: geodesics that did not converge."""
-    if not here.unconverged:
-        return ""
-    return (
-        f"{here.unconverged} of the geodesics from it to the {n_poses} poses did not converge; a larger n_steps may "
-        "help, a larger max_iter does not"
-    )
+    reason = f"{here.unconverged} of the geodesics to the {n_poses} poses did not converge; a larger n_steps may help"
+    return reason if here.unconverged else ""

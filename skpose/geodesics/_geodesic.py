@@ -22,39 +22,37 @@ from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import interpolate_poses, limited_dofs, remove_jumps, straight_line
 
-SPEED_GRID = 64  # chords into which each step of a path is divided to find poses at constant speed
+SPEED_GRID = 64  # subdivisions of each step when resampling at constant speed
 
 
 @dataclass(frozen=True, eq=False)
 class GeodesicResult:
-    """A path between two poses, as `geodesic` finds it.
+    """A path between two poses, as returned by `geodesic`.
 
     Attributes
     ----------
     path : ndarray of shape (n_points, n_dofs)
-        Poses along the path, rad, from the first to the second. Of the numbers that are one rotation each pose has
-        those nearest to the pose before, so that no step jumps but through gimbal lock; they may leave [−π, π]. Dofs
-        whose limits are enforced have numbers inside these, and exactly those given at the ends. n_points is
-        n_steps + 1, or more where the path had to be refined.
+        Poses along the path, rad, from the first to the second. n_points is n_steps + 1, or more if the path was
+        refined. Angles are continuous from pose to pose (except at gimbal lock) and may leave [−π, π]. Enforced limits
+        hold for every pose.
     length : float
-        Sum of the path's chords ‖F(θ_i) − F(θ_{i−1})‖, m: the distance, as the paper measures it.
+        Sum of the chords ‖F(θ_i) − F(θ_{i−1})‖, m: the distance as defined in the paper.
     curve_length : float
-        Length of the curve that the joints trace along the path in straight pieces, on which joints with three dofs
-        turn by slerp, measured on a grid eight times finer, m. Never less than `length`, and at most 0.5 % more if the
-        path passes the discretisation check.
+        Length of the curve on a grid eight times finer, m, with piecewise linear angles and slerp for joints with
+        three dofs. At least `length`, and at most 0.5 % more if the path passes the discretisation check.
     energy : float
         Sum of the squared chords, m² (eq. 6).
     gradient_norm : float
-        Norm of the energy's gradient in the poses that were free to move, m²/rad, by angles, and by rotation vectors
-        for joints with three dofs; with limits enforced, without the part that pushes against them.
+        Norm of the gradient of the energy, m²/rad. Joints with three dofs are differentiated by rotation vectors.
+        Components that push against enforced limits are excluded.
     gain : float
-        Share of `length` that is left to gain, by the exact quadratic model of the energy around the path; inf if the
-        search was given up. NaN if the path is the straight line, as no other passes the discretisation check.
+        Fraction of `length` that could still be gained according to a quadratic model of the energy. inf if the search
+        was aborted; NaN if the path is the straight line because no other path passed the discretisation check.
     n_iter : int
-        Iterations, of all refinements.
+        Number of iterations, over all refinements.
     converged : bool
-        Whether `gain` came down to `tol`, or to what float64 can show, on a path that passes the discretisation check
-        and is no saddle.
+        Whether `gain` is at most `tol` (or the precision of float64), the path passes the discretisation check, and it
+        is not a saddle point.
 
     Examples
     --------
@@ -77,7 +75,7 @@ class GeodesicResult:
     n_iter: int
     converged: bool
     _skeleton: Skeleton = field(repr=False)
-    _limited: np.ndarray | None = field(default=None, repr=False)  # (n_dofs,) bool: limits that hold
+    _limited: np.ndarray | None = field(default=None, repr=False)  # (n_dofs,) bool: dofs with enforced limits
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "not converged"
@@ -86,12 +84,12 @@ class GeodesicResult:
         )
 
     def resample(self, n: int) -> np.ndarray:
-        """Return poses along the curve at constant speed: the same length of curve between each two.
+        """Sample the path at constant speed: equal curve length between consecutive poses.
 
         Parameters
         ----------
         n : int
-            Number of poses, at least 2; the first and the last are the ends.
+            Number of poses, at least 2, including both ends.
 
         Returns
         -------
@@ -99,11 +97,11 @@ class GeodesicResult:
             Joint angles, rad.
         """
         if not isinstance(n, Integral) or n < 2:
-            raise ValueError(f"n must be a whole number of at least 2 poses, got {n!r}")
+            raise ValueError(f"n must be an integer of at least 2, got {n!r}")
         return self._at(np.linspace(0.0, 1.0, n))
 
     def _at(self, shares: np.ndarray) -> np.ndarray:
-        """Return the poses at shares of the length of the curve, from 0 to 1."""
+        """Poses at fractions of the curve length, from 0 to 1."""
         n_fine = SPEED_GRID * (len(self.path) - 1) + 1
         steps = np.arange(n_fine) / SPEED_GRID
         fine = interpolate_poses(self._skeleton.bones, self.path, steps, self._limited)
@@ -136,94 +134,91 @@ def geodesic(
 ) -> GeodesicResult:
     r"""Find the shortest path from one pose to another on the kinematic manifold.
 
-    Of all curves of poses between the two, it is the one along which the joints travel least (eq. 3): the minimiser of
-    the discrete energy
+    The geodesic is the curve of poses along which the joints travel least (eq. 3). It is found by minimising the
+    discrete energy
 
     .. math:: E = \sum_{i=1}^{N} \|F(\theta_i) - F(\theta_{i-1})\|^2
 
-    (eq. 6) that is found downhill from a straight line: the line of the angles, or that on which joints with three dofs
-    turn by slerp, whichever is shorter. It is no longer than either. Its gradient is
+    (eq. 6) from a straight line: linear in the angles, or slerp for joints with three dofs, whichever is shorter. The
+    result is never longer than either. The gradient is
     :math:`2 (2F(\theta_i) - F(\theta_{i-1}) - F(\theta_{i+1}))^T J_{\theta_i}`; eq. 12 of the paper drops the minus
-    sign of the first inner derivative, so that F(θ_i) is missing in its eq. 7 and 13.
+    sign of the first inner derivative, so F(θ_i) is missing from its eq. 7 and 13.
 
     Parameters
     ----------
     start, end : array-like of shape (n_dofs,)
-        The two poses: joint angles, rad, one for each of ``skeleton.dof_names``.
+        The two poses: joint angles, rad, in the order of ``skeleton.dof_names``.
     skeleton : Skeleton
         The skeleton of the two poses.
     metric : str or Metric, default="geodesic"
-        "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters: chords, at least two, and where the search
-        starts.
+        "geodesic" or a ``skpose.metrics.Geodesic`` object with at least two steps.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps all poses inside ``skeleton.limits`` (Θ of eq. 2), those of `GeodesicResult.resample` too. Both
-        ends must be inside; what is outside by a rounding error of 1e-6 rad is taken to be at the limit. A dof with
-        limits takes the angles between those of the two ends, however far they are apart: it never goes over from π to
-        −π. Joints with three angles and limits do not turn freely.
+        "enforce" keeps all poses inside ``skeleton.limits`` (Θ of eq. 2), also after `GeodesicResult.resample`. Both
+        ends must be inside; ends outside by at most 1e-6 rad are clipped. A dof with limits never wraps from π to −π,
+        however far apart its two ends are. Joints with three angles and limits keep their Euler angles.
     max_iter : int, default=500
-        Largest number of iterations of each refinement.
+        Maximum number of iterations of each refinement.
     tol : float, default=1e-6
-        Share of the length that may be left to gain when the path has converged. Far shorter paths may exist
-        elsewhere: it is about this minimum.
+        Fraction of the length that may be left to gain at convergence. It refers to the local minimum found; a much
+        shorter path may exist elsewhere.
 
     Returns
     -------
     GeodesicResult
-        The path, its length, and how reliable they are.
+        The path, its length and convergence information.
 
     Raises
     ------
     ValueError
-        For poses of the wrong length, out of order by name, or not finite; for limits to be enforced on a skeleton
-        that has none, or on poses outside of them: the message names the dof, its angle and its limits.
+        If a pose has the wrong length, its columns are in the wrong order (checked by name), or it is not finite; if
+        limits are to be enforced but the skeleton has none, or a pose is outside.
 
     Warns
     -----
     ConvergenceWarning
-        If the path did not converge, with the reason. It is then still a real curve, and its `curve_length` no more
-        than the straight line's.
+        If the path did not converge. It is still a valid curve, and not longer than the straight line
+        by `curve_length`.
     UserWarning
-        If the poses look like degrees, see `skpose.pose_distances`.
+        If the poses seem to be in degrees, see `skpose.pose_distances`.
 
     See Also
     --------
-    pose_distances : With ``metric="geodesic"``, the lengths for many pairs at once.
+    pose_distances : With ``metric="geodesic"``, the lengths for many pairs.
 
     Notes
     -----
-    *Discretisation check.* Ten poses can sit where their chords are short while the motion between them is long.
-    Between very different poses, the chords of the path of least energy may add up to half the straight line, and its
-    curve to more than the whole line. So every path is measured again, on a grid eight times finer. Where the lengths
-    differ by more than 0.5 %, the energy is taken over four chords a step, with the samples between on straight
-    pieces, then over more steps.
+    *Discretisation check.* Ten poses can have short chords while the motion between them is long. Between very
+    different poses, the chords of the path of least energy may add up to half the straight line although its curve is
+    longer than the line. So every path is measured again on a grid eight times finer. If the lengths differ by more
+    than 0.5 %, the energy is computed with four chords per step, and then with more steps.
 
-    *Coordinates.* Three Euler angles are a poor coordinate of a rotation: near gimbal lock the straight line of the
-    angles leads to a local minimum that is longer than the slerp. So joints with three dofs are rotation vectors here,
-    from half-way between the two poses on, whichever numbers the poses have.
+    *Coordinates.* Near gimbal lock, the straight line in Euler angles leads to a local minimum that is longer than
+    slerp. So joints with three dofs are parametrised by rotation vectors relative to the orientation half-way between
+    the two poses.
 
-    *Method.* Damped Gauss-Newton with the damping of a trust region: the normal equations are block tridiagonal in the
-    poses and separate into the branches of the skeleton at the root; in a large skeleton, limbs such as an arm with its
-    fingers are eliminated before the trunk that carries them. Steps are combined by conjugate gradients; the exact
-    Hessian decides whether a path has converged. JᵀJ is singular (a twist of a last bone moves nothing), so the path is
-    not unique where its length is. Dofs that move no joint with weight follow the straight line.
+    *Method.* Gauss-Newton with trust-region damping. The normal equations are block tridiagonal in the poses and
+    separate into the branches of the skeleton at the root; in large skeletons, limbs are eliminated before the trunk.
+    Conjugate gradients combine the steps, and the exact Hessian decides about convergence. JᵀJ is singular (a twist of
+    an end bone moves no joint), so the path need not be unique even if its length is. Dofs that move no joint with
+    weight follow the straight line.
 
-    *Convergence.* The valley around a geodesic is flat: joints may move far and almost keep the length. So a path has
-    converged where the exact quadratic model has no more than `tol` of the length left to gain, and not where a
-    gradient is small. Refined paths have several minima, so that a smaller `tol` may lead to another one.
+    *Convergence.* The energy is flat around a geodesic: joints may move far with almost no change of length. So the
+    criterion is the predicted gain of the exact quadratic model rather than the norm of the gradient. Refined paths
+    have several minima, and a smaller `tol` may end in a different one.
 
-    Time O(n_iter · n_steps · n_dofs³), some milliseconds for ten steps of 56 dofs and some tens where the path has to
-    be refined; memory O(n_steps · n_dofs²). It is a local minimum: for poses far apart there may be a shorter path.
+    Time O(n_iter · n_steps · n_dofs³): a few milliseconds for ten steps of 56 dofs, tens of milliseconds if the path is
+    refined. Memory O(n_steps · n_dofs²). The result is a local minimum: for poses far apart a shorter path may exist.
 
     References
     ----------
     .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
        AMDO 2012, sec. 2.1 and appendix A, :doi:`10.1007/978-3-642-31567-1_3`.
-    .. [2] R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, ch. 6 (the composite-rigid-body algorithm,
-       which is how JᵀJ is summed), :doi:`10.1007/978-1-4899-7560-7`.
+    .. [2] R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, ch. 6 (composite-rigid-body algorithm,
+       used to sum JᵀJ), :doi:`10.1007/978-1-4899-7560-7`.
 
     Examples
     --------
-    An arm of three bones of 1 m that swings from one side to the other folds in between:
+    An arm of three bones of 1 m folds while it swings from one side to the other:
 
     >>> import numpy as np
     >>> from skpose import Skeleton, geodesic, pose_distances
@@ -244,8 +239,7 @@ def geodesic(
     found = shortest_path(first, last, skeleton, chosen, joint_limits, max_iter, tol)
     if not found.converged:
         warn(
-            f"the geodesic did not converge: length {found.length:.6g} by its chords and {found.curve_length:.6g} as a "
-            f"curve. It is a real path, but may not be the shortest. {_reason(found, chosen.n_steps, max_iter, tol)}",
+            f"the geodesic did not converge: {_reason(found, chosen.n_steps, max_iter, tol)}",
             ConvergenceWarning,
         )
     return found
@@ -260,7 +254,7 @@ def shortest_path(
     max_iter: int = MAX_ITER,
     tol: float = TOL,
 ) -> GeodesicResult:
-    """Return the geodesic between two poses, which are inside limits that are enforced, without a warning."""
+    """Find the geodesic of `geodesic` without its checks and warnings."""
     tree = tree_of(skeleton)
     begin, target = to_tree_order(tree, first), to_tree_order(tree, last)
     limited = limited_dofs(skeleton.bones) if joint_limits == "enforce" else np.zeros(skeleton.n_dofs, bool)
@@ -268,7 +262,7 @@ def shortest_path(
         target = np.where(limited[tree.column], target, wrap_dofs(tree, target, begin))
     bounds, wrap = _bounds(tree, skeleton, joint_limits), bool(metric.wrap)
     curve = path_between(tree, begin, target, int(metric.n_steps), wrap, bounds, max_iter, float(tol))
-    line = _where_not_found(tree, skeleton, first, last, len(curve.poses), wrap, limited)
+    line = _interpolate_unweighted(tree, skeleton, first, last, len(curve.poses), wrap, limited)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first
     return GeodesicResult(
@@ -285,12 +279,12 @@ def shortest_path(
     )
 
 
-def _where_not_found(
+def _interpolate_unweighted(
     tree: Tree, skeleton: Skeleton, first: np.ndarray, last: np.ndarray, n_poses: int, wrap: bool, limited: np.ndarray
 ) -> np.ndarray:
-    """Return the straight line between two poses in the columns of the bones that the tree has left out.
+    """Interpolate linearly the columns of bones without weight, which the tree omits.
 
-    It leaves out what carries no weight. What stands in the other columns is undefined.
+    Other columns of the result are undefined.
     """
     line = np.empty((n_poses, skeleton.n_dofs))
     bone_of = np.repeat(np.arange(len(skeleton.bones)), [bone.n_dofs for bone in skeleton.bones])
@@ -298,7 +292,7 @@ def _where_not_found(
     if len(missing) == 0:
         return line
     bones, columns = [skeleton.bones[i] for i in missing], np.isin(bone_of, missing)
-    if wrap:  # numbers must not jump at the end either
+    if wrap:
         ends, steps = np.stack([first[columns], last[columns]]), np.linspace(0.0, 1.0, n_poses)
         between = interpolate_poses(bones, ends, steps, limited[columns])
         line[:, columns] = remove_jumps(bones, between, limited[columns])
@@ -308,22 +302,16 @@ def _where_not_found(
 
 
 def _reason(found: GeodesicResult, n_steps: int, max_iter: int, tol: float) -> str:
-    """Return in words why a geodesic did not converge, and the remedy."""
     if np.isnan(found.gain):
-        return (
-            "No path that is no longer than the straight line passed the discretisation check, so that it is that "
-            f"line; a larger n_steps than {n_steps} may help, a larger max_iter does not"
-        )
+        return f"only the straight line passed the discretisation check; n_steps={n_steps} may be too few"
     if found.n_iter < max_iter:
-        return f"After {found.n_iter} iterations no step was downhill; a larger n_steps may help"
-    left = f"{found.gain:.2g} of the length was left to gain, not at most tol={tol:.2g}"
-    if len(found.path) == n_steps + 1:
-        return f"After max_iter={max_iter} iterations {left}; raise max_iter"
-    return f"After {found.n_iter} iterations of all refinements, max_iter={max_iter} each, {left}; raise max_iter"
+        return f"no step reduced the energy after {found.n_iter} iterations; a larger n_steps may help"
+    left = f"{found.gain:.2g} of the length was left to gain (tol={tol:.2g})"
+    return f"{left} after max_iter={max_iter} iterations; raise max_iter"
 
 
 def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:
-    """Return the least and the largest value of each dof, in the tree's order."""
+    """Lower and upper bound of each dof, in the tree's order."""
     free = np.full(len(tree.column), np.inf)
     bounds = Bounds(-free, free)
     if joint_limits == "ignore":

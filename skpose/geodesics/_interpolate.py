@@ -1,4 +1,4 @@
-"""Motions through key poses: along geodesics, or along a smooth curve."""
+"""Motions through key poses, along geodesics or a spline."""
 
 from dataclasses import replace
 from functools import partial
@@ -25,7 +25,7 @@ from skpose.metrics._shared import METRIC_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._shared import limited_dofs, remove_jumps
 
-ON_KEY = 1e-6  # frames between a frame and a key that are at one time
+ON_KEY = 1e-6  # tolerance, in frames, for a key that falls on a frame
 
 
 @validate_params(
@@ -48,87 +48,86 @@ def interpolate(
     joint_limits: str = "ignore",
     n_jobs: int | None = None,
 ) -> Motion:
-    r"""Return a motion through key poses at given times.
+    r"""Interpolate a motion through key poses.
 
-    The shortest paths from key to key, at constant speed, or a smooth curve on the kinematic manifold. Every frame is
-    a pose of the skeleton, so that bones keep their lengths.
+    The motion follows the shortest paths from key to key at constant speed, or a smooth curve on the kinematic
+    manifold. Every frame is a pose of the skeleton, so bones keep their lengths.
 
     Parameters
     ----------
     poses : Motion, or array-like of shape (n_poses, n_dofs)
-        Key poses, at least two: joint angles, rad. Those of a Motion have a root, which is interpolated too; of an
-        array nothing is known of it, and it stays at rest.
+        At least two key poses: joint angles, rad. The root of a Motion is interpolated too; for an array it stays at
+        rest.
     times : array-like of shape (n_poses,), default=None
-        Their times, s, increasing. None is those of a Motion; an array needs them.
+        Increasing times of the keys, s. Required for an array; None takes the times of the Motion.
     skeleton : Skeleton, default=None
-        The skeleton of the poses. None is that of a Motion; an array needs it.
+        The skeleton of the poses. Required for an array; None takes the skeleton of the Motion.
     frame_rate : float
-        Frames a second of the motion.
+        Frames per second of the result.
     method : {"spline", "geodesic"}, default="spline"
-        "geodesic" goes along the geodesic to each next key at constant speed; directions and speeds change at the keys.
-        "spline" has continuous velocities of the joints, and may swing out further than the keys.
+        "geodesic" follows the geodesic from each key to the next at constant speed; direction and speed change at the
+        keys. "spline" has continuous joint velocities and may overshoot the keys.
     metric : str or Metric, default="geodesic"
-        The geodesics from key to key: "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters.
+        "geodesic" or a ``skpose.metrics.Geodesic`` object.
     joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps all frames inside ``skeleton.limits``, as in `geodesic`. The keys must be inside. A dof that
-        the spline would swing out past its limit stops there.
+        "enforce" keeps all frames inside ``skeleton.limits``, as in `geodesic`. The keys must be inside. The spline is
+        clipped at the limits.
     n_jobs : int, default=None
-        Threads, as in scikit-learn.
+        Number of threads, as in scikit-learn.
 
     Returns
     -------
     Motion
-        Frames at ``times[0] + i / frame_rate`` up to ``times[-1]``. A key pose that falls on a frame is met exactly.
-        The numbers of the angles do not jump from frame to frame; those of a key may be others of the same rotations,
-        but for dofs whose limits are enforced.
-        The root has the axes, the axis that points up and the name of that of a Motion; axes that cannot describe a
-        rotation between two keys are replaced by "xyz".
+        Frames at ``times[0] + i / frame_rate`` up to ``times[-1]``. Key poses on frames are met exactly. Angles do not
+        jump from frame to frame, so the angles at a key may differ from the key's by an equivalent rotation, except
+        for dofs with enforced limits. The root keeps the axes, up axis and name of the Motion; axes that cannot
+        describe an intermediate rotation become "xyz".
 
     Raises
     ------
     ValueError
-        For fewer than two poses, poses of the wrong width, out of order by name or not finite; for times of the wrong
-        shape, not finite or not increasing; for a frame rate that is not positive; for arrays without times or
-        skeleton, and a Motion with another skeleton than the one given; for limits to be enforced on a skeleton that
-        has none, or on poses outside of them: the message names the dof, its angle and its limits.
+        If there are fewer than two poses, poses have the wrong number of columns, their columns are in the wrong order
+        (checked by name), or they are not finite; if times are not finite or do not increase; if an array comes without
+        times or skeleton, or a Motion with a different skeleton; if limits are to be enforced but the skeleton has
+        none, or a key is outside.
 
     Warns
     -----
     ConvergenceWarning
-        If geodesics did not converge: the motion is still one through the keys.
+        If geodesics did not converge. The motion still passes through the keys.
     UserWarning
-        If the poses look like degrees, see `skpose.pose_distances`.
+        If the poses seem to be in degrees, see `skpose.pose_distances`.
 
     See Also
     --------
     geodesic : The path between two poses.
-    Motion.resample : Another frame rate, each joint by itself.
+    Motion.resample : Change the frame rate joint by joint.
 
     Notes
     -----
-    *Spline.* The curve of geodesics is unrolled onto one flat space by parallel transport, a natural cubic spline is
-    drawn through the keys there, and is rolled up again [1]_. Rolled up, a difference from the geodesics is a velocity
-    of the joints, which these follow for a unit of time, each by its own turn. For one joint with one angle it is the
-    natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics for each frame, and
-    slopes from elsewhere. ``benchmarks/in_betweening.py`` compares with other methods.
+    *Spline.* The geodesics between the keys are unrolled onto a flat space by parallel transport, a natural cubic
+    spline is drawn through the keys there, and the result is rolled back [1]_: the difference from the geodesics
+    becomes a velocity of the joints, followed for a unit of time with constant turning rates. For one joint with one
+    angle this is the natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics per
+    frame and needs slopes at the keys. ``benchmarks/in_betweening.py`` compares with other methods.
 
-    *The root* goes from key to key in a straight line with "geodesic", and rotates by slerp. With "spline" its position
-    is the natural cubic spline of the keys, and its orientation ``scipy``'s RotationSpline, whose angular acceleration
-    is continuous. It rotates by less than half a turn from key to key: faster turns need more keys. Poses and root are
-    interpolated each by itself, so that a foot that stands on the floor at two keys may slide between them.
+    *Root.* With "geodesic", positions are linear and orientations use slerp. With "spline", positions are a natural
+    cubic spline and orientations scipy's RotationSpline with continuous angular acceleration. The root turns by less
+    than half a turn from key to key; faster turns need more keys. Poses and root are interpolated independently, so
+    planted feet may slide.
 
-    *Twists.* What no joint shows turns as on the line to the next key, by slerp for joints with three dofs, and its
-    speed may change at keys; so do joints without weight. Where a limb is nearly straight, small movements may need
-    large turns: geodesics take them, and the spline adds little to these.
+    *Twists.* Twists that move no joint, and joints without weight, follow the straight line between keys (slerp for
+    joints with three dofs); their speed may change at keys. If a limb is nearly straight, small movements may need
+    large turns: geodesics take them, and the spline adds little.
 
-    *Limits.* Under "enforce" the geodesics keep the limits, and each angle of a pose of the spline is clipped to its
-    own. The velocity of that dof is then zero at once, as at the stop of a hinge; the other dofs follow the spline.
+    *Limits.* With "enforce" the geodesics stay inside the limits, and every angle of the spline is clipped. The
+    velocity of that dof then drops to zero at once, as at the stop of a hinge; the other dofs follow the spline.
 
-    *Velocities.* They are those of the positions. A geodesic is made of n_steps slerps, between which velocities
-    change a little; less with more of them.
+    *Velocities.* With "spline", velocities of the joint positions are continuous, up to small changes between the
+    n_steps slerps of a geodesic; more steps reduce these.
 
-    The time is that of a geodesic for each key, some milliseconds or some tens where it is refined; "spline" takes some
-    milliseconds for each frame too.
+    Each key takes one geodesic, a few milliseconds or tens of milliseconds if it is refined; "spline" takes a few
+    milliseconds per frame in addition.
 
     References
     ----------
@@ -139,7 +138,7 @@ def interpolate(
 
     Examples
     --------
-    An arm that goes up, and down again:
+    An arm that goes up and down again:
 
     >>> from skpose import Skeleton
     >>> from skpose.geodesics import interpolate
@@ -147,10 +146,10 @@ def interpolate(
     >>> keys, times = [[0.0], [1.0], [0.0]], [0.0, 1.0, 2.0]
     >>> interpolate(keys, times, arm, frame_rate=2, method="geodesic").angles.ravel().round(3)
     array([0. , 0.5, 1. , 0.5, 0. ])
-    >>> interpolate(keys, times, arm, frame_rate=2).angles.ravel().round(2)  # slows down at the top
+    >>> interpolate(keys, times, arm, frame_rate=2).angles.ravel().round(2)  # slower at the top
     array([0.  , 0.69, 1.  , 0.69, 0.  ])
 
-    Every tenth frame of a recording as keys, and all that is known of the root:
+    Every tenth frame of a recording as keys, with its root:
 
     >>> import numpy as np
     >>> from skpose import Motion
@@ -163,7 +162,7 @@ def interpolate(
     keys, skeleton, times = _check_keys(poses, times, skeleton)
     X = check_poses(poses if keys is None else keys.angles, skeleton, "poses").astype(np.float64)
     if len(X) < 2:
-        raise ValueError(f"poses must be at least two key poses, got {len(X)}: one pose is no motion")
+        raise ValueError(f"poses must contain at least two key poses, got {len(X)}")
     warn_of_degrees(None, skeleton, poses=X)
     limited = None
     if joint_limits == "enforce":
@@ -202,10 +201,10 @@ def interpolate(
 def _check_keys(
     poses: ArrayLike | Motion, times: ArrayLike | None, skeleton: Skeleton | None
 ) -> tuple[Motion | None, Skeleton, ArrayLike]:
-    """Return the keys as a Motion, or None for an array, their skeleton, and their times."""
+    """The keys as a Motion (None for an array), their skeleton and their times."""
     if isinstance(poses, Motion):
         if skeleton is not None and skeleton != poses.skeleton:
-            raise ValueError("skeleton must be that of the Motion or None, got another one; retarget converts motions")
+            raise ValueError("skeleton must be None or equal to the skeleton of the Motion; use retarget to convert it")
         return poses, poses.skeleton, poses.times if times is None else times
     if times is None or skeleton is None:
         missing = "times" if times is None else "skeleton"
@@ -214,20 +213,18 @@ def _check_keys(
 
 
 def _check_times(times: ArrayLike, n_poses: int, frame_rate: float) -> np.ndarray:
-    """Return the times of the keys as an array that increases."""
     at = as_numbers(times, "times")
     if at.shape != (n_poses,):
-        raise ValueError(f"times must have shape ({n_poses},), one for each of the poses, got {at.shape}")
-    if not (np.diff(at) * frame_rate > 2.0 * ON_KEY).all():  # NaN too
-        i = int(np.argmin(np.diff(at)))
-        raise ValueError(f"times must be finite and increase, got {at[i]!r} s followed by {at[i + 1]!r} s")
+        raise ValueError(f"times must have shape ({n_poses},), one per pose, got {at.shape}")
+    if not (np.diff(at) * frame_rate > 2.0 * ON_KEY).all():  # also rejects NaN
+        raise ValueError(f"times must be finite and increasing, got {at}")
     return at
 
 
 def _geodesics(
     X: np.ndarray, skeleton: Skeleton, metric: Geodesic, joint_limits: str, n_jobs: int
 ) -> list[GeodesicResult]:
-    """Return the geodesics from each key to the next; one warning for all that did not converge."""
+    """The geodesics from each key to the next, with one warning for all."""
     found: dict[int, GeodesicResult] = {}
 
     def find(i: int) -> None:
@@ -244,7 +241,7 @@ def _geodesics(
 
 
 def _locate_frames(times: np.ndarray, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return of each frame the segment between keys that it is in, and its share of the time there, 0 or 1 on keys."""
+    """The segment between keys of each frame, and the fraction of its time, exactly 0 or 1 on keys."""
     keys = (times - times[0]) * frame_rate  # in frames
     frames = np.arange(np.floor(keys[-1] + ON_KEY) + 1)
     nearest = np.abs(keys - np.rint(keys)) < ON_KEY

@@ -1,4 +1,4 @@
-"""Means of poses that are poses: bones keep their lengths."""
+"""Fréchet means of poses, which are poses: bones keep their lengths."""
 
 from dataclasses import dataclass
 
@@ -19,24 +19,23 @@ from skpose.skeleton import Skeleton
 
 @dataclass(frozen=True, eq=False)
 class FrechetMeanResult:
-    """A mean of poses, as `frechet_mean` finds it.
+    """A mean of poses, as returned by `frechet_mean`.
 
     Attributes
     ----------
     pose : ndarray of shape (n_dofs,)
         The mean: joint angles, rad.
     variance : float
-        Mean of the squared distances to it, m²; rad² for "angle".
+        Mean of the squared distances to the mean, m²; rad² for "angle".
     gradient_norm : float
-        How far it is from being stationary. For "position" the norm of the gradient of the variance, m²/rad. For other
-        metrics the length of the mean logarithm of the poses, m, rad for "angle": half that gradient, measured in the
+        Distance from a stationary point. For "position" the norm of the gradient of the variance, m²/rad. For other
+        metrics the length of the mean logarithm of the poses, m (rad for "angle"): half the norm of the gradient in the
         metric tensor.
     n_iter : int
-        Iterations.
+        Number of iterations.
     converged : bool
-        Whether `gradient_norm` came down to what `tol` asks, or to what is possible: to what float64 can show, and for
-        "geodesic" and "spatial" to 2 % of the standard deviation, as new paths at the next pose leave the variance
-        uneven. And whether all geodesics converged.
+        Whether `gradient_norm` reached `tol` or the precision of float64, and all geodesics converged. For "geodesic"
+        and "spatial", whose variance is uneven, 2 % of the standard deviation is enough.
 
     Examples
     --------
@@ -68,18 +67,18 @@ def frechet_mean(
     tol: float = 1e-3,
     n_jobs: int | None = None,
 ) -> FrechetMeanResult:
-    r"""Return the pose with the least mean squared distance to given poses.
+    r"""Compute the pose with the least mean squared distance to a set of poses.
 
-    The mean of the joint *positions* is no pose: its limbs are too short (figure 1 (b) of the paper). This one is a
-    pose, since only poses are considered: :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2` with d
+    The mean of joint *positions* is not a pose: its limbs are too short (figure 1 (b) of the paper). The Fréchet mean
+    is the pose :math:`\arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)^2`, where d depends on the metric:
 
-    - "position": the *extrinsic* mean, the pose nearest to the mean of the positions, as
+    - "position": the *extrinsic* mean, the pose nearest to the mean of the positions, since
       :math:`\arg\min_\theta \sum_i w_i \|F(\theta) - F(\theta_i)\|^2` equals
       :math:`\arg\min_\theta \|F(\theta) - \sum_i w_i F(\theta_i)\|^2`.
-    - "geodesic": the *intrinsic* (Karcher) mean, d the geodesic distance, eq. 3.
+    - "geodesic": the *intrinsic* (Karcher) mean under the geodesic distance, eq. 3.
     - "rotation": the mean of the world orientations of the bones.
-    - "spatial": d the length of the straight line.
-    - "angle": the arithmetic mean of the columns, as other tools have it.
+    - "spatial": the mean under the length of the straight line.
+    - "angle": the arithmetic mean of the columns.
 
     Parameters
     ----------
@@ -88,66 +87,62 @@ def frechet_mean(
     skeleton : Skeleton
         The skeleton of the poses.
     metric : str or Metric, default="position"
-        The distance, see `pose_distances`: one that has means. "auto" is "position". Under ``Angle(wrap=True)`` the
-        mean is one of directions.
+        A metric of poses, see `pose_distances`. "auto" is "position". ``Angle(wrap=True)`` gives the mean of
+        directions.
     sample_weight : array-like of shape (n_poses,), default=None
-        Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
-        and cost nothing.
+        Weights of the poses, normalised to sum 1. None means equal weights.
     max_iter : int, default=200
-        Iterations at most.
+        Maximum number of iterations.
     tol : float, default=1e-3
-        Length of the mean logarithm of the poses at which the mean has converged, relative to the standard deviation.
-        The extrinsic mean goes to a gradient of 1e-9 m²/rad.
+        Length of the mean logarithm at convergence, relative to the standard deviation. The extrinsic mean instead
+        stops at a gradient of 1e-9 m²/rad.
     n_jobs : int, default=None
-        Threads for distances and geodesics, as in scikit-learn.
+        Number of threads, as in scikit-learn.
 
     Returns
     -------
     FrechetMeanResult
-        The pose, the variance, and how far to trust it.
+        The pose, the variance and convergence information.
 
     Raises
     ------
     ValueError
-        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero; for
-        a metric that has no means.
+        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if
+        weights are negative or all zero; if the metric has no means.
 
     Warns
     -----
     ConvergenceWarning
-        If it did not converge, with the reason. It is then still a pose, and for "position" no farther than the nearest
-        given pose.
+        If the mean did not converge. It is still a pose, and for "position" at least as near as the nearest pose of X.
     UserWarning
-        If the poses look like degrees, see `skpose.pose_distances`.
+        If the poses seem to be in degrees, see `skpose.pose_distances`.
 
     See Also
     --------
-    geometric_median : The pose with the least mean distance, which is robust to outliers.
-    geodesic : The shortest path from pose to pose.
+    geometric_median : The pose with the least mean distance, robust to outliers.
+    geodesic : The shortest path between two poses.
     Skeleton.mean : The mean of several skeletons.
 
     Notes
     -----
-    All but the mean of the columns are local minima. The extrinsic mean starts at the given pose that is nearest to the
-    mean of the positions, and the others start at the extrinsic mean. Angles that move no joint stay as they are at
-    the start, so poses are not unique where positions are; limits are not enforced.
+    All means except the mean of the columns are local minima. The extrinsic mean starts at the pose of X nearest to the
+    mean of the positions, all others at the extrinsic mean. Angles that move no joint keep the values of the start.
+    Limits are not enforced.
 
-    *"position"* takes Newton's method in a trust region: well under a millisecond an iteration, for any number of
+    *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of
     poses.
 
-    *"geodesic"* takes a geodesic to each pose in each of some ten iterations. The step is the mean of the logarithms,
-    as for every Karcher mean, damped, combined with those before as D. G. Anderson does [4]_, and halved while it
-    brings the poses no nearer. Each path is kept, and is minimised from where it was when the mean moves: one or a
-    few milliseconds a pose and iteration, and more where a path has to be refined. The first search takes a few
-    milliseconds, some tens where poses are far apart. The logarithms are those of geodesics of n_steps chords, which
-    makes an error of some 0.1 % of their length.
+    *"geodesic"* takes about ten iterations with a geodesic to each pose. Each step is the mean logarithm, damped,
+    combined with earlier steps by Anderson acceleration [4]_, and halved until it brings the poses nearer. Paths are
+    kept and updated when the mean moves: a pose takes one to a few milliseconds per iteration, more if its path is
+    refined. Logarithms come from geodesics of n_steps chords, with an error of about 0.1 % of their length.
 
-    *"rotation"* takes the same steps, along the mean of the rotations from each bone to those of the poses.
+    *"rotation"* uses the same steps, with the mean of the rotations between corresponding bones.
 
-    *"spatial"* is not smooth everywhere. Where a difference of angles is half a turn, the line jumps to another one,
-    and its length with it. So scipy's BFGS with a line search finds the mean, from the extrinsic one or from one of a
-    hundred given poses where that is better, and never one that is worse than these. Poses within half a turn of each
-    other have no such jumps. Where they have, expect a ConvergenceWarning.
+    *"spatial"* is not smooth: the line, and its length, jumps if a difference of angles passes half a turn. So scipy's
+    BFGS with a line search is used, from the extrinsic mean or the best of up to a hundred poses of X, and never
+    returns anything worse than these. Poses within half a turn of each other have no jumps; for others expect a
+    ConvergenceWarning.
 
     References
     ----------
@@ -162,7 +157,7 @@ def frechet_mean(
 
     Examples
     --------
-    An arm that swings up and down: the mean of its positions would be 0.84 m long.
+    An arm of 1 m swings up and down. The mean of its positions would be 0.84 m long:
 
     >>> import numpy as np
     >>> from skpose import Skeleton, forward_kinematics
@@ -174,7 +169,7 @@ def frechet_mean(
     >>> mean = frechet_mean(X, arm)
     >>> (mean.pose.round(6) + 0.0).tolist(), round(mean.variance, 3)
     ([0.0], 0.323)
-    >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # that of the angle, for a bone of 1 m
+    >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # the variance of the angle
     0.34
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
@@ -194,14 +189,13 @@ def frechet_mean(
         mean = FrechetMeanResult(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:
         warn(
-            f"the mean did not converge, its gradient_norm is {mean.gradient_norm:.2g}, but it is a pose: {reason}",
+            f"the mean did not converge (gradient_norm {mean.gradient_norm:.2g}): {reason}",
             ConvergenceWarning,
         )
     return mean
 
 
 def _reason(n_iter: int, max_iter: int) -> str:
-    """Return why the extrinsic mean did not converge, and the remedy."""
     if n_iter >= max_iter:
         return f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
-    return f"after {n_iter} iterations no step brought it nearer; a larger max_iter does not help"
+    return f"no step lowered the variance after {n_iter} iterations"

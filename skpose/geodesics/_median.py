@@ -1,4 +1,4 @@
-"""The geometric median of poses: a centre that far poses do not move."""
+"""The geometric median of poses, which is robust to outliers."""
 
 from dataclasses import dataclass
 
@@ -19,22 +19,22 @@ from skpose.skeleton import Skeleton
 
 @dataclass(frozen=True, eq=False)
 class GeometricMedianResult:
-    """A median of poses, as `geometric_median` finds it.
+    """A median of poses, as returned by `geometric_median`.
 
     Attributes
     ----------
     pose : ndarray of shape (n_dofs,)
         The median: joint angles, rad.
     deviation : float
-        Mean of the distances to it, m; rad for "angle".
+        Mean of the distances to the median, m; rad for "angle".
     gradient_norm : float
-        How far it is from being stationary: length of the mean of the unit vectors towards the poses, between 0 and 1;
-        where the median is one of the poses, what exceeds that pose's weight.
+        Distance from a stationary point: length of the mean of the unit vectors towards the poses, between 0 and 1. If
+        the median is one of the poses, the excess over the weight of that pose.
     n_iter : int
-        Iterations.
+        Number of iterations.
     converged : bool
-        Whether `gradient_norm` came down to `tol`, or no step brought the poses nearer from where it is at most 2 %,
-        and for "geodesic" whether all geodesics converged.
+        Whether `gradient_norm` reached `tol`, or is at most 2 % and no step lowered the objective. For "geodesic" all
+        geodesics must have converged, too.
 
     Examples
     --------
@@ -66,13 +66,12 @@ def geometric_median(
     tol: float = 1e-3,
     n_jobs: int | None = None,
 ) -> GeometricMedianResult:
-    r"""Return the pose with the least mean distance to given poses: a robust mean.
+    r"""Compute the pose with the least mean distance to a set of poses: a robust mean.
 
     .. math:: \arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)
 
-    A mean follows every outlier, such as frames where tracking failed, in proportion to its distance. The median is
-    moved no more by a far pose than by a near one: it stays among the others while less than half of the weight is far
-    from them [1]_.
+    A mean follows every outlier, such as frames where tracking failed, in proportion to its distance. A distant pose
+    affects the median no more than a close one, as long as outliers carry less than half of the weight [1]_.
 
     Parameters
     ----------
@@ -81,47 +80,46 @@ def geometric_median(
     skeleton : Skeleton
         The skeleton of the poses.
     metric : str or Metric, default="position"
-        The distance d, see `pose_distances`: one that has means. "auto" is "position".
+        The metric d, see `pose_distances`. "auto" is "position".
     sample_weight : array-like of shape (n_poses,), default=None
-        Weights of the poses, which are divided by their sum; None is equal ones. Poses of weight zero are left out,
-        and cost nothing.
+        Weights of the poses, normalised to sum 1. None means equal weights.
     max_iter : int, default=200
-        Iterations at most.
+        Maximum number of iterations.
     tol : float, default=1e-3
-        Length of the mean of the unit vectors towards the poses at which the median has converged.
+        Length of the mean of the unit vectors towards the poses at convergence.
     n_jobs : int, default=None
-        Threads for distances, as in scikit-learn.
+        Number of threads, as in scikit-learn.
 
     Returns
     -------
     GeometricMedianResult
-        The pose, the mean distance, and how far to trust it.
+        The pose, the mean distance and convergence information.
 
     Raises
     ------
     ValueError
-        For poses of the wrong width, out of order by name or not finite; for weights that are negative or all zero.
+        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if
+        weights are negative or all zero.
 
     Warns
     -----
     ConvergenceWarning
-        If it did not converge, with the reason. It is then still a pose.
+        If the median did not converge. It is still a pose.
     UserWarning
-        If the poses look like degrees, see `skpose.pose_distances`.
+        If the poses seem to be in degrees, see `skpose.pose_distances`.
 
     See Also
     --------
     frechet_mean : The pose with the least mean squared distance.
-    MedoidShift : Medoids, which are given poses, and clusters.
+    MedoidShift : Clusters around medoids.
 
     Notes
     -----
-    Weiszfeld's iteration, on manifolds [1]_: each step is that of a mean with weights w/d, and successive steps are
-    combined as Anderson does, which takes fewer. A pose that the iterate comes close to is tried itself, and is the
-    median if its weight exceeds the pull of the others [2]_. It starts at the extrinsic mean for "position", at the
-    arithmetic mean of the columns for "angle", and for other metrics at the median under "position". What is found is a
-    local minimum, no worse than the start; see `frechet_mean` for what a local minimum means for each metric, and for
-    the cost of an iteration.
+    Weiszfeld's iteration on manifolds [1]_: each step is a step of the mean with weights w/d. Anderson acceleration
+    combines successive steps. If the iterate comes close to a pose of X, that pose is tried; it is the median if its
+    weight exceeds the pull of the others [2]_. The search starts at the extrinsic mean for "position", at the
+    arithmetic mean of the columns for "angle", and at the median under "position" for other metrics. The result is a
+    local minimum, no worse than the start; `frechet_mean` describes the cost per metric.
 
     References
     ----------
@@ -132,7 +130,7 @@ def geometric_median(
 
     Examples
     --------
-    An arm that hangs, and three of ten frames where it was tracked wrongly:
+    A hanging arm, tracked wrongly in three of ten frames:
 
     >>> import numpy as np
     >>> from skpose import Skeleton
@@ -156,7 +154,7 @@ def geometric_median(
     median = GeometricMedianResult(pose, spread.value, spread.norm, n_iter, not reason)
     if reason:
         warn(
-            f"the median did not converge, its gradient_norm is {median.gradient_norm:.2g}, but it is a pose: {reason}",
+            f"the median did not converge (gradient_norm {median.gradient_norm:.2g}): {reason}",
             ConvergenceWarning,
         )
     return median

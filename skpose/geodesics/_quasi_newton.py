@@ -1,7 +1,7 @@
-"""Means and medians under "spatial" by scipy's BFGS: its sum has kinks and jumps, where Weiszfeld's steps fail.
+"""Means and medians under "spatial" by scipy's BFGS.
 
-A line jumps to another one where a difference of angles is half a turn. Quasi-Newton methods with a line search come to
-a minimum nevertheless, mostly (A. S. Lewis, M. L. Overton, 2013, doi:10.1007/s10107-012-0514-2).
+The objective jumps when an angle difference passes half a turn, which breaks Weiszfeld's iteration. BFGS with a line
+search usually reaches a minimum (A. S. Lewis, M. L. Overton, 2013, doi:10.1007/s10107-012-0514-2).
 """
 
 import numpy as np
@@ -10,15 +10,12 @@ from scipy.optimize import minimize
 from skpose.geodesics._descent import DAMPING, KINK, MEDIAN, Spread, at_pose_if_lower, spread_from
 from skpose.metrics._shared import Sample
 
-HALVINGS = 12  # of a step along the gradient, where BFGS ends at a jump
-LEAST_DECREASE = 0.1  # of the sum, relative, over the square of the tolerance, for which the search goes on
+HALVINGS = 12  # of a gradient step, if BFGS stops at a jump
+LEAST_DECREASE = 0.1  # relative decrease, divided by tol², below which the search stops
 
 
 def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
-    """Minimise the sum from a pose on, or from a given one where that is better, and never to a larger sum.
-
-    Return the last spread, the iterations and why it did not converge; the reason is empty if it did.
-    """
+    """Minimise from a pose, or from a better pose of the sample; the result is as in `descend`."""
     here = spread_from(sample, pose, power)
     candidate, objective = sample.best_pose(power)
     if objective < here.objective:
@@ -31,7 +28,7 @@ def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, to
             return here, n_iter, ""
         if n_iter >= max_iter:
             return here, n_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
-        sizes = (here.root**2).sum(axis=1, keepdims=True)  # eigenvalues of the metric tensor, of its vectors' multiples
+        sizes = (here.root**2).sum(axis=1, keepdims=True)  # eigenvalues of the metric tensor
         steps = (here.root / np.sqrt(sizes * (sizes + DAMPING * sizes.max()))).T
         found = minimize(
             sample.sum_along,
@@ -50,18 +47,12 @@ def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, to
         here = there
     if here.relative_norm <= KINK:
         return here, n_iter, ""
-    return (
-        here,
-        n_iter,
-        (
-            f"after {n_iter} iterations no step brought the poses nearer, as lines jump where a difference of angles "
-            "is half a turn; poses of ball joints, see Skeleton.to_rotvec, jump less, a larger max_iter does not help"
-        ),
-    )
+    reason = f"no step lowered the objective after {n_iter} iterations, as lines jump at half a turn"
+    return here, n_iter, f"{reason}; ball joints (Skeleton.to_rotvec) jump less"
 
 
 def _across(sample: Sample, here: Spread, power: int) -> Spread:
-    """Return the spread where a step along the gradient lowers the sum, over a jump maybe, or else the same one."""
+    """A shorter gradient step that lowers the objective, possibly across a jump; else the same spread."""
     for halving in range(HALVINGS):
         trial = spread_from(sample, sample.retract(here.pose, here.step / 2**halving), power)
         if trial.objective < here.objective:

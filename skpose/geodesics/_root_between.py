@@ -1,4 +1,4 @@
-"""The root between key poses: its place linearly or by a cubic spline, its orientation by slerp or by a spline."""
+"""The root between key poses: positions linearly or by a cubic spline, orientations by slerp or a rotation spline."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -9,7 +9,7 @@ from skpose.skeleton._shared import continuous_root_angles, root_orientations
 
 
 def root_between(keys: Motion, at: np.ndarray, times: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return positions (n, 3), angles (n, k) and axes of the root at times, given keys and their times."""
+    """Positions (n, 3), angles (n, k) and axes of the root at some times; `at` are the times of the keys."""
     orientations = root_orientations(keys.root_angles, keys.root_axes)
     if method == "spline":
         positions = CubicSpline(at, keys.root_positions, bc_type="natural")(times)

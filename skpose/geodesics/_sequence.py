@@ -1,4 +1,4 @@
-"""Geodesic distances from the frames of a motion: each path starts from that of the frame before."""
+"""Geodesic distances from the frames of a motion; each path starts from the path of the previous frame."""
 
 from functools import partial
 from numbers import Integral
@@ -21,10 +21,8 @@ from skpose.metrics import Metric
 from skpose.metrics._shared import MEAN_CONSTRAINTS, no_geodesics, no_paths, require_geodesic
 from skpose.skeleton import Skeleton
 
-# Share of the distance by which a pose may have moved since its path was searched. With more, more of the paths end in
-# other minima than a search would; with less, more of them are searched.
-TASK = 8  # poses; some tens of milliseconds a frame
-NEAR = 0.1
+TASK = 8  # poses per task, tens of milliseconds per frame
+NEAR = 0.1  # movement since the last search, relative to the distance, up to which a path is followed
 
 
 @validate_params(
@@ -39,26 +37,24 @@ def geodesic_distances(
     metric: str | Metric = "geodesic",
     n_jobs: int | None = None,
 ) -> np.ndarray:
-    """Compute geodesic distances from the frames of a motion to poses, each path from that of the frame before.
+    """Compute geodesic distances from the frames of a motion, reusing the path of the previous frame.
 
-    The distances of ``pose_distances(X, Y, metric="geodesic")``, but for other local minima, and in less time
-    where frames are near one another: a path changes little from one frame to the next, so that some iterations find it
-    again.
+    The result equals ``pose_distances(X, Y, metric="geodesic")`` up to different local minima. It takes less time
+    if consecutive frames are similar, because a path then changes little and a few iterations update it.
 
     Parameters
     ----------
     X : array-like of shape (n_x, n_dofs)
-        Poses that follow one another in time: joint angles, rad. Any poses are allowed, also several motions one after
-        another; without neighbours it takes as long as new searches.
+        Consecutive poses of a motion: joint angles, rad. Any poses are allowed, such as several concatenated motions;
+        for unrelated poses nothing is saved.
     Y : array-like of shape (n_y, n_dofs)
         The other poses, in any order.
     skeleton : Skeleton
         The skeleton of all poses.
     metric : str or Metric, default="geodesic"
-        "geodesic", or a ``skpose.metrics.Geodesic`` with its parameters: chords, at least two, and where the search
-        starts.
+        "geodesic" or a ``skpose.metrics.Geodesic`` object with at least two steps.
     n_jobs : int, default=None
-        Threads, as in scikit-learn. The distances do not depend on it.
+        Number of threads, as in scikit-learn. It does not change the result.
 
     Returns
     -------
@@ -68,37 +64,36 @@ def geodesic_distances(
     Raises
     ------
     ValueError
-        For poses of the wrong width, out of order by name or not finite.
+        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite.
 
     Warns
     -----
     ConvergenceWarning
         If geodesics did not converge.
     UserWarning
-        If the poses look like degrees, see `skpose.pose_distances`.
+        If the poses seem to be in degrees, see `skpose.pose_distances`.
 
     See Also
     --------
-    pose_distances : With ``metric="geodesic"``, each path by a search of its own, in files and on clusters.
-    geodesic : One path.
+    pose_distances : With ``metric="geodesic"``, each path by an independent search.
+    geodesic : A single path.
 
     Notes
     -----
-    A path is followed from frame to frame until the pose has moved, since the path was searched, by a tenth of the
-    distance; as long as it converges, passes the discretisation check of `geodesic` and is no longer than the straight
-    line. Then a new search begins. A column of the result depends on the frames, and on no other column.
+    A path is followed until the pose has moved by a tenth of the distance since the last search, as long as it
+    converges, passes the discretisation check of `geodesic`, and is no longer than the straight line. Then a new search
+    begins. Columns of the result are independent of one another.
 
-    *Accuracy.* Paths are local minima, and that of the frame before may lead to another one than a search, mostly where
-    `geodesic` has to refine paths: about as often a shorter as a longer one, mostly by less than a percent, and by more
-    where joints are near half a turn apart. ``benchmarks/geodesic_distances.py`` measures it. So a distance depends on
-    the frames before, the one from a to b is not to the last bit that from b to a, and a matrix that has to be
-    symmetric is one for `pose_distances`.
+    *Accuracy.* Paths are local minima, and following a path may lead to a different minimum than a search, mainly where
+    `geodesic` refines paths. Shorter and longer paths are about equally frequent, and most differ by less than a
+    percent. So a distance depends on the previous frames, and the matrix is not exactly symmetric; use
+    `pose_distances` if symmetry matters. ``benchmarks/geodesic_distances.py`` measures the differences.
 
-    *Sets of poses.* Random poses of many people are too far from one another. In order along a short tour it takes half
-    the time on CMU and 0.9 on HDM05, and up to 4 % of the lengths are longer by 1e-4 or more.
+    *Sets of poses.* Random poses of many people are too different to save time. Sorted along a short tour they take
+    half the time on CMU and 0.9 on HDM05, and up to 4 % of the lengths are longer by 1e-4 or more.
 
-    Between the millisecond that a followed path takes and the two to twenty of a search for each distance. Memory: the
-    result, copies of the poses, and paths of up to four times n_steps poses for eight columns a thread.
+    Following a path takes about a millisecond, a search two to twenty. Memory: the result, copies of the poses, and per
+    thread eight paths of up to four times n_steps poses.
 
     Examples
     --------
@@ -123,14 +118,12 @@ def geodesic_distances(
     search = Search(int(chosen.n_steps), bool(chosen.wrap), 0.0, TOL)
 
     def follow(columns: slice) -> None:
-        found = lengths[:, columns], converged[:, columns]
-        _follow(tree, frames, positions, ends[columns], search, *found)
+        _follow(tree, frames, positions, ends[columns], search, lengths[:, columns], converged[:, columns])
 
     in_threads((partial(follow, slice(i, i + TASK)) for i in range(0, len(Y), TASK)), effective_n_jobs(n_jobs))
     if n_unconverged := int((~converged).sum()):
         warn(
-            f"{n_unconverged} of {converged.size} geodesics did not converge; their lengths are those of curves no "
-            "longer than the straight line, which may not be the shortest; a larger n_steps may help",
+            f"{n_unconverged} of {converged.size} geodesics did not converge; a larger n_steps may help",
             ConvergenceWarning,
         )
     return lengths
@@ -145,7 +138,7 @@ def _follow(
     lengths: np.ndarray,
     converged: np.ndarray,
 ) -> None:
-    """Compute the distances from all frames to some poses, with the path to each of them from frame to frame."""
+    """Compute the distances from all frames to some poses, following the paths from frame to frame."""
     n = len(ends)
     kept, found, searched = no_paths(tree, n, search.n_steps), no_geodesics(tree, n), np.zeros(n, dtype=int)
     for i, frame in enumerate(frames):

@@ -1,4 +1,4 @@
-"""Names of `skpose.geodesics` that the other packages of skpose use, in addition to the public ones."""
+"""Names of `skpose.geodesics` for other packages of skpose, besides the public ones."""
 
 from skpose.geodesics._descent import MEAN, descend
 from skpose.geodesics._logarithm import to_joints, why_no_logarithms

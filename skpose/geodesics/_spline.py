@@ -1,16 +1,15 @@
-"""A smooth curve through key poses: a cubic spline of the keys' geodesics, laid out flat and back.
+"""A smooth curve through key poses: a cubic spline of the geodesics between the keys, unrolled onto a flat space.
 
-P. E. Jupp, J. T. Kent, "Fitting smooth paths to spherical data", Applied Statistics 36(1), 1987: the curve of geodesics
-through the keys is unrolled onto one flat space by parallel transport, a spline is drawn there, and is rolled up again.
-Only what differs from the geodesics is transported: with s from 0 to 1 between two keys h seconds apart, a cubic with
-slopes m at the keys, where the geodesic has slopes a, is off the geodesic by
+P. E. Jupp, J. T. Kent, "Fitting smooth paths to spherical data", Applied Statistics 36(1), 1987: parallel transport
+along the geodesics unrolls the keys onto a flat space, a spline is drawn there, and the result is rolled back. Only the
+difference from the geodesics is transported. With s from 0 to 1 between two keys h seconds apart, a cubic with slopes m
+at the keys, where the geodesic has slopes a, differs from the geodesic by
 
     D(s) = h (s (1 − s)² (m − a) − s² (1 − s) (m' − a')),
 
-a velocity at the geodesic's pose at s, which the joints follow for one unit of time, each by its own turn: the
-exponential map would do so too, but costs as much as a geodesic, and turns straight limbs far for small movements. The
-slopes are those of the natural cubic spline, from its tridiagonal equations, in which a vector of one key comes to the
-next by transport.
+a velocity at the geodesic's pose at s. The joints follow it for one unit of time at constant turning rates; the
+exponential map would do as well, but costs as much as a geodesic and turns straight limbs far for small movements. The
+slopes are those of the natural cubic spline, from its tridiagonal equations with transported vectors.
 """
 
 from functools import partial
@@ -27,18 +26,18 @@ from skpose.geodesics._geodesic import GeodesicResult
 from skpose.kinematics._shared import from_tree_order, jacobian_at, retract, to_tree_order, tree_of, weighted_positions
 from skpose.skeleton import Skeleton
 
-NEAR_END = 1e-4  # share of a geodesic's length from its ends to poses that give its first and its last velocity
-DAMPING = 0.5  # 1/rad, of turns that move the joints little, relative to the size of the whole displacement
-SOLUTIONS = 3  # of one system, each for what the one before left over
+NEAR_END = 1e-4  # step from the ends of a geodesic, relative to its length, for its velocity there
+DAMPING = 0.5  # 1/rad, of turns that hardly move the joints, relative to the size of the whole displacement
+SOLUTIONS = 3  # steps of iterated Tikhonov regularisation
 ROUNDING = 1e-12  # of the metric tensor, relative to its trace
-ORTHONORMAL = 2  # iterations after which products of two bases are so, up to 1e-4 for a turn by 20°
+ORTHONORMAL = 2  # Newton-Schulz iterations; error below 1e-4 for a turn by 20°
 
 
 class Segment(NamedTuple):
-    """The geodesic from one key to the next, as what a spline needs of it; bases are those of tangent spaces."""
+    """What the spline needs of the geodesic from one key to the next."""
 
     path: GeodesicResult
-    first: np.ndarray  # (n, rank) basis at the first key
+    first: np.ndarray  # (n, rank) basis of the tangent space at the first key
     last: np.ndarray
     leaving: np.ndarray  # (rank,) first velocity per unit of s, in the basis
     arriving: np.ndarray
@@ -53,37 +52,35 @@ def spline_between(
     joint_limits: str,
     n_jobs: int,
 ) -> list[np.ndarray]:
-    """Return poses between keys.
+    """Poses between keys, for each segment.
 
-    `spans` are the times between the keys; `shares` are the poses of each segment, as s from 0 to 1. Limits that are
-    enforced clip the angles.
+    `spans` are the times between keys, and `shares` the fractions s of the poses of each segment. With
+    joint_limits="enforce" the angles are clipped.
     """
-    segments: list[Segment | None] = [None] * len(geodesics)
+    segments: dict[int, Segment] = {}
+    poses: dict[int, np.ndarray] = {}
 
     def prepare(i: int) -> None:
         segments[i] = _segment_of(geodesics[i], skeleton)
 
     in_threads((partial(prepare, i) for i in range(len(geodesics))), n_jobs)
-    known = [segment for segment in segments if segment is not None]
-    slopes = natural_slopes(known, spans)
-    poses = [np.empty(0)] * len(known)
+    slopes = natural_slopes([segments[i] for i in range(len(geodesics))], spans)
 
     def draw(i: int) -> None:
-        segment, h = known[i], spans[i]
+        segment, h = segments[i], spans[i]
         start = h * slopes[i] - segment.leaving
         end = h * slopes[i + 1] - segment.arriving
         drawn = _draw(segment, start, end, shares[i], skeleton)
         poses[i] = np.clip(drawn, *limits_of(skeleton).T) if joint_limits == "enforce" else drawn
 
-    in_threads((partial(draw, i) for i in range(len(known))), n_jobs)
-    return poses
+    in_threads((partial(draw, i) for i in range(len(geodesics))), n_jobs)
+    return [poses[i] for i in range(len(geodesics))]
 
 
 def natural_slopes(segments: list[Segment], spans: np.ndarray) -> list[np.ndarray]:
-    """Return the slopes of the natural cubic spline at the keys, each in the basis of its key, per unit of time.
+    """Slopes of the natural cubic spline at the keys, per unit of time, in the basis of each key.
 
-    The equations of the keys, h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), h the time before and h' that after,
-    by elimination from the first key to the last and back.
+    Solves h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), with h the time before a key and h' the time after it.
     """
     n = len(segments)
     share, right = np.empty(n), []
@@ -107,7 +104,6 @@ def natural_slopes(segments: list[Segment], spans: np.ndarray) -> list[np.ndarra
 
 
 def _segment_of(path: GeodesicResult, skeleton: Skeleton) -> Segment:
-    """Return what the spline needs of a geodesic."""
     tree = tree_of(skeleton)
     shares = np.linspace(0.0, 1.0, len(path.path))
     ends = np.array([NEAR_END, 2.0 * NEAR_END])
@@ -124,21 +120,21 @@ def _segment_of(path: GeodesicResult, skeleton: Skeleton) -> Segment:
 
 
 def _turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the smallest rotation that takes the direction of a to that of b.
+    """The smallest rotation from the direction of a to the direction of b.
 
-    A geodesic transports its own velocity: so the transport along its chords is made to do so exactly.
+    A geodesic transports its own velocity; this makes the transport along its chords do so exactly.
     """
     lengths = np.linalg.norm(a), np.linalg.norm(b)
     if min(lengths) == 0.0:
         return np.eye(len(a))
     u, v = a / lengths[0], b / lengths[1]
-    if u @ v < 0.0:  # chords that are too long to say which rotation it is
+    if u @ v < 0.0:  # chords too long to determine the rotation
         return np.eye(len(a))
     return np.eye(len(a)) - np.outer(u + v, u + v) / (1.0 + u @ v) + 2.0 * np.outer(v, u)
 
 
 def _draw(segment: Segment, start: np.ndarray, end: np.ndarray, shares: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Return the poses of the spline between two keys, given how much its slopes differ from the geodesic's."""
+    """Poses of the spline between two keys, from the differences of its slopes from the geodesic's at the ends."""
     tree = tree_of(skeleton)
     nodes, at = np.unique(np.concatenate([np.linspace(0.0, 1.0, len(segment.path.path)), shares]), return_inverse=True)
     base = segment.path._at(nodes)
@@ -156,11 +152,10 @@ def _draw(segment: Segment, start: np.ndarray, end: np.ndarray, shares: np.ndarr
 
 
 def _displace(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-    """Return a pose whose joints are displaced, as far as the bones allow: one step of Gauss and Newton.
+    """Displace the joints of a pose by one damped Gauss-Newton step.
 
-    It is damped, by iterated Tikhonov regularisation: a straight limb does not twist far for a small movement, and
-    turns that move the joints well stay what they are. The damping falls to zero with the displacement, so that a curve
-    has the velocity that it is given where it is on the geodesic.
+    Iterated Tikhonov regularisation keeps straight limbs from twisting far for a small movement. The damping vanishes
+    with the displacement, so the velocity of the curve is exact where it meets the geodesic.
     """
     size = np.linalg.norm(displacement)
     if size == 0.0:
@@ -175,7 +170,7 @@ def _displace(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndar
 
 
 def _transport(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
-    """Return a vector at all poses of a path, by transport from the first one."""
+    """A vector at all poses of a path, transported from the first."""
     carried = [vector]
     for step in steps:
         carried.append(step @ carried[-1])
@@ -188,9 +183,9 @@ def _bases(tree: Tree, poses: np.ndarray) -> list[np.ndarray]:
 
 
 def _step(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the transport from one tangent space to one near it: the projection, made orthonormal (Newton, Schulz).
+    """Transport between two close tangent spaces: the projection, made orthonormal (Newton, Schulz).
 
-    A direction that is in one of the two only, as near a straight limb, stays short.
+    A direction in only one of the two spaces, as near a straight limb, becomes short.
     """
     matrix = after.T @ before
     for _ in range(ORTHONORMAL):

@@ -1,4 +1,4 @@
-"""Means of many weightings of one set of poses, under every metric that has means, with or without a skeleton."""
+"""Fréchet means of the same poses under many weightings."""
 
 from functools import partial
 
@@ -11,26 +11,25 @@ from skpose.geodesics._weighted_poses import WeightedPoses, minimise
 from skpose.metrics import Metric
 from skpose.skeleton import Skeleton
 
-TASK = 16  # means; some milliseconds
 MAX_ITER, TOL = 200, 1e-3  # as `frechet_mean`
-# Norm of the gradient at which an extrinsic mean has converged, m²/rad: less exact than `frechet_mean`, which goes on
-# for many iterations where an angle moves joints very little.
+# Gradient norm at which an extrinsic mean has converged, m²/rad. `frechet_mean` uses a smaller value, which takes many
+# iterations if an angle hardly moves the joints.
 TOL_DIRECT = 1e-6
 
 
 class WeightedMeans:
-    """Poses, and the Fréchet means of any weightings of them.
+    """Poses and their Fréchet means under any weighting.
 
     Parameters
     ----------
     poses : ndarray of shape (n_poses, n_dofs)
-        Poses that are checked already, rad.
+        Validated poses, rad.
     skeleton : Skeleton or None
-        None for a metric that needs none.
+        The skeleton of the poses; None for a metric that needs none.
     metric : Metric
         The metric.
     n_jobs : int or None
-        Threads.
+        Number of threads.
     """
 
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: Metric, n_jobs: int | None):
@@ -39,24 +38,20 @@ class WeightedMeans:
         self._direct = metric.direct_means(self.poses, skeleton)
 
     def means(self, weightings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the means (n_means, n_dofs) under weightings (n_means, n_poses), and whether each one converged.
-
-        Weights are not negative, and the sum of each row is positive.
-        """
+        """Means (n_means, n_dofs) under non-negative weightings (n_means, n_poses), and which converged."""
         means = np.empty((len(weightings), self.poses.shape[1]))
         converged = np.ones(len(weightings), dtype=bool)
 
-        def find_some(start: int) -> None:
-            for i in range(start, min(start + TASK, len(weightings))):
-                counted = np.flatnonzero(weightings[i])
-                if len(counted) == 1:
-                    means[i] = self.poses[counted[0]]
-                else:
-                    means[i], converged[i] = self._find(weightings[i])
+        def find(i: int) -> None:
+            counted = np.flatnonzero(weightings[i])
+            if len(counted) == 1:
+                means[i] = self.poses[counted[0]]
+            else:
+                means[i], converged[i] = self._find(weightings[i])
 
-        # Of means that are searched for one comes after the other, each on all threads.
+        # Iterative means run one after the other, each on all threads.
         n_threads = 1 if self._direct is None else effective_n_jobs(self.n_jobs)
-        in_threads((partial(find_some, start) for start in range(0, len(weightings), TASK)), n_threads)
+        in_threads((partial(find, i) for i in range(len(weightings))), n_threads)
         return means, converged
 
     def _find(self, weights: np.ndarray) -> tuple[np.ndarray, bool]:

@@ -1,4 +1,4 @@
-"""Embeddings of poses in a few dimensions."""
+"""Embeddings of poses in low dimensions."""
 
 from skpose.manifold._classical_mds import SpatialMDS
 

@@ -1,4 +1,4 @@
-"""Classical multidimensional scaling of pose distances as an estimator."""
+"""Classical multidimensional scaling of pose distances."""
 
 from contextlib import nullcontext
 from numbers import Integral
@@ -17,7 +17,7 @@ from skpose._parallel.progress import progress
 from skpose.kinematics._shared import weighted_positions
 from skpose.manifold._scaling import classical_scaling, farthest_points
 
-BATCH = 1 << 22  # distances in memory at once, for each worker, while poses are placed
+BATCH = 1 << 22  # distances in memory per worker while placing poses
 
 
 class SpatialMDS(
@@ -25,30 +25,30 @@ class SpatialMDS(
 ):
     r"""Classical (Torgerson) multidimensional scaling of pose distances.
 
-    Finds the points whose Euclidean distances are nearest, in the sense of their inner products, to the distances of
-    the poses: the leading eigenvectors of :math:`B = -\tfrac{1}{2} J D^2 J`, with D the distances and J the centring.
-    For Euclidean distances ("angle", "position") that is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
+    Finds points whose inner products best match those implied by the distances: the leading eigenvectors of
+    :math:`B = -\tfrac{1}{2} J D^2 J`, with D the distances and J the centring matrix. For Euclidean distances ("angle",
+    "position") this is PCA; for others it generalises PCA, sec. 3.2 of [1]_.
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle" and "precomputed".
+        The skeleton of all poses. Required by all metrics except "angle" and "precomputed".
     n_components : int, default=2
-        Dimension of the space.
+        Number of dimensions.
     metric : str, Metric or "precomputed", default="auto"
-        The distance, see `skpose.pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. With
-        "precomputed", X is a square matrix of distances in `fit`, and in `transform` the distances from the new poses
-        to those of `fit`.
+        The distance, see `skpose.pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a warning.
+        With "precomputed", X is a square matrix of distances in `fit`, and the distances from new poses to the poses of
+        `fit` in `transform`.
     landmarks : int, default=None
-        For large n: scale only this many of the poses and place the rest by their distances to these, in memory
-        O(n · landmarks). None scales all, in memory O(n²).
+        Number of poses to scale; the rest is placed by distances to these, in memory O(n · landmarks). None scales all
+        poses, in memory O(n²).
     landmark_selection : {"farthest", "random"}, default="farthest"
-        Rule for the choice of landmarks. "farthest": the first at random, then always the pose farthest from all chosen
-        so far, by weighted joint positions (by angles without a skeleton, by the given distances if precomputed).
+        How to choose landmarks. "farthest" starts at a random pose and repeatedly adds the pose farthest from all
+        chosen ones, by weighted joint positions (by angles without a skeleton, by the distances if precomputed).
     random_state : int, RandomState instance or None, default=None
-        Determines the choice of landmarks. An int gives the same result at every call.
+        Seed of the choice of landmarks. Pass an int for reproducible results.
     n_jobs : int, default=None
-        Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `skpose.pose_distances`.
+        Number of threads for distances, or of workers of a ``joblib.parallel_config`` context.
     verbose : int, default=0
         Whether to show progress.
 
@@ -59,19 +59,19 @@ class SpatialMDS(
     skeleton_ : Skeleton or None
         The skeleton in use; None with "precomputed".
     embedding_ : ndarray of shape (n_samples, n_components)
-        The training poses in the space; float64, also for float32 poses. Each column's entry of largest magnitude is
-        positive.
+        Coordinates of the training poses; float64, also for float32 poses. The entry of largest magnitude of each
+        column is positive.
     eigenvalues_ : ndarray of shape (n_components,)
-        The leading eigenvalues of B, in descending order; without landmarks the squared norms of the columns of
+        The leading eigenvalues of B in descending order. Without landmarks, the squared norms of the columns of
         `embedding_`.
     explained_variance_ratio_ : ndarray of shape (n_components,)
-        Eigenvalues over the sum of all positive ones; for Euclidean distances PCA's ratio.
+        Eigenvalues divided by the sum of all positive eigenvalues; for Euclidean distances as in PCA.
     negative_share_ : float
-        Sum of the magnitudes of the negative eigenvalues over that of all: zero for Euclidean distances.
+        Share of negative eigenvalues, by magnitude; zero for Euclidean distances.
     landmark_indices_ : ndarray of shape (n_landmarks,)
-        Indices of the training poses that are scaled; without landmarks, of all.
+        Indices of the scaled training poses; all without landmarks.
     X_fit_ : ndarray of shape (n_landmarks, n_dofs)
-        These poses. Not with "precomputed".
+        The scaled training poses. Undefined with "precomputed".
     n_features_in_ : int
         Number of features seen during `fit`.
     feature_names_in_ : ndarray of shape (`n_features_in_`,)
@@ -79,20 +79,20 @@ class SpatialMDS(
 
     See Also
     --------
-    sklearn.manifold.ClassicalMDS : The same for scikit-learn's distances, without `transform`.
-    sklearn.manifold.Isomap : Takes ``metric="precomputed"`` distances too, and follows the data along its neighbours.
+    sklearn.manifold.ClassicalMDS : Classical scaling without `transform`.
+    sklearn.manifold.Isomap : Scaling of distances along a graph of neighbours.
 
     Notes
     -----
     New poses are placed by Gower's formula [2]_, :math:`y = \tfrac{1}{2} \Lambda^{-1} Z^T (\bar d^2 - d^2)`, with d the
-    distances to the scaled poses Z and :math:`\bar d^2` the mean squared distances among these; a pose of `fit` gets
-    its row of `embedding_`.
+    distances to the scaled poses Z and :math:`\bar d^2` the mean squared distances among them. A pose of `fit` gets its
+    row of `embedding_`.
 
-    Distances that are not Euclidean give some negative eigenvalues. A component of a negative or zero eigenvalue is
-    all zeros, with a warning.
+    Distances that are not Euclidean have negative eigenvalues. Components without a positive eigenvalue are zero, with
+    a warning.
 
-    Time O(n²) for the distances and O(n³) for the eigenvalues, all of which `explained_variance_ratio_` needs: 2.3 s
-    in one thread for 2,567 poses. Memory for three n × n matrices. For many poses use `landmarks`.
+    Time O(n²) for the distances and O(n³) for all eigenvalues, as needed by `explained_variance_ratio_`: 2.3 s
+    for 2,567 poses in one thread. Memory for three n × n matrices. For many poses use `landmarks`.
 
     References
     ----------
@@ -145,12 +145,12 @@ class SpatialMDS(
         self.verbose = verbose
 
     def fit(self, X, y=None):
-        """Find the space of the poses.
+        """Fit the embedding.
 
         Parameters
         ----------
         X : array-like of shape (n_samples, n_dofs) or (n_samples, n_samples)
-            Poses: joint angles, rad; or their distances if precomputed.
+            Poses: joint angles, rad; or precomputed distances.
         y : Ignored
             Not used, present for API consistency by convention.
 
@@ -165,12 +165,12 @@ class SpatialMDS(
     @with_callbacks
     @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
-        """Find the space of the poses and return their points in it.
+        """Fit the embedding and return the coordinates of the poses.
 
         Parameters
         ----------
         X : array-like of shape (n_samples, n_dofs) or (n_samples, n_samples)
-            Poses: joint angles, rad; or their distances if precomputed.
+            Poses: joint angles, rad; or precomputed distances.
         y : Ignored
             Not used, present for API consistency by convention.
 
@@ -204,12 +204,12 @@ class SpatialMDS(
         return self.embedding_
 
     def transform(self, X):
-        """Place poses in the space.
+        """Embed new poses.
 
         Parameters
         ----------
         X : array-like of shape (n_samples, n_dofs) or (n_samples, n_samples_fit)
-            Poses: joint angles, rad; or their distances to the poses of `fit` if precomputed.
+            Poses: joint angles, rad; or precomputed distances to the poses of `fit`.
 
         Returns
         -------
@@ -221,7 +221,7 @@ class SpatialMDS(
         return self._embed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
 
     def _batches(self, n, n_scaled):
-        """Slices of the poses to place at once, with BATCH distances for each worker."""
+        """Slices of poses to place at once."""
         return gen_batches(n, max(1, BATCH * effective_n_jobs(self.n_jobs) // n_scaled))
 
     def _choose_landmarks(self, X, n_scaled):
@@ -234,7 +234,7 @@ class SpatialMDS(
         return farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
 
     def _embed(self, X, batches, step):
-        """Points of all poses, batch by batch, each in a context ``step(name)``."""
+        """Coordinates of all poses, batch by batch, each in the context ``step("placing")``."""
         n_components = len(self.eigenvalues_)
         points = np.empty((len(X), n_components))
         with progress(f"{len(X):,} poses in {n_components} dimensions", len(batches), self.verbose) as advance:

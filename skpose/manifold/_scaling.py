@@ -1,4 +1,4 @@
-"""The algorithm of classical scaling: eigenvectors of the centred squared distances, and the choice of landmarks."""
+"""Classical scaling by eigenvectors of centred squared distances, and the choice of landmarks."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ from scipy.linalg import eigh
 
 from skpose._warnings import warn
 
-LANCZOS = 200  # up to this many poses one dense decomposition is the fastest for a few eigenvectors
-ROUNDING = 1e-12  # an eigenvalue below this share of the largest counts as zero
+LANCZOS = 200  # up to this many poses a dense decomposition is fastest
+ROUNDING = 1e-12  # eigenvalues below this share of the largest count as zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,16 +19,16 @@ class Scaling:
     eigenvalues: np.ndarray  # (n_components,)
     explained_variance_ratio: np.ndarray  # (n_components,)
     negative_share: float
-    mean_squared: np.ndarray  # (n,) mean squared distance from each point
+    mean_squared: np.ndarray  # (n,) mean squared distance of each point
     projection: np.ndarray  # (n, n_components) the ½ Λ⁻¹ Zᵀ of Gower's formula, transposed
 
     def place(self, squared):
-        """Points of others, by Gower's formula from their squared distances to the scaled ones."""
+        """Coordinates of new points from their squared distances to the scaled points, by Gower's formula."""
         return (self.mean_squared - squared) @ self.projection
 
 
 def classical_scaling(squared, n_components):
-    """Scale squared distances, overwriting them; components of eigenvalues that are not positive are zero."""
+    """Scale squared distances, which are overwritten; components without positive eigenvalue are zero."""
     mean_squared = squared.mean(axis=0)
     squared -= mean_squared
     squared -= squared.mean(axis=1, keepdims=True)
@@ -36,15 +36,10 @@ def classical_scaling(squared, n_components):
     values, vectors, spectrum = _leading_eigenpairs(squared, n_components)
     positive = values > ROUNDING * np.abs(spectrum).max()
     if not positive.all():
-        few = f"the distances have only {positive.sum()} positive eigenvalues among the leading {n_components}"
-        warn(
-            f"{few}; the components beyond these are zero: ask for fewer"
-            if positive.any()
-            else "all distances are zero, and with them all components: the poses are equal under this metric"
-        )
+        warn(f"only {positive.sum()} of the leading {n_components} eigenvalues are positive; other components are zero")
     vectors *= np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])])
     sqrt = np.sqrt(np.where(positive, values, 0.0))
-    # Λ⁻¹ Zᵀ = Λ^-½ Uᵀ; a component of zeros takes nothing from any pose.
+    # Λ⁻¹ Zᵀ = Λ^-½ Uᵀ, zero for components without positive eigenvalue.
     projection = 0.5 * vectors * np.divide(1.0, sqrt, out=np.zeros_like(sqrt), where=positive)
     total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
     negative_share = float((size - total) / size) if size > 0 else 0.0
@@ -53,7 +48,7 @@ def classical_scaling(squared, n_components):
 
 
 def _leading_eigenpairs(B, n_components):
-    """The leading eigenvalues of B, padded with zeros, their eigenvectors, and the whole spectrum; B is overwritten."""
+    """Leading eigenvalues padded with zeros, their eigenvectors, and the whole spectrum; B is overwritten."""
     n = len(B)
     k = min(n_components, n)
     if n <= LANCZOS or k > n // 10:
@@ -63,19 +58,19 @@ def _leading_eigenpairs(B, n_components):
         from scipy.sparse.linalg import ArpackError, eigsh
 
         try:
-            # A fixed start: the default is random, and B, being centred, maps a vector of ones to zero.
+            # A fixed start, as the default is random. A vector of ones is in the kernel of the centred B.
             values, vectors = eigsh(B, k, which="LA", v0=np.random.default_rng(0).standard_normal(n))
         except ArpackError:
             values, vectors = eigh(B, subset_by_index=[n - k, n - 1])
         order = np.argsort(values)[::-1]
         values, vectors = values[order], vectors[:, order]
-        spectrum = np.linalg.eigvalsh(B)  # without vectors: half the time; scipy's stops every other thread
+        spectrum = np.linalg.eigvalsh(B)  # scipy's holds the GIL
     missing = n_components - k
     return np.pad(values, (0, missing)), np.pad(vectors, ((0, 0), (0, missing))), spectrum
 
 
 def farthest_points(distances_from, n, n_chosen, rng):
-    """Indices of points each of which is the farthest from those before it; the first is random."""
+    """Sorted indices of a random point and, repeatedly, the point farthest from all chosen ones."""
     chosen = [int(rng.randint(n))]
     nearest = np.full(n, np.inf)
     while len(chosen) < n_chosen:

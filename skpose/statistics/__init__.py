@@ -1,12 +1,12 @@
-"""Statistics of poses: their principal components, regression with poses as targets, tests of two sets.
+"""Statistics of poses: principal components, regression with poses as targets, tests of two sets.
 
-| module              |                                                                                          |
-|---------------------|------------------------------------------------------------------------------------------|
-| `_tangent_pca`      | principal components; `_spaces` has the vectors that stand for poses, by metric          |
-| `_kernel_regressor` | poses as targets; `_kernel_weights` has the weights of the training poses                |
-| `_two_sample`       | the test of two sets; `_units` checks them, `_unit_means` compares them, `_permutations` |
-|                     | has the p-value                                                                          |
-| `_outliers`         | the test of each motion by itself against a set, by the same units and means             |
+| module              |                                                                     |
+|---------------------|---------------------------------------------------------------------|
+| `_tangent_pca`      | principal components; `_spaces` has the tangent vectors by metric   |
+| `_kernel_regressor` | poses as targets; `_kernel_weights` has the kernel                  |
+| `_two_sample`       | test of two sets: `_units` validates them, `_unit_means` averages   |
+|                     | distances, `_permutations` computes the p-value                     |
+| `_outliers`         | test of single motions against a set                                |
 """
 
 from skpose.statistics._kernel_regressor import PoseKernelRegressor

@@ -1,4 +1,4 @@
-"""Regression with poses as targets: the weighted Fréchet mean of the training poses around a query."""
+"""Regression with poses as targets: weighted Fréchet means of the training poses around a query."""
 
 from numbers import Integral, Real
 from typing import ClassVar
@@ -21,40 +21,39 @@ from skpose.geodesics._shared import WeightedMeans
 from skpose.metrics._shared import paired_distances, require_means, warn_of_no_skeleton
 from skpose.statistics._kernel_weights import KernelWeights
 
-EQUAL = 1e-9  # difference of predicted angles that is rounding, rad
+EQUAL = 1e-9  # rounding error of predicted angles, rad
 WEIGHTS = 1 << 21  # weights in memory at once
 
 
 class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
-    r"""Predict poses from any features, by kernel smoothing on the manifold of poses.
+    r"""Kernel regression with poses as targets.
 
-    The prediction at x is the Fréchet mean of the training poses with Gaussian weights, the Nadaraya–Watson estimator
-    of targets on a manifold [1]_ [2]_:
+    The prediction at x is the Fréchet mean of the training poses with Gaussian weights: the Nadaraya–Watson estimator
+    for targets on a manifold [1]_ [2]_,
 
     .. math:: \hat y(x) = \arg\min_\theta \sum_i w_i \, e^{-\gamma \|x - x_i\|^2} \, d(\theta, y_i)^2
 
-    It is a pose, whose bones have their lengths, where a mean of positions has shorter ones, and it does not depend on
-    the order of Euler angles in a file (but for "angle").
+    Predictions are poses, so bones keep their lengths, and they do not depend on the Euler order of a file (except
+    under "angle").
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all target poses. Needed by all metrics but "angle".
+        The skeleton of the target poses. Required by all metrics except "angle".
     gamma : "scott" or float, default="scott"
-        The γ of the kernel, in the inverse square of the unit of X, as in `sklearn.kernel_ridge.KernelRidge`: the
-        larger, the fewer training poses count. Zero weighs all of them equally. "scott" is the γ of Scott's rule,
-        :math:`1 / 2h^2` with :math:`h^2 = \sigma^2 n^{-2/(p + 4)}`, of n different rows of p columns whose mean
-        variance is σ²; search for a better one. Columns of different units need a
-        `sklearn.preprocessing.StandardScaler` before.
+        The γ of the kernel, as in `sklearn.kernel_ridge.KernelRidge`, in the inverse squared unit of X. The larger, the
+        fewer training poses count; zero weights all equally. "scott" uses Scott's rule [3]_, :math:`1 / 2h^2` with
+        :math:`h^2 = \sigma^2 n^{-2/(p + 4)}` for n distinct rows of p columns with mean variance σ². Scale columns of
+        different units with `sklearn.preprocessing.StandardScaler`.
     n_neighbors : int, default=None
-        Number of nearest training rows that count; of equally far ones all. None is all rows.
+        Number of nearest training rows to use, including ties. None uses all rows.
     metric : str or Metric, default="auto"
-        The distance d between poses, see `skpose.pose_distances`. "auto" is "position", as in
-        `skpose.geodesics.frechet_mean`, with a skeleton, else "angle" and a warning: the mean of the columns.
+        The distance d between poses, see `skpose.pose_distances`. "auto" is "position" with a skeleton, else "angle"
+        (the mean of the columns) with a warning.
     n_jobs : int, default=None
-        Threads, as in scikit-learn. Predictions do not depend on it.
+        Number of threads, as in scikit-learn. It does not change predictions.
     verbose : int, default=0
-        Whether to show the progress of predictions.
+        Whether to show progress during prediction.
 
     Attributes
     ----------
@@ -63,7 +62,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     skeleton_ : Skeleton or None
         The skeleton in use.
     y_fit_ : ndarray of shape (n_samples_fit, n_dofs)
-        The training poses, those of positive weight.
+        The training poses with positive weight.
     gamma_ : float
         The γ in use.
     n_features_in_ : int
@@ -74,22 +73,20 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     See Also
     --------
     frechet_mean : The mean of poses.
-    sklearn.neighbors.KNeighborsRegressor : The same idea in a vector space.
+    sklearn.neighbors.KNeighborsRegressor : A similar regressor for vectors.
 
     Notes
     -----
-    Features may be anything that has numbers: phase or time, positions of some joints, sensors, coordinates from
-    `SpatialMDS`. Parameters can be searched for by `sklearn.model_selection.GridSearchCV`; `score` is the share of
-    variance explained under the metric.
+    Features may be any numbers: phase or time, positions of some joints, sensors, coordinates from `SpatialMDS`. Tune
+    the parameters with `sklearn.model_selection.GridSearchCV`; `score` is the explained share of variance under the
+    metric.
 
-    A query that is far from all training rows gets the pose of the nearest one (of equally near ones their mean): the
-    kernel is computed relative to the largest, so that it never underflows. Rows whose weight is less than a
-    millionth of the largest count as zero. Predictions beyond the training rows do not extrapolate.
+    A query far from all training rows gets the pose of the nearest row, since weights are computed relative to the
+    largest. Weights below a millionth of the largest count as zero. Predictions do not extrapolate.
 
-    Under "position" a prediction takes the mean of the positions, O(n_samples_fit · n_joints), and some iterations of
-    Newton's method. Under "rotation", "spatial" and "geodesic" every iteration takes distances to all poses that count,
-    and so far longer, the longest under the last two: choose a small `n_neighbors`.
-    Memory O(n_samples_fit) and 16 MB for weights.
+    Under "position" a prediction takes O(n_samples_fit · n_joints) and a few Newton iterations. Under "rotation",
+    "spatial" and "geodesic" every iteration measures distances to all training poses with positive weight, which is
+    much slower: choose a small `n_neighbors`. Memory O(n_samples_fit) plus 16 MB for weights.
 
     References
     ----------
@@ -101,7 +98,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
     Examples
     --------
-    A pose for each phase of a generated walk:
+    Poses of a generated walk as a function of time:
 
     >>> import numpy as np
     >>> from skpose.statistics import PoseKernelRegressor
@@ -151,8 +148,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         y : array-like of shape (n_samples, n_dofs)
             Poses: joint angles, rad; (n_samples,) for one dof.
         sample_weight : array-like of shape (n_samples,), default=None
-            Weights of the samples, not negative, and somewhere positive. None is equal ones; a weight of two is a
-            sample twice.
+            Non-negative weights of the samples, not all zero. None means equal weights. A weight of two is equivalent
+            to repeating the sample.
 
         Returns
         -------
@@ -162,19 +159,19 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         self._forget()
         self._learn_metric(self.skeleton)
         require_means(self.metric_, "PoseKernelRegressor")
-        _check_has_names(y, self.skeleton_)
+        _check_columns(y, self.skeleton_)
         X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
         poses = self._check_y(y)
         warn_of_no_skeleton(self.metric, self.skeleton)
         weights = check_sample_weight(sample_weight, X)
         counted = weights > 0.0
-        self.y_fit_, self._is_column = poses[counted], y.ndim == 1  # a copy
+        self.y_fit_, self._is_column = poses[counted], y.ndim == 1
         self._kernel = KernelWeights(X[counted], weights[counted], self.gamma)
         self.gamma_ = self._kernel.gamma
         return self
 
     def predict(self, X):
-        """Return the pose at each row of features.
+        """Predict poses.
 
         Parameters
         ----------
@@ -184,12 +181,12 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         Returns
         -------
         ndarray of shape (n_samples, n_dofs)
-            Poses: joint angles, rad, in the dtype of the training poses; (n_samples,) where those were.
+            Poses: joint angles, rad, in the dtype and number of dimensions of the training poses.
 
         Warns
         -----
         ConvergenceWarning
-            If means did not converge; they are poses nevertheless.
+            If means did not converge. They are still poses.
         """
         check_is_fitted(self, "gamma_")
         self._check_how_to_answer()
@@ -204,18 +201,18 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
                 advance()
         if n_unconverged:
             warn(
-                f"{n_unconverged} of the {len(X)} predicted means did not converge; they are poses, and may not be "
-                "those of the least variance. A larger gamma or fewer neighbours make them easier",
+                f"{n_unconverged} of the {len(X)} predicted means did not converge; a larger gamma or fewer neighbours "
+                "may help",
                 ConvergenceWarning,
             )
         poses = poses.astype(self.y_fit_.dtype, copy=False)
         return poses[:, 0] if self._is_column else poses
 
     def score(self, X, y, sample_weight=None):
-        r"""Return the share of variance explained, under the metric.
+        r"""Compute the explained share of variance under the metric.
 
-        :math:`1 - \sum_i w_i \, d(y_i, \hat y_i)^2 / \sum_i w_i \, d(y_i, \bar y)^2` with the Fréchet mean
-        :math:`\bar y` of the given poses: 1 at best, 0 for a constant mean, and negative for worse. Under "angle" it is
+        :math:`1 - \sum_i w_i \, d(y_i, \hat y_i)^2 / \sum_i w_i \, d(y_i, \bar y)^2` with :math:`\bar y` the Fréchet
+        mean of y: at best 1, 0 for a constant prediction of the mean, negative for worse. Under "angle" this is
         `sklearn.metrics.r2_score` with ``multioutput="variance_weighted"``.
 
         Parameters
@@ -230,37 +227,36 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         Returns
         -------
         float
-            The share; of poses that are all equal 1.0 if the predictions are equal to them, else 0.0.
+            The explained share. If all poses of y are equal, 1.0 for equal predictions, else 0.0.
 
         Warns
         -----
         ConvergenceWarning
-            If predicted means did not converge, or the mean of the given poses.
+            If predicted means, or the mean of y, did not converge.
         """
         check_is_fitted(self, "gamma_")
         predicted = self.predict(X)
-        _check_has_names(y, self.skeleton_)
-        y = self._check_y(check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y"))
+        _check_columns(y, self.skeleton_)
+        y = self._check_y(y)
         check_consistent_length(predicted, y)
         if len(y) < 2:
-            warn("the share of variance of less than two poses is not defined", UndefinedMetricWarning)
+            warn("the explained share of variance is undefined for fewer than two poses", UndefinedMetricWarning)
             return float("nan")
         weights = check_sample_weight(sample_weight, y)
         mean, converged = self._means_of(y).means(weights[np.newaxis])
         if not converged.all():
             warn(
-                f"the mean of the {len(y)} given poses did not converge, so that their variance, and with it the share "
-                "explained, may be too large; compare it with scores of the same poses only",
+                f"the mean of the {len(y)} poses of y did not converge, so the score may be too high",
                 ConvergenceWarning,
             )
         unexplained = weights @ self._squares(y, predicted.reshape(y.shape))
         total = weights @ self._squares(y, np.broadcast_to(mean, y.shape))
-        if total == 0.0 or (y == y[:1]).all():  # rounding may be left of the total
+        if total == 0.0 or (y == y[:1]).all():  # the total may be a rounding error
             return float(np.allclose(predicted.reshape(y.shape), y, rtol=0.0, atol=EQUAL))
         return float(1.0 - unexplained / total)
 
     def _check_y(self, y):
-        """Return targets as poses (n_samples, n_dofs) that fit the skeleton: float32 if they were, else float64."""
+        """Targets as poses (n_samples, n_dofs)."""
         y = check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y")
         y = y.reshape(len(y), -1)
         if self.skeleton_ is not None:
@@ -280,10 +276,10 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         return tags
 
 
-def _check_has_names(y, skeleton):
-    """Refuse targets that are no array of poses, or whose columns have the names of others."""
+def _check_columns(y, skeleton):
+    """Check that targets are an array of poses, with columns in the order of the skeleton."""
     if y is None:
-        return  # scikit-learn has an error for it
+        return  # scikit-learn raises
     check_is_array(y, "y")
     if skeleton is not None:
         check_column_names(y, skeleton, "y")

@@ -1,4 +1,4 @@
-"""A test of each motion by itself: whether it could be one of a set."""
+"""Test of single motions against a set."""
 
 from dataclasses import dataclass
 from numbers import Integral
@@ -26,18 +26,19 @@ from skpose.statistics._units import check_units
 
 @dataclass(frozen=True, eq=False)
 class OutlierTestResult:
-    """Tests of single motions against a set, as `outlier_test` returns them.
+    """Tests of single motions against a set, as returned by `outlier_test`.
 
     Attributes
     ----------
     statistic : ndarray of shape (n_x,)
-        The energy statistic between each motion of X alone and the set Y, in the unit of the metric.
+        The energy statistic between each motion of X and the set Y, in the unit of the metric.
     pvalue : ndarray of shape (n_x,)
-        For each motion of X: the share of it and the motions of Y that are at least as far from the others of them.
+        The p-value of each motion of X: the share of the n_y + 1 motions, itself and Y, that are at least as far from
+        the others.
     least_pvalue : float
-        The smallest p-value that so few motions of Y can give, 1 / (n_y + 1).
+        The smallest possible p-value, 1 / (n_y + 1).
     n_x, n_y : int
-        The number of motions, or of single poses, in X and in Y.
+        Number of motions, or of single poses, in X and Y.
 
     Examples
     --------
@@ -76,71 +77,69 @@ def outlier_test(
     metric: str | Metric = "auto",
     n_jobs: int | None = None,
 ) -> OutlierTestResult:
-    r"""Test of each motion of X, by itself, whether it could be one of the set Y.
+    r"""Test for each motion of X whether it could belong to the set Y.
 
-    With d the distance between poses, a and a' poses of a motion of X, and b and b' those of motions of Y, all
-    independent, its statistic is the energy statistic of a set of one, :math:`2 E\, d(a, b) - E\, d(a, a') - E\, d(b,
-    b')`: how far the motion is from the set. The p-value is the share of the motion and all of Y whose statistic,
-    against the others of them, is at least as large. Both are those of ``two_sample_test([motion], Y)``, which compares
-    the motions of Y with one another once for each motion; here this is done once.
+    The statistic is the energy statistic of a set of one, :math:`2 E\, d(a, b) - E\, d(a, a') - E\, d(b, b')`, with d
+    the distance between poses, a and a' independent poses of the motion, and b and b' independent poses of Y. It
+    measures how far the motion is from the set. The p-value is the share of the motion and all motions of Y whose
+    statistic against the others is at least as large. Both equal the result of ``two_sample_test([motion], Y)``, but
+    the distances within Y are computed only once.
 
     Parameters
     ----------
     X : list of array-like or of Motion, MotionDataset, or array of shape (n_poses, n_dofs)
-        Motions of shape (n_frames, n_dofs) each, or poses: joint angles, and rotation vectors of ball joints, rad. An
-        array of shape (n_motions, n_frames, n_dofs) is motions too. Lengths may differ.
+        Motions of shape (n_frames, n_dofs), which may differ in length, or poses: joint angles and rotation vectors of
+        ball joints, rad. An array of shape (n_motions, n_frames, n_dofs) is a set of motions.
     Y : as X
-        The set, such as recordings of people. Two or more.
+        The set, with at least two elements, such as recordings of people.
     skeleton : Skeleton, default=None
-        The skeleton of all poses. None is that of the `Motion` objects, where they differ their mean; arrays need it,
-        but for "angle". With one that is given the result for a motion does not depend on the others of X.
+        The skeleton of all poses. None takes the skeleton of the `Motion` objects, or their mean if they differ. Arrays
+        need it, except under "angle". Pass one to make the result for a motion independent of the rest of X.
     metric : str or Metric, default="auto"
-        The distance between frames, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a
-        warning. Of lists of motions also "velocity", "jerk" and "centered", see `motion_distances`: "jerk" is the
-        one that finds jitter.
+        The distance between frames, see `pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a
+        warning. Lists of motions also accept "velocity", "jerk" (which finds jitter) and "centered", see
+        `motion_distances`.
     n_jobs : int, default=None
-        Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
+        Number of threads for distances, or of workers of a ``joblib.parallel_config`` context, see `pose_distances`.
 
     Returns
     -------
     OutlierTestResult
-        The statistics and p-values of the motions of X, and the least p-value that was possible.
+        Statistics and p-values of the motions of X, and the smallest possible p-value.
 
     Raises
     ------
     TypeError
-        For one motion in the place of several, and for Motions and arrays together.
+        If a single motion is passed instead of several, or Motions are mixed with arrays.
     ValueError
-        For poses that `pose_distances` refuses and motions that `motion_distances` refuses; for poses in X and
-        motions in Y; for a metric of motions and rows that are poses; for a set of one.
+        If poses or motions are invalid, see `pose_distances` and `motion_distances`; if X has poses and Y motions; if a
+        metric of motions is used with poses; if Y has a single element.
 
     Warns
     -----
     UserWarning
-        If rows of an array follow one another as frames of a recording do; if poses look like degrees, see
-        `pose_distances`.
+        If the rows of an array seem to be consecutive frames, or poses seem to be in degrees, see `pose_distances`.
     ConvergenceWarning
         If geodesics did not converge.
 
     See Also
     --------
-    two_sample_test : Two sets as a whole: it also sees that all motions of X are the same one.
-    skpose.metrics.Jerk : The metric that finds jitter.
+    two_sample_test : Test of two sets; it also detects a lack of variety in X.
+    skpose.metrics.Jerk : A metric that finds jitter.
 
     Notes
     -----
-    The p-value is valid for a motion that is exchangeable with those of Y. A recording of another person is not
-    exchangeable with recordings of a few people, and has a small p too often. So compare generated motions with real
-    ones of people who are not in Y: by `sklearn.metrics.roc_auc_score` of the statistics, or the share of the p-values
-    below a level. The p-values of the motions of X share the set Y, and so are not independent. They are conformal
-    p-values [1]_.
+    The p-value is valid for a motion that is exchangeable with the motions of Y. A recording of another person is not
+    exchangeable with recordings of a few people, and its p-value is too small too often. So compare generated motions
+    with real motions of people who are not in Y, by `sklearn.metrics.roc_auc_score` of the statistics or the share of
+    p-values below a level. The p-values of X share the set Y, so they are not independent. They are conformal p-values
+    [1]_.
 
-    A large statistic says that the motion is unusual, not that it is bad, and a small one not that it is good. What the
-    metric does not measure has no part in it: the order of the frames under "position", how the root moves under all
-    metrics. A statistic may fall before it rises: under "velocity" a slow motion is far from a set of faster ones, and
-    a little noise brings it nearer.
+    A large statistic means that a motion is unusual, not that it is bad. Aspects that the metric ignores have no
+    effect: the order of frames under "position", the movement of the root under all metrics. A statistic need not grow
+    with the fault: under "velocity" a slow motion is far from faster ones, and a little noise brings it nearer.
 
-    Time: n frames of X and m of Y, m (n + m / 2) distances. Memory O(n_y (n_x + n_y)), and a few tiles of 134 MB.
+    Time: m (n + m / 2) distances for n frames in X and m in Y. Memory O(n_y (n_x + n_y)), and a few tiles of 134 MB.
 
     References
     ----------
@@ -149,7 +148,7 @@ def outlier_test(
 
     Examples
     --------
-    A walk that nobody has seen yet, and the same with jitter of the joint angles of half a degree:
+    Walks of a new person, and the same with half a degree of jitter in the joint angles:
 
     >>> import numpy as np
     >>> from dataclasses import replace
@@ -169,7 +168,7 @@ def outlier_test(
         raise ValueError(f"Y must have at least two {units.name}, got one")
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(None, skeleton, X=units.of_x, Y=units.of_y)
+        warn_of_degrees(None, skeleton, X=units.X.sequences.poses, Y=units.Y.sequences.poses)
     chosen = resolve(metric, skeleton, of_motions=True)
     tested, others = units.encode(chosen)
     warn_of_no_skeleton(metric, skeleton)
@@ -185,27 +184,27 @@ def outlier_test(
 
 
 def _inside(sequences: Sequences, distances: Distances) -> tuple[np.ndarray, Unconverged]:
-    """Return the mean distance between the poses of each motion."""
+    """Mean distance between the poses of each motion."""
     found = [mean_distances(sequences.slice(i, i + 1), None, distances) for i in range(sequences.n_motions)]
     return np.array([means.item() for means, _ in found]), Unconverged.join(one for _, one in found)
 
 
 def _leave_each_out(between: np.ndarray, among: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the statistics of units against a set, and their p-values.
+    """Statistics of units against a set, and their p-values.
 
     Parameters
     ----------
     between : ndarray of shape (n_x, n_y)
-        Mean distances from the units to those of the set.
+        Mean distances between the units and the set.
     among : ndarray of shape (n_y, n_y)
-        The same among those of the set.
+        Mean distances within the set.
     inside : ndarray of shape (n_x,)
         Mean distance within each unit.
     """
     n, within = among.shape[0], np.diag(among)
     sums, total = among.sum(axis=1), among.sum()
     statistic = 2.0 * between.mean(axis=1) - inside - total / n**2
-    # Of each in Y against the n others, with the unit of X in its place
+    # Each unit of Y against the n others, replaced by the unit of X
     to_others = sums - within + between
     among_others = total - 2.0 * sums + within + 2.0 * (between.sum(axis=1, keepdims=True) - between) + inside[:, None]
     of_others = 2.0 * to_others / n - within - among_others / n**2

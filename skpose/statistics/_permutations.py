@@ -1,7 +1,7 @@
-"""Permutation test of a quadratic form: its value as given, and with the labels "X" and "Y" exchanged at random.
+"""Permutation test of a quadratic form cᵀGc.
 
-A split is a vector c over the units of both sets, 1 / n for those that it counts to X and −1 / m for the others. All
-splits that the design admits are equally likely where X and Y do not differ.
+A split of the units into sets X and Y is a vector c with entries 1 / n for units in X and −1 / m for units in Y. Under
+the null hypothesis all splits that the design allows are equally likely.
 """
 
 from collections.abc import Iterator
@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-VALUES_AT_ONCE = 2**21  # of the vectors of a chunk of splits: 16 MB, and as much for their products
-ROUNDING = 100 * np.finfo(np.float64).eps  # of a value, relative to the largest entry of G: less is a tie
+VALUES_AT_ONCE = 2**21  # entries of a chunk of splits: 16 MB, and as much for the products
+ROUNDING = 100 * np.finfo(np.float64).eps  # relative to the largest entry of G; smaller differences are ties
 
 
 class Outcome(NamedTuple):
@@ -26,11 +26,11 @@ class Outcome(NamedTuple):
 
 
 class Design(NamedTuple):
-    """The splits that are equally likely where the sets do not differ."""
+    """The splits that are equally likely under the null hypothesis."""
 
     n_x: int
     n_y: int
-    paired: bool  # whether labels change only within a pair: X[i] and Y[i]
+    paired: bool  # whether X[i] and Y[i] are exchanged, and nothing else
 
     @property
     def n_splits(self) -> int:
@@ -38,16 +38,16 @@ class Design(NamedTuple):
 
     @property
     def n_equal(self) -> int:
-        """The number of splits that have the value of any one: it and, in sets of equal size, X and Y exchanged."""
+        """Number of splits with equal value: in sets of equal size, X and Y can be exchanged."""
         return 2 if self.n_x == self.n_y else 1
 
     @property
     def given(self) -> np.ndarray:
-        """The split that the user gives."""
+        """The observed split."""
         return np.repeat([1.0 / self.n_x, -1.0 / self.n_y], [self.n_x, self.n_y])
 
     def all(self) -> Iterator[np.ndarray]:
-        """Yield all splits, in chunks (n, n_units)."""
+        """Yield all splits in chunks (n, n_units)."""
         if self.paired:
             for first in range(0, self.n_splits, self._at_once):
                 numbers = np.arange(first, min(first + self._at_once, self.n_splits))
@@ -58,7 +58,7 @@ class Design(NamedTuple):
             yield self._split(np.array(chunk))
 
     def draw(self, n_permutations: int, rng: np.random.RandomState) -> Iterator[np.ndarray]:
-        """Yield so many random splits, in chunks (n, n_units), which do not depend on the size of a chunk."""
+        """Yield random splits in chunks (n, n_units); they do not depend on the size of a chunk."""
         for first in range(0, n_permutations, self._at_once):
             n = min(self._at_once, n_permutations - first)
             if self.paired:
@@ -82,10 +82,10 @@ class Design(NamedTuple):
 
 
 def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np.random.RandomState) -> Outcome:
-    """Test with the statistic cᵀGc, of which large values speak against equal sets.
+    """Test the statistic cᵀGc; large values speak against equal sets.
 
-    The p-value is that of `scipy.stats.permutation_test`: the share of all splits, if there are no more than
-    `n_permutations`; else of random ones, the given one counted among them.
+    The p-value is defined as in `scipy.stats.permutation_test`: the share of all splits if there are at most
+    `n_permutations`, else the share of random splits plus the observed one.
     """
     exact = design.n_splits <= n_permutations
     chunks = design.all() if exact else design.draw(n_permutations, rng)

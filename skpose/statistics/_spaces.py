@@ -1,11 +1,16 @@
-"""Spaces of vectors at a base pose, in which principal components are found: one for each metric of `PoseTangentPCA`.
+"""Vector spaces at a base pose for `PoseTangentPCA`, one for each metric in `SPACES`.
 
-`SPACES` has the metrics under which poses have vectors. A space has `vectors` of poses, whose Euclidean lengths are
-distances from the base; `steps`, directions in the space as what `move` takes; and `motions`, the same as velocities of
-the joints. Its base is the `mean` that belongs to it.
+The methods of a space:
+
+- `mean`: the base, a mean of poses.
+- `at`: the space at a base pose.
+- `vectors`: vectors (n_poses, n) of poses, as long as the distances from the base.
+- `steps`: directions (k, n) as steps for `move`. Directions are combinations `mixing` (n_poses, k) of the vectors of X.
+- `motions`: steps as velocities of the joints (k, 3 n_joints), or of the columns without a skeleton.
+- `move`: the poses at steps from the base.
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -20,42 +25,10 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._shared import mean_of_joints, move, skeleton_at, steps_from
 
 
-class Space(Protocol):
-    """Vectors at a base pose."""
-
-    @staticmethod
-    def why_not(metric: Any) -> str:
-        """Return why poses have no such vectors under a metric with these parameters; empty where they have."""
-
-    @staticmethod
-    def mean(X: np.ndarray, skeleton: Any, metric: Any, n_jobs: int | None) -> np.ndarray:
-        """Return the mean of poses, at which their vectors are short."""
-
-    @classmethod
-    def at(cls, pose: np.ndarray, skeleton: Any, metric: Any, n_jobs: int | None) -> "Space":
-        """Return the space at a base pose."""
-
-    def vectors(self, X: np.ndarray) -> np.ndarray:
-        """Return the vectors (n_poses, n) of poses."""
-
-    def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return directions (k, n) as steps; they are the vectors of X in the proportions `mixing`, (n_poses, k)."""
-
-    def motions(self, steps: np.ndarray) -> np.ndarray:
-        """Return steps as velocities of the joints, (k, 3 n_joints), or of the columns without a skeleton."""
-
-    def move(self, steps: np.ndarray) -> np.ndarray:
-        """Return the poses at steps from the base."""
-
-
 class Columns(NamedTuple):
-    """Numbers as they are: the space of scikit-learn's PCA."""
+    """Columns as they are, as in scikit-learn's PCA."""
 
     pose: np.ndarray
-
-    @staticmethod
-    def why_not(metric: Angle) -> str:
-        return "angles that are wrapped are points of a torus" if metric.wrap else ""
 
     @staticmethod
     def mean(X: np.ndarray, skeleton: Skeleton | None, metric: Angle, n_jobs: int | None) -> np.ndarray:
@@ -79,26 +52,20 @@ class Columns(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Positions along straight lines from the base, to first order: F ≈ F₀ + J δ.
+    """Positions to first order along straight lines from the base, F ≈ F₀ + J δ.
 
-    Steps δ have twists, which J does not show. A component has those that its poses have on average.
+    Steps δ include twists that move no joint; components get the average twists of their poses.
     """
 
     skeleton: Skeleton
     pose: np.ndarray
 
     @staticmethod
-    def why_not(metric: Position) -> str:
-        return ""
-
-    @staticmethod
     def mean(X: np.ndarray, skeleton: Skeleton, metric: Position, n_jobs: int | None) -> np.ndarray:
-        """Return the joint-wise mean of poses."""
         mean, converged = mean_of_joints(skeleton.bones, X)
         if not converged:
             warn(
-                "the joint-wise mean of the poses did not converge, as the rotations of a joint spread over half a "
-                "turn or more; it is a pose, but the components are about another one than the mean",
+                "the joint-wise mean did not converge, as rotations of a joint spread over half a turn or more",
                 ConvergenceWarning,
             )
         return mean
@@ -108,7 +75,7 @@ class Lines(NamedTuple):
         return cls(skeleton, pose)
 
     def jacobian(self) -> np.ndarray:
-        """Return the velocities of all joints, (3 n_joints, n_dofs), by the numbers of steps."""
+        """Jacobian (3 n_joints, n_dofs) of the positions with respect to steps."""
         skeleton, pose = skeleton_at(self.skeleton, self.pose)
         return jacobians_of(pose[None], tree_of_all_joints(skeleton))[0]
 
@@ -127,13 +94,9 @@ class Lines(NamedTuple):
 
 
 class Geodesics(NamedTuple):
-    """Logarithms: the first velocities of geodesics."""
+    """Logarithms at the base."""
 
     space: TangentSpace
-
-    @staticmethod
-    def why_not(metric: Geodesic) -> str:
-        return why_no_logarithms(metric)
 
     @staticmethod
     def mean(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int | None) -> np.ndarray:
@@ -158,17 +121,21 @@ class Geodesics(NamedTuple):
         poses, n_missed = self.space.exponentials(steps)
         if n_missed:
             warn(
-                f"{n_missed} of the {len(steps)} poses are too far from the mean for n_steps={self.space.n_steps}: the "
-                "joints cannot reach where a step would lead them; raise n_steps, and fit again",
+                f"{n_missed} of the {len(steps)} poses are too far from the mean for n_steps={self.space.n_steps}; fit "
+                "again with a larger n_steps",
                 ConvergenceWarning,
             )
         return poses
 
 
+Space = Columns | Lines | Geodesics
 SPACES: dict[type[Metric], type[Space]] = {Angle: Columns, Position: Lines, Geodesic: Geodesics}
 
 
 def why_no_vectors(metric: Metric) -> str:
-    """Return why poses have no vectors under a metric; empty where they have."""
-    space = SPACES.get(type(metric))
-    return "no vectors are known whose lengths are its distances" if space is None else space.why_not(metric)
+    """The reason why poses have no vectors under a metric, or ""."""
+    if type(metric) not in SPACES:
+        return "its distances are not lengths of vectors"
+    if isinstance(metric, Angle) and metric.wrap:
+        return "wrapped angles are points of a torus"
+    return why_no_logarithms(metric) if isinstance(metric, Geodesic) else ""

@@ -1,4 +1,4 @@
-"""Principal components of poses, in the tangent space at their mean."""
+"""Principal components of poses in the tangent space at their mean."""
 
 from numbers import Integral
 from typing import ClassVar
@@ -14,48 +14,46 @@ from skpose.kinematics._shared import weighted_positions
 from skpose.metrics._shared import METRIC_CONSTRAINTS, require
 from skpose.statistics._spaces import SPACES, Space, why_no_vectors
 
-VARIES = 1e-7  # singular value, relative to the largest, above which poses vary
-ROUNDING = 1e-12  # root mean square of all scores, m or rad, below which there is only rounding
+VARIES = 1e-7  # singular values below this share of the largest count as zero
+ROUNDING = 1e-12  # root mean square of all scores, m or rad, that counts as zero
 
 
 class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
-    r"""Principal component analysis of poses, whose every point is a pose: bones keep their lengths.
+    r"""Principal component analysis of poses in the tangent space at their mean.
 
-    PCA of joint positions breaks bones, and PCA of joint angles does not know which angles move much. This is PCA of
-    vectors in the tangent space at a mean pose, in which lengths are distances of the joints: principal geodesic
-    analysis in its linear form [1]_, under the metric of the positions, eq. 15 of [2]_. Scores are in m.
+    Every point of the component space is a pose, so bones keep their lengths. PCA of joint positions changes the
+    lengths of bones, and PCA of joint angles ignores the size of the resulting movement. Here, poses are vectors in the
+    tangent space at a mean pose, whose lengths are distances: linearised principal geodesic analysis [1]_ under the
+    metric of the positions, eq. 15 of [2]_. Scores are in m.
 
     Parameters
     ----------
     skeleton : Skeleton, default=None
-        The skeleton of all poses. Needed by all metrics but "angle".
+        The skeleton of all poses. Required by all metrics except "angle".
     n_components : int or float, default=None
-        Number of components, at most the number of poses and that of their columns; a float between 0 and 1 is the
-        share of the variance that they have to explain. None keeps all in which the poses vary. Where an int asks for
-        more than these, the others explain no variance, and no direction is made up for them: their variances, their
-        rows of `components_` and all their scores are zero.
+        Number of components, at most min(n_samples, n_dofs). A float between 0 and 1 is the share of variance to
+        explain. None keeps all components with variance. If an int exceeds these, the remaining variances, rows of
+        `components_` and scores are zero.
     metric : str or Metric, default="auto"
-        "angle", "position", "geodesic" or such an object: the vectors that stand for poses. "position" linearises the
-        positions along the straight line from the joint-wise mean; "geodesic" takes the logarithms at the intrinsic
-        mean, a geodesic a pose; "angle" takes the columns as they are, so that it is scikit-learn's PCA. "auto" is
-        "position" with a skeleton, else "angle" and a warning.
+        "angle", "position", "geodesic" or a metric object. "position" linearises the positions along the straight line
+        from the joint-wise mean. "geodesic" uses logarithms at the intrinsic mean. "angle" uses the columns as they
+        are, as scikit-learn's PCA. "auto" is "position" with a skeleton, else "angle" with a warning.
     n_jobs : int, default=None
-        Threads for "geodesic". Results do not depend on it.
+        Number of threads for "geodesic". It does not change results.
 
     Attributes
     ----------
     mean_ : ndarray of shape (n_dofs,)
-        The mean, a pose, rad. All its scores are zero.
+        The mean pose, rad. Its scores are zero.
     components_ : ndarray of shape (n_components, 3 * n_joints)
-        Motions of the joints: the velocity of each as the score grows, m per m of score.
-        ``components_.reshape(-1, skeleton.n_joints, 3)`` has one row for each joint. Times the square roots of the
-        weights they are orthonormal, but for rows of zeros. The largest entry of each, so scaled, is positive. Joints
-        without weight move with the others under "position", and have zeros under "geodesic". Under "angle" of shape
-        (n_components, n_dofs), as in scikit-learn.
+        Velocities of the joints per unit of score. ``components_.reshape(-1, skeleton.n_joints, 3)`` has one row per
+        joint. Scaled by the square roots of the weights, non-zero components are orthonormal, and the largest entry of
+        each is positive. Joints without weight have velocities under "position", and zeros under "geodesic". Under
+        "angle" the shape is (n_components, n_dofs), as in scikit-learn.
     explained_variance_ : ndarray of shape (n_components,)
         Variance of the scores about the mean pose, m².
     explained_variance_ratio_ : ndarray of shape (n_components,)
-        Their shares of the sum over all components.
+        Share of the total variance.
     singular_values_ : ndarray of shape (n_components,)
         Norms of the scores of the training poses, m.
     n_components_ : int
@@ -71,24 +69,24 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
     See Also
     --------
-    SpatialMDS : Coordinates from distances, without a path back to poses.
-    frechet_mean, log_map, exp_map : The mean, and poses as vectors, of "geodesic".
+    SpatialMDS : Coordinates from distances, without an inverse transform.
+    frechet_mean, log_map, exp_map : Mean and tangent vectors for "geodesic".
     skpose.plot.TangentPCADisplay : Poses along a component.
 
     Notes
     -----
-    *Position.* The mean is the pose from which the mean step to the poses is zero. A step δ has, for a joint with three
-    dofs, the rotation vector from the mean about the joint's own axes, so that the order of Euler angles has no effect;
-    other angles have their difference, wrapped to [−π, π]. With J the Jacobian at the mean, of positions times the
-    square roots of their weights, the vectors are J δ and their inner products :math:`\delta^T J^T J \delta`.
-    `inverse_transform` goes along the straight line, ball joints by slerp. A component is also a combination of the
-    steps of the training poses. So twists that no joint shows at the mean, as of a straight arm, come back as they vary
-    with the scores. ``transform(inverse_transform(scores))`` gives the scores, up to half a turn of each joint.
+    *Position.* The mean is the pose from which the mean step to the poses is zero. For a joint with three dofs, a step
+    δ is the rotation vector from the mean in the joint's own axes, so Euler orders have no effect; for other angles it
+    is the difference, wrapped to [−π, π]. With J the Jacobian at the mean of positions scaled by √w, the vectors are
+    Jδ, and their inner products :math:`\delta^T J^T J \delta`. `inverse_transform` follows the straight line, with
+    slerp for ball joints. Components are also combinations of the training steps, so twists that move no joint at the
+    mean, as of a straight arm, are restored as they vary with the scores. ``transform(inverse_transform(scores))``
+    returns the scores, up to half a turn of each joint.
 
-    The base is this joint-wise mean, not ``frechet_mean(metric="position")``. As its mean step is zero, the scores of
-    the training poses have mean zero; and twists, which positions do not show, have a mean too.
+    This joint-wise mean differs from ``frechet_mean(metric="position")``: its mean step is zero, so the training scores
+    have mean zero, and it defines a mean for twists, which positions do not show.
 
-    *Geodesic.* Lengths of vectors are distances. `inverse_transform` follows geodesics, `exp_map`.
+    *Geodesic.* Lengths of vectors are distances. `inverse_transform` follows geodesics with `exp_map`.
 
     "position" takes O(n_samples · n_joints²) time. Fitted attributes are float64, also for float32 poses.
 
@@ -101,7 +99,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
     Examples
     --------
-    An arm that swings, with a little noise at the hand: one component.
+    A swinging arm with a little noise has one component:
 
     >>> import numpy as np
     >>> from skpose import Skeleton
@@ -111,7 +109,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     >>> pca = PoseTangentPCA(arm, n_components=1).fit(X)
     >>> pca.explained_variance_ratio_.round(2)
     array([1.])
-    >>> pca.components_.reshape(-1, 2, 3).round(1) + 0.0  # both joints go up, and the hand farther
+    >>> pca.components_.reshape(-1, 2, 3).round(1) + 0.0  # both joints rise, the hand more
     array([[[0. , 0.4, 0. ],
             [0. , 0.9, 0. ]]])
     >>> pca.inverse_transform([[-0.5], [0.5]]).shape  # two poses
@@ -184,7 +182,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         n_varying = min(n, _count_varying(sizes, len(X)))
         directions = directions[:n_varying]
         steps = space.steps(X, U[:, :n_varying] / sizes[:n_varying], directions)
-        # Where the poses do not vary there is only rounding, in which any direction is as good as another.
+        # Directions without variance are arbitrary, so they are set to zero.
         self._directions, self._steps, self.components_, self.explained_variance_, self.singular_values_ = (
             _with_zeros(known, n)
             for known in (directions, steps, space.motions(steps), variances[:n_varying], sizes[:n_varying])
@@ -194,7 +192,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         return self._scores(vectors, given.dtype)
 
     def transform(self, X):
-        """Return the scores of poses.
+        """Compute the scores of poses.
 
         Parameters
         ----------
@@ -211,7 +209,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         return self._scores(self._space().vectors(X.astype(np.float64)), X.dtype)
 
     def inverse_transform(self, X):
-        """Return the poses of scores.
+        """Compute the poses of scores.
 
         Parameters
         ----------
@@ -221,17 +219,18 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         Returns
         -------
         ndarray of shape (n_samples, n_dofs)
-            Poses: joint angles, rad, as numbers near those of `mean_`. float32 for float32 scores, else float64.
+            Poses: joint angles, rad, in the representation closest to `mean_`. float32 for float32 scores, else
+            float64.
         """
         check_is_fitted(self, "n_components_")
         self._check_how_to_answer()
         scores = check_array(X, dtype=[np.float64, np.float32], estimator=self, input_name="X")
         if scores.shape[1] != self.n_components_:
-            raise ValueError(f"X must have {self.n_components_} columns, one for each component, got {scores.shape[1]}")
+            raise ValueError(f"X must have {self.n_components_} columns, got {scores.shape[1]}")
         return self._space().move(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
 
     def reconstruction_error(self, X):
-        """Return how far each pose is from the pose of its scores: poses that were not in `fit` state how well it does.
+        """Compute the distance of each pose from its reconstruction; use poses that were not in `fit`.
 
         Parameters
         ----------
@@ -241,9 +240,9 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         Returns
         -------
         ndarray of shape (n_samples,)
-            Root mean squared distance of the joints, m: √(Σ w_j ‖p_j − q_j‖² / Σ w_j), with p and q the positions of
-            joint j in the pose and in ``inverse_transform(transform(X))``, and w its weight. Without a skeleton the
-            root mean squared difference of the columns, rad. float64, also for float32 poses.
+            Root mean squared distance of the joints, m: √(Σ w_j ‖p_j − q_j‖² / Σ w_j), with w_j the weight of joint j,
+            and p_j and q_j its positions in the pose and in ``inverse_transform(transform(X))``. Without a skeleton,
+            the root mean squared difference of the columns, rad. Always float64.
         """
         check_is_fitted(self, "n_components_")
         X = self._check_X(X, reset=False).astype(np.float64)
@@ -254,27 +253,22 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         return np.sqrt(squared.sum(axis=1) / self.skeleton_.weights.sum())
 
     def _learn_metric(self, skeleton):
-        """Store the metric that the parameter states on a skeleton: one that has vectors."""
         super()._learn_metric(skeleton)
-        require(self.metric_, "PoseTangentPCA", "vectors that stand for poses", why_no_vectors)
+        require(self.metric_, "PoseTangentPCA", "tangent vectors", why_no_vectors)
 
     def _space(self) -> Space:
-        """Return the space of vectors at the mean."""
         return SPACES[type(self.metric_)].at(self.mean_, self.skeleton_, self.metric_, self.n_jobs)
 
     def _choose_n_components(self, sizes, variances, shape):
-        """Return the number of components that the parameter asks for, from all singular values and variances."""
         n_varying = _count_varying(sizes, shape[0])
         if sizes[0] <= ROUNDING * np.sqrt(shape[0]):
-            raise ValueError(
-                f"poses of X must differ under the metric {self.metric_.label!r}, got {shape[0]} equal poses"
-            )
+            raise ValueError(f"poses must differ under the metric {self.metric_.label!r}, got {shape[0]} equal poses")
         if self.n_components is None:
             return n_varying
         if isinstance(self.n_components, Integral):
             if int(self.n_components) > min(shape):
                 raise ValueError(
-                    f"n_components must be at most {min(shape)} for poses of shape {shape}, got {self.n_components}"
+                    f"n_components={self.n_components} must be at most min(n_samples, n_dofs)={min(shape)}"
                 )
             return int(self.n_components)
         reached = np.searchsorted(np.cumsum(variances) / variances.sum(), self.n_components, side="right") + 1
@@ -294,14 +288,14 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
 
 
 def _count_varying(sizes, n_samples):
-    """Return the number of components in which poses vary, from their singular values.
+    """Number of components with variance, from the singular values.
 
-    The vectors from a mean sum to zero, so that n poses vary in n − 1. Under "geodesic" the sum is zero up to the
-    tolerance of the mean, which is more than rounding and no variance either.
+    Vectors from a mean sum to zero, so n poses have at most n − 1. Under "geodesic" the sum is zero only up to the
+    tolerance of the mean, which is more than rounding.
     """
     return min(int((sizes > VARIES * sizes[0]).sum()), n_samples - 1)
 
 
 def _with_zeros(rows, n):
-    """Return rows with as many zero rows after them as make n."""
+    """Pad with rows of zeros to n rows."""
     return np.concatenate([rows, np.zeros((n - len(rows), *rows.shape[1:]))])

@@ -1,4 +1,4 @@
-"""A test of whether two sets of poses differ."""
+"""Permutation test of whether two sets of poses differ."""
 
 from dataclasses import dataclass
 from numbers import Integral
@@ -20,31 +20,30 @@ from skpose.statistics._units import check_units
 
 @dataclass(frozen=True, eq=False)
 class TwoSampleTestResult:
-    """A test of whether two sets of poses differ, as `two_sample_test` returns it.
+    """A test of whether two sets of poses differ, as returned by `two_sample_test`.
 
     Attributes
     ----------
     statistic : float
-        The squared distance between the two sets: for "energy" in the unit of the metric, m (rad for "angle"), for
-        "mmd" a number.
+        The squared distance between the two sets: in the unit of the metric, m (rad for "angle"), for "energy";
+        dimensionless for "mmd".
     pvalue : float
-        The share of the splits into two sets whose statistic is at least as large.
+        Share of splits with a statistic at least as large.
     null_distribution : ndarray
-        The statistics of these splits: of all of them, or of `n_permutations` random ones.
+        Statistics of all splits, or of `n_permutations` random ones.
     least_pvalue : float
-        The smallest p-value that so few motions or poses, and so few permutations, can give. Where it is above the
-        level of the test, nothing can be found.
+        The smallest p-value possible with this number of elements and permutations. If it exceeds the level of the
+        test, no difference can be found.
     exact : bool
-        Whether `null_distribution` has all splits. If not, the given one is counted in addition to it.
+        Whether `null_distribution` has all splits. If not, the p-value also counts the observed one.
     n_x, n_y : int
-        The number of motions, or of single poses, in X and in Y.
+        Number of motions, or of single poses, in X and Y.
     paired : bool
-        Whether only the two of each pair were exchanged.
+        Whether only X[i] and Y[i] were exchanged.
     width : float or None
         The σ of the kernel, in the unit of the metric; None for "energy".
     negative_share : float or None
-        Sum of the magnitudes of the kernel's negative eigenvalues, before its repair, over that of all; None for
-        "energy".
+        Share of negative eigenvalues of the kernel before its repair, by magnitude; None for "energy".
 
     Examples
     --------
@@ -96,110 +95,106 @@ def two_sample_test(
     random_state: int | np.random.RandomState | None = None,
     n_jobs: int | None = None,
 ) -> TwoSampleTestResult:
-    r"""Test whether two sets of poses differ, by permutations.
+    r"""Permutation test of whether two sets of poses differ.
 
-    With d the distance between poses, a and a' independent poses of the first set, and b and b' of the second:
+    With d the distance between poses, a and a' independent poses of the first set, and b and b' of the second, the
+    statistics are:
 
-    - "energy", the energy statistic [1]_, :math:`2 E\, d(a, b) - E\, d(a, a') - E\, d(b, b')`.
-    - "mmd", the squared maximum mean discrepancy [2]_, :math:`E\, k(a, a') + E\, k(b, b') - 2 E\, k(a, b)`, with the
+    - "energy": the energy statistic [1]_, :math:`2 E\, d(a, b) - E\, d(a, a') - E\, d(b, b')`.
+    - "mmd": the squared maximum mean discrepancy [2]_, :math:`E\, k(a, a') + E\, k(b, b') - 2 E\, k(a, b)`, with the
       kernel :math:`k = \exp(-d^2 / 2 \sigma^2)`, σ the median distance.
 
-    The p-value is the share of the splits of all of X and Y into two such sets whose statistic is at least as large.
+    The p-value is the share of splits of all elements into two such sets with a statistic at least as large.
 
     **The elements of X and Y are permuted**: the rows of an array, or whole motions of a list. They must be
-    exchangeable: if X and Y do not differ, any of them could as well be in the other set. Consecutive frames of a
-    recording are not: permuted one by one, they mostly give a small p to any two recordings, and whole cycles of a
-    walk a large one. So pass motions, or an array of poses that are independent, such as one of each recording. The
-    question decides what a motion is:
+    exchangeable: under the null hypothesis each could as well be in the other set. Consecutive frames of a recording
+    are not exchangeable, and give small p-values for almost any two recordings. So pass motions, or an array of
+    independent poses, such as one per recording. What counts as one motion depends on the question:
 
-    - Two people's walks: a recording. The test is about these two people, of whom more recordings could be taken.
-    - Two groups of people: all recordings of a person, joined by ``Motion.concatenate``, as people are exchangeable
-      and recordings of one person belong together.
-    - The same people before and after: ``paired=True``, where X[i] is before and Y[i] after of one person. Only X[i]
-      and Y[i] change places, and the differences between people cancel.
+    - Walks of two people: one recording. The test is about these two people.
+    - Two groups of people: all recordings of a person, joined by ``Motion.concatenate``, because people are
+      exchangeable and recordings of the same person are not independent.
+    - The same people before and after: ``paired=True``, where X[i] is before and Y[i] after for one person. Only X[i]
+      and Y[i] are exchanged, so differences between people cancel.
 
     Parameters
     ----------
     X : list of array-like or of Motion, MotionDataset, or array of shape (n_poses, n_dofs)
-        Motions of shape (n_frames, n_dofs) each, or poses that are exchangeable: joint angles, and rotation vectors of
-        ball joints, rad. An array of shape (n_motions, n_frames, n_dofs) is motions too. Lengths may differ: each
-        motion counts once, with the mean over its poses.
+        Motions of shape (n_frames, n_dofs), or exchangeable poses: joint angles and rotation vectors of ball joints,
+        rad. An array of shape (n_motions, n_frames, n_dofs) is a set of motions. Lengths may differ; every motion has
+        the same weight.
     Y : as X
-        The other set; the number may be another one.
+        The other set, of any size.
     skeleton : Skeleton, default=None
-        The skeleton of all poses. None is that of the `Motion` objects, where they differ their mean; arrays need it,
-        but for "angle".
+        The skeleton of all poses. None takes the skeleton of the `Motion` objects, or their mean if they differ. Arrays
+        need it, except under "angle".
     metric : str or Metric, default="auto"
-        The distance, see `pose_distances`; "auto" is "spatial" with a skeleton, else "angle" and a warning. Of lists of
-        motions also "velocity", "jerk" and "centered", see `motion_distances`.
+        The distance, see `pose_distances`. "auto" is "spatial" with a skeleton, else "angle" with a warning. Lists of
+        motions also accept "velocity", "jerk" and "centered", see `motion_distances`.
     statistic : {"energy", "mmd"}, default="energy"
-        "energy" has no parameter; "mmd" weighs distances well above σ less.
+        "energy" has no parameter; "mmd" gives less weight to distances well above σ.
     paired : bool, default=False
-        Whether X[i] and Y[i] belong together, and only they are exchanged.
+        Whether X[i] and Y[i] belong together and are exchanged only with each other.
     n_permutations : int, default=999
-        Random permutations. If there are no more splits than this, all are taken, each once.
+        Number of random permutations. If there are at most as many splits, each is used once.
     random_state : int, RandomState instance or None, default=None
-        Source of the permutations. Pass an int for the same p-value at every call.
+        Seed of the permutations. Pass an int for reproducible p-values.
     n_jobs : int, default=None
-        Threads for the distances, or workers of a ``joblib.parallel_config`` context, see `pose_distances`.
+        Number of threads for distances, or of workers of a ``joblib.parallel_config`` context, see `pose_distances`.
 
     Returns
     -------
     TwoSampleTestResult
-        The statistic, the p-value, the statistics of the permutations, and the least p-value that was possible.
+        The statistic, the p-value, the null distribution, and the smallest possible p-value.
 
     Raises
     ------
     TypeError
-        For one motion in the place of several, and for Motions and arrays together.
+        If a single motion is passed instead of several, or Motions are mixed with arrays.
     ValueError
-        For poses that `pose_distances` refuses and motions that `motion_distances` refuses; for poses in X and
-        motions in Y; for one element in each; for pairs with sets of different sizes; for a metric of motions and rows
-        that are poses.
+        If poses or motions are invalid, see `pose_distances` and `motion_distances`; if X has poses and Y motions; if
+        both sets have one element; if pairs come in sets of different size; if a metric of motions is used with poses.
 
     Warns
     -----
     UserWarning
-        If rows of an array follow one another as frames of a recording do; if poses look like degrees, see
-        `pose_distances`.
+        If the rows of an array seem to be consecutive frames, or poses seem to be in degrees, see `pose_distances`.
     ConvergenceWarning
         If geodesics did not converge.
 
     See Also
     --------
-    outlier_test : Test of each motion of a set by itself.
-    motion_distances : Distances between whole motions, which the order of their poses has part in.
-    PoseDistanceTransformer : The kernel between poses, for scikit-learn.
+    outlier_test : Test of single motions against a set.
+    motion_distances : Distances between whole motions, which depend on the order of poses.
+    PoseDistanceTransformer : Kernels between poses for scikit-learn.
 
     Notes
     -----
-    The test is about sets of poses: the order of the frames has no part in it, unless the metric is of motions.
-    Velocities and jerks are computed inside each motion, and the test is then one of sets of velocities or of jerks. It
-    says that the distributions differ, not in what. All poses are compared on one skeleton, so that the lengths of
-    people's bones have no part either.
+    The test compares sets of poses: the order of frames does not matter, unless the metric is one of motions.
+    Velocities and jerks are computed within each motion, and their sets are compared. The test tells that distributions
+    differ, not how. All poses are compared on one skeleton, so bone lengths do not matter either.
 
-    The p-value is valid under any metric and either statistic: if X and Y are exchangeable, it is at most α with a
-    probability of no more than α. It is never zero [5]_. Ties count as larger. With few elements it cannot be small:
-    three motions against three have 20 splits, of which any two that exchange X and Y have the same statistic, so
-    that p is at least 0.1; four against four 0.029, five pairs 0.0625, six 0.031; see
-    `TwoSampleTestResult.least_pvalue`.
+    The p-value is valid under any metric and either statistic: if X and Y are exchangeable, it is at most α with
+    probability at most α. It is never zero [5]_, and ties count as larger. Few elements cannot give a small p-value:
+    three motions against three have 20 splits in pairs of equal statistic, so p is at least 0.1; four against
+    four 0.029, five pairs 0.0625, six pairs 0.031; see `TwoSampleTestResult.least_pvalue`.
 
-    Whether *any* difference is found, given enough data, depends on the metric. "position" and "angle"
-    are Euclidean distances, which are of strong negative type [3]_, and the Gaussian kernel is characteristic on them:
-    both statistics are zero only for equal distributions, of the positions and of the angles. The other metrics need
-    not be of negative type. Their energy statistic can then be negative, and different sets can have the same as equal
-    ones. The two statistics are one family: an energy statistic is an MMD with another kernel [4]_.
+    Whether every difference is found, given enough data, depends on the metric. "position" and "angle" are Euclidean
+    distances, which are of strong negative type [3]_, and the Gaussian kernel on them is characteristic: both
+    statistics are zero only for equal distributions of positions or angles. The other metrics need not be of negative
+    type. Their energy statistic can be negative, or equal for different and equal distributions. An energy statistic is
+    an MMD with another kernel [4]_.
 
-    The kernel is averaged over the pairs of poses of every two elements, and then repaired: negative eigenvalues of the
-    matrix become zero, as with ``PoseDistanceTransformer(psd="clip")``, so that the squared MMD is not negative. σ is
-    the median distance between different poses of two elements, of some 500 poses evenly spread over the motions, or
-    of all poses where these are permuted. Neither depends on the split.
+    The kernel is averaged over the pairs of poses of every two elements. Negative eigenvalues of the resulting matrix
+    are set to zero, as in ``PoseDistanceTransformer(psd="clip")``, so the squared MMD is not negative. σ is the median
+    distance between different poses of two elements, over about 500 poses evenly spread over the motions, or over all
+    single poses. Neither depends on the split.
 
-    Pairs of a pose with itself, and of one motion with itself, are counted, as in `scipy.stats.energy_distance`: in one
-    dimension, "energy" is the square of it.
+    Pairs of a pose or a motion with itself count, as in `scipy.stats.energy_distance`; in one dimension, "energy" is
+    the square of that distance.
 
-    Time: all distances once, as of `pose_distances`; with n elements O(n²) a permutation, and O(n³) for "mmd".
-    Memory O(n²), and a few tiles of 134 MB; there is no matrix of the distances between frames.
+    Time: all distances once, and O(n²) per permutation for n elements, plus O(n³) for "mmd". Memory O(n²), and a few
+    tiles of 134 MB; the matrix of distances between frames is never stored.
 
     References
     ----------
@@ -216,7 +211,7 @@ def two_sample_test(
 
     Examples
     --------
-    Walks of two people, five recordings of each:
+    Walks of two people, five recordings each:
 
     >>> from skpose.statistics import two_sample_test
     >>> from skpose.datasets import make_gait
@@ -224,7 +219,7 @@ def two_sample_test(
     >>> two_sample_test(walks[walks.subjects == "01"], walks[walks.subjects == "02"])
     TwoSampleTestResult(statistic=0.213, pvalue=0.00794, the least possible, exact, 5 against 5)
 
-    The first three recordings of one person against the last two:
+    The first three recordings of one person against the other two:
 
     >>> one = walks[walks.subjects == "01"]
     >>> two_sample_test(one[:3], one[3:])
@@ -233,7 +228,7 @@ def two_sample_test(
     units = check_units(X, Y, skeleton, paired)
     skeleton = units.skeleton
     if skeleton is not None:
-        warn_of_degrees(None, skeleton, X=units.of_x, Y=units.of_y)
+        warn_of_degrees(None, skeleton, X=units.X.sequences.poses, Y=units.Y.sequences.poses)
     chosen = resolve(metric, skeleton, of_motions=True)
     sequences = Sequences.join(units.encode(chosen))
     warn_of_no_skeleton(metric, skeleton)

@@ -1,8 +1,7 @@
-"""Means of a function of the distance over all pairs of poses of two units, tile by tile.
+"""Means of a function of the distance over all pairs of poses of two units, computed tile by tile.
 
-The two statistics are quadratic forms of such a matrix G, and need no more than it: with c = 1 / n for the units of X
-and −1 / m for those of Y, both are cᵀGc: the energy statistic with minus the mean distances, and the squared MMD
-with mean kernels, which are the inner products of the mean embeddings of the units.
+Both statistics are quadratic forms cᵀGc of such a matrix G, with c = 1 / n for units of X and −1 / m for units of Y: G
+has minus the mean distances for the energy statistic, and mean kernels for the squared MMD.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,26 +16,26 @@ from skpose.motions._shared import Sequences
 from skpose.preprocessing._shared import Kernel, repair_kernel
 from skpose.skeleton import Skeleton
 
-TILE = 4096  # frames, the edge of a tile: 134 MB in float64
-POSES_FOR_WIDTH = 500  # from which the width of the kernel is taken: more than that only where there are more units
+TILE = 4096  # frames per edge of a tile: 134 MB in float64
+POSES_FOR_WIDTH = 500  # at least one per unit
 
 
 class Distances(NamedTuple):
-    """The distance between poses that the user chooses."""
+    """Distances between poses under the user's metric."""
 
     metric: Metric
     skeleton: Skeleton | None
     n_jobs: int | None
 
     def between(self, X: np.ndarray, Y: np.ndarray | None) -> tuple[np.ndarray, Unconverged]:
-        """Return the distances, in float64, and how many of them did not converge."""
+        """Distances in float64, and how many of them did not converge."""
         matrix = DistanceMatrix(X, Y, self.metric, self.skeleton)
         distances, unconverged = matrix.write(None, self.n_jobs)
         return distances.astype(np.float64, copy=False), Unconverged.join(unconverged)
 
 
 class UnitMeans(NamedTuple):
-    """The matrix G of a statistic, and how it came about."""
+    """The matrix G of a statistic."""
 
     matrix: np.ndarray  # (n_units, n_units)
     unconverged: Unconverged
@@ -45,28 +44,28 @@ class UnitMeans(NamedTuple):
 
 
 def negative_distances(sequences: Sequences, distances: Distances) -> UnitMeans:
-    """Return minus the mean distance between the poses of every two units."""
+    """Minus the mean distance between the poses of every two units."""
     return UnitMeans(*_means(sequences, None, distances, lambda d: np.negative(d, out=d)))
 
 
 def mean_distances(X: Sequences, Y: Sequences | None, distances: Distances) -> tuple[np.ndarray, Unconverged]:
-    """Return the mean distance between the poses of every unit of X and every one of Y; Y=None is X."""
+    """Mean distances between the poses of the units of X and of Y; Y=None is X."""
     return _means(X, Y, distances, lambda d: d)
 
 
 def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
-    """Return the mean of exp(−d² / 2σ²) over the pairs of poses of every two units, repaired.
+    """Mean of exp(−d² / 2σ²) over the pairs of poses of every two units, made positive semidefinite.
 
-    The width σ is the median distance between different poses of two units. It must not depend on which units are those
-    of X, so every unit gives as many poses, evenly spread over it.
+    σ is the median distance between different poses of two units. It does not depend on the split, as every unit
+    contributes the same number of poses, evenly spread over its frames.
     """
     chosen, unit = _spread(sequences)
     d, unconverged = distances.between(sequences.poses[chosen], None)
     apart = d[np.triu(unit[:, None] != unit, 1)]
     apart = apart[apart > 0]
-    width = float(np.median(apart)) if len(apart) else 1.0  # all poses equal: every width gives the same
+    width = float(np.median(apart)) if len(apart) else 1.0  # all poses are equal, any width will do
     kernel = Kernel("rbf", 0.5 / width**2)
-    if len(chosen) == len(sequences.poses):  # all distances are known
+    if len(chosen) == len(sequences.poses):
         sums = _sum_rectangles(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1])
         means = _of_units(sums, sequences, None)
     else:
@@ -76,7 +75,7 @@ def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
 
 
 def _spread(sequences: Sequences) -> tuple[np.ndarray, np.ndarray]:
-    """Return poses for the width of the kernel, and the unit of each."""
+    """Indices of the poses that determine the width of the kernel, and their units."""
     n_each = np.minimum(max(1, POSES_FOR_WIDTH // sequences.n_motions), sequences.lengths)
     middles = [
         start + ((np.arange(k) + 0.5) * n / k).astype(int)
@@ -88,7 +87,7 @@ def _spread(sequences: Sequences) -> tuple[np.ndarray, np.ndarray]:
 def _means(
     X: Sequences, Y: Sequences | None, distances: Distances, function: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, Unconverged]:
-    """Return the means of a function of the distance; each pair of poses is computed once."""
+    """Means of a function of the distance; each pair of poses is computed once."""
     others = X if Y is None else Y
     sums, unconverged = np.zeros((X.n_motions, others.n_motions)), []
     for rows, columns in _tiles(len(X.poses), None if Y is None else len(Y.poses)):
@@ -104,12 +103,12 @@ def _means(
 
 
 def _sum_rectangles(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return the sums over rectangles that begin at these rows and columns."""
+    """Sums over the rectangles that begin at these rows and columns."""
     return np.add.reduceat(np.add.reduceat(values, columns, axis=1), rows, axis=0)
 
 
 def _of_units(sums: np.ndarray, X: Sequences, Y: Sequences | None) -> np.ndarray:
-    """Return means from sums over all pairs of poses of two units; exactly symmetric without Y."""
+    """Means from sums over all pairs of poses; exactly symmetric if Y is None."""
     if Y is not None:
         return sums / np.outer(X.lengths, Y.lengths)
     means = sums / np.outer(X.lengths, X.lengths)
@@ -117,7 +116,7 @@ def _of_units(sums: np.ndarray, X: Sequences, Y: Sequences | None) -> np.ndarray
 
 
 def _tiles(n_rows: int, n_columns: int | None) -> Iterator[tuple[slice, slice]]:
-    """Yield rows and columns of tiles: of the upper triangle, if there are no columns of another set."""
+    """Yield rows and columns of tiles, or of the upper triangle if n_columns is None."""
     batches = list(gen_batches(n_rows, TILE))
     for i, rows in enumerate(batches):
         for columns in batches[i:] if n_columns is None else gen_batches(n_columns, TILE):
@@ -125,7 +124,7 @@ def _tiles(n_rows: int, n_columns: int | None) -> Iterator[tuple[slice, slice]]:
 
 
 def _units_in(sequences: Sequences, frames: slice) -> tuple[slice, np.ndarray]:
-    """Return which units have frames in a range, and where these begin in it."""
+    """The units with frames in a range, and where they begin in it."""
     first = np.searchsorted(sequences.starts, frames.start, side="right") - 1
     last = np.searchsorted(sequences.starts, frames.stop, side="left")
     return slice(first, last), np.maximum(sequences.starts[first:last] - frames.start, 0)

@@ -11,11 +11,11 @@ from skpose.metrics._shared import MotionMetric
 from skpose.motions._shared import CheckedMotions, Sequences, check_motions
 from skpose.skeleton import Skeleton
 
-FRAMES_OF_A_RECORDING = 0.4  # ratio of `_warn_of_frames`: recordings at usual frame rates mostly have less
+FRAMES_OF_A_RECORDING = 0.4  # threshold of `_warn_of_frames`, above the ratio of most recordings
 
 
 class Units(NamedTuple):
-    """Units of both sets: single poses, or whole motions."""
+    """The units of both sets."""
 
     X: CheckedMotions  # a pose is a motion of one frame
     Y: CheckedMotions
@@ -32,26 +32,18 @@ class Units(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The word for a unit, plural."""
+        """The plural noun for a unit."""
         return "poses" if self.are_rows else "motions"
 
-    @property
-    def of_x(self) -> np.ndarray:
-        return self.X.sequences.poses
-
-    @property
-    def of_y(self) -> np.ndarray:
-        return self.Y.sequences.poses
-
     def encode(self, metric: Metric) -> tuple[Sequences, Sequences]:
-        """Return what the metric compares, of X and of Y: poses, or what a metric of motions makes of each motion."""
+        """The rows that the metric compares, for X and Y."""
         if self.are_rows and isinstance(metric, MotionMetric):
             raise ValueError(f"the metric {metric.label!r} needs lists of motions, got arrays of poses")
         return self.X.rows(metric, "X"), self.Y.rows(metric, "Y")
 
 
 def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Units:
-    """Return the units of X and of Y on one skeleton."""
+    """Validate X and Y, and put them on one skeleton."""
     rows = _are_rows(X)
     if rows != _are_rows(Y):
         kinds = ("poses", "motions") if rows else ("motions", "poses")
@@ -71,16 +63,18 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
     if units.n_x == units.n_y == 1:
         raise ValueError(f"X or Y must have at least two {units.name}, got one each")
     if rows:
-        _warn_of_frames(X=units.of_x, Y=units.of_y)
+        _warn_of_frames(X=a, Y=b)
     return units
 
 
 def _are_rows(X: Any) -> bool:
-    """Return whether poses are given as the rows of an array, and not as motions."""
+    """Whether X is an array of poses, and not a list of motions."""
     if isinstance(X, list | tuple):
         return bool(X) and all(_is_row(row) for row in X)
     n_dimensions = len(getattr(X, "shape", ()))
-    return n_dimensions == 2 or (n_dimensions == 1 and getattr(X, "dtype", None) != np.dtype(object))  # of Motions
+    return n_dimensions == 2 or (
+        n_dimensions == 1 and getattr(X, "dtype", None) != np.dtype(object)
+    )  # an object array holds Motions
 
 
 def _is_row(row: Any) -> bool:
@@ -90,12 +84,12 @@ def _is_row(row: Any) -> bool:
 
 
 def _warn_of_frames(**arrays: np.ndarray) -> None:
-    """Warn if rows follow one another as frames of a recording do.
+    """Warn if rows seem to be consecutive frames of a recording.
 
-    The ratio of J. von Neumann, "Distribution of the ratio of the mean square successive difference to the variance",
-    Annals of Mathematical Statistics 12(4), 1941, :doi:`10.1214/aoms/1177731677`, divided by two: the mean square of
-    the step from row to row over that between any two rows. It is one in the mean over all orders of the rows, with a
-    standard deviation of no more than some 1 / √n; one row that is far from the others, and the last, makes it 0.5.
+    Uses half the ratio of J. von Neumann, "Distribution of the ratio of the mean square successive difference to the
+    variance", Annals of Mathematical Statistics 12(4), 1941, :doi:`10.1214/aoms/1177731677`: the mean squared step from
+    row to row over that between random rows. Its mean over all orders is 1, its standard deviation at most about 1 /
+    √n.
     """
     for name, X in arrays.items():
         if len(X) < 2:

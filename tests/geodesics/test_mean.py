@@ -151,7 +151,7 @@ def test_cmu_poses(cmu):
 def test_warns_when_it_does_not_converge():
     skeleton, X = swing()
     for metric in METRICS:
-        with pytest.warns(ConvergenceWarning, match="still moving after max_iter=1 iterations; raise max_iter$"):
+        with pytest.warns(ConvergenceWarning, match="raise max_iter"):
             mean = frechet_mean(X, skeleton, metric=metric, max_iter=1)
         assert not mean.converged
         assert "not converged in 1 iterations" in repr(mean)

@@ -102,5 +102,5 @@ def test_whole_turns_do_not_matter(metric):
 def test_warns_when_it_does_not_converge(metric):
     skeleton = SKELETONS["humanoid"]
     X = spread_poses(skeleton, scale=0.6)
-    with pytest.warns(ConvergenceWarning, match="still moving after max_iter=1 iterations; raise max_iter$"):
+    with pytest.warns(ConvergenceWarning, match="raise max_iter"):
         frechet_mean(X, skeleton, metric=metric, max_iter=1, tol=1e-6)

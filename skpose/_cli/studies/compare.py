@@ -1,4 +1,4 @@
-"""The study of `skpose compare`: under which metric are people's actions recognised best?
+"""The study of `skpose compare`: accuracy of action recognition under each metric.
 
 Poses are at 12 Hz, on the mean skeleton of all people, without the root.
 
@@ -8,8 +8,8 @@ Poses are at 12 Hz, on the mean skeleton of all people, without the root.
 - Dimension: the share of variance in the first component of multidimensional scaling, the median over the motions.
 
 The results are 1-NN accuracies. `--paper` is the protocol of sections 3.2 and 3.3 of the paper: walking and running,
-with the joint angles of the files. Otherwise joints of two or three angles become ball joints, on which "spatial"
-measures rotations by the shortest path.
+with the joint angles of the files. Otherwise joints of two or three angles become ball joints, so
+"spatial" follows the shortest rotations.
 """
 
 import time
@@ -49,7 +49,7 @@ class Result(NamedTuple):
 
 
 def choose_actions(dataset: MotionDataset) -> MotionDataset:
-    """The motions whose action two people or more do; of a single person, those done twice or more.
+    """The motions whose action two people or more do; for a single person, actions done at least twice.
 
     Actions are compared without regard to case.
     """
