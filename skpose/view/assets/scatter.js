@@ -182,7 +182,7 @@ class Scatter {
   pictureOf(shade, form, level, full, back) {
     const [size, opacity] = SHARES[level];
     const radius = size * full;
-    const side = 2 * Math.ceil(1.5 * radius + 1);
+    const side = 2 * Math.ceil(1.5 * radius + 1) + 1; // odd, for a round point
     const made = Object.assign(document.createElement("canvas"), { width: side, height: side });
     const context = made.getContext("2d");
     const colour = this.palette[shade];

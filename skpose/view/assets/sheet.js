@@ -36,7 +36,6 @@ class Sheet {
     context.restore();
   }
 
-  /** Write below the pose its name, and where there is room what the colours mean. */
   drawKey(context, state, top, isTall) {
     const { name, groups } = this.keyOf(state);
     const most = this.view.canvas.clientWidth;

@@ -177,10 +177,11 @@ function linesOf(name) {
   return lines.map((line) => (line.length > NAME_LENGTH ? `${line.slice(0, NAME_LENGTH - 1)}…` : line));
 }
 
-/** Draw a thin line from a point to the figure of its label, up to some px from the figure's middle. */
+/** Draw a thin line from a point to its label. */
 function drawLeader(context, [x, y], { extent, ...box }, colour) {
   const [toX, toY] = [box.x + box.width / 2 - x, box.y + extent.height / 2 - y];
-  const share = Math.max(0, 1 - (0.55 * extent.height) / Math.hypot(toX, toY));
+  const halves = [extent.width / 2 + 2, (toY < 0 ? box.height - extent.height / 2 : extent.height / 2) + 2];
+  const share = Math.max(0, 1 - Math.min(halves[0] / Math.abs(toX), halves[1] / Math.abs(toY)));
   for (const [lineWidth, strokeStyle] of [[4, colours.paper], [1.5, colour]]) {
     Object.assign(context, { lineWidth, strokeStyle });
     polyline(context, [[x, y], [x + share * toX, y + share * toY]]);
