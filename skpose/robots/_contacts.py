@@ -8,21 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Legs a second, below which toes and the ankle stand. Toes of a swing move at 2 and more, those of a runner's foot that
-# stands at 0.1 in the middle of a tenth of a second.
+# Largest speeds of standing toes and a standing ankle, legs a second. Toes of a swing move at 2 and more, toes of a
+# runner's standing foot at 0.1 in the middle of a tenth of a second.
 SLOW, SLOW_ANKLE = 0.6, 0.35
 WINDOW = 0.025  # s before and after a frame over which speed is measured
 NEAR = 0.35  # legs above the lowest place where a foot stands; steps of stairs are lower
-SHORT, GAP = 0.05, 0.05  # s; a shorter contact is none, and a shorter gap neither
-STAYS = 0.05  # legs, by which a point may move away from its mean while it stands; a slow slide goes on
-# Legs a second over a window in s, below which toes stand that slide in between; and s that they stay where even these
-# slide on. A slide at this speed stays for less.
+SHORT, GAP = 0.05, 0.05  # s; shorter contacts and gaps are ignored
+STAYS = 0.05  # legs, the largest distance of a standing point from its mean; a slow slide exceeds it
+# Toes that slide in between stand below this speed, legs a second, over a window, s; if they drift on even so, in each
+# place for the last time, s.
 STILL, STILL_WINDOW, DRIFT = 0.15, 0.1, 1.0
-RATE, SHARE = 0.5, 0.5  # legs a second, and of the path of the toes, by which a foot goes from one place to the next
-BLEND = 0.15  # s before and after a contact in which a foot goes over to where it is held
+RATE, SHARE = 0.5, 0.5  # legs a second, and share of the path of the toes: the speed of a foot between two places
+BLEND = 0.15  # s before and after a contact, to blend to the held foot
 FLAT = 0.4  # sine of the tilt up to which a foot that stands is laid flat
-PIVOT = 0.3  # rad, by which a foot may turn on the floor before that is taken for a pivot
-LEVEL = 0.06  # legs, within which places where feet stand are one floor
+PIVOT = 0.3  # rad, the smallest turn on the floor that is a pivot
+LEVEL = 0.06  # legs, the largest difference in height of places on one floor
 
 
 class Contact(NamedTuple):
@@ -39,7 +39,7 @@ def find_contacts(
 ) -> list[Contact]:
     """Find when a foot stands, from the positions (n_frames, 3) of a point at the toes and of the ankle, m.
 
-    Times (n_frames,) are in s; a leg's length makes speeds of small people those of large ones. `may` (n_frames,) are
+    Times (n_frames,) are in s; speeds are relative to the length of the legs. `may` (n_frames,) are
     the frames in which the foot may stand.
     """
     slow_toes = (_speeds(toes, times, WINDOW) < SLOW * leg) & may
@@ -100,7 +100,7 @@ def _stays(
             found.append((part.start, part.stop))
             continue
         cut = part.start
-        while cut < part.stop:  # a drift that takes seconds is that of a recording, or of shoes
+        while cut < part.stop:  # a drift over seconds is an error of the recording, or of shoes
             stays = cut + _count_near(points[cut : part.stop], away)
             if times[stays - 1] - times[cut] >= DRIFT:
                 found.append((cut, stays))
@@ -212,9 +212,9 @@ def _lay_flat(frames: np.ndarray, contacts: list[Contact], times: np.ndarray) ->
 def _leave_time(
     contacts: list[Contact], moves: list[np.ndarray], tips: np.ndarray, times: np.ndarray, leg: float
 ) -> list[Contact]:
-    """Shorten contacts between which there is no time to go from one place to the next, and drop short ones.
+    """Shorten contacts until there is time to go from one place to the next, and drop short ones.
 
-    Moves are by how much a foot is held away from where its tips (n_frames, 3) are without.
+    `moves` are the shifts of the held tips from the tips (n_frames, 3).
     """
     parts = [[contact.first, contact.end] for contact in contacts]
     path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
@@ -250,7 +250,7 @@ def _orthonormal(frames: np.ndarray) -> np.ndarray:
 def blend_between(
     phases: list[tuple[int, int]], values: list[np.ndarray], times: np.ndarray, width: int = 0
 ) -> np.ndarray:
-    """Blend values (n, ...) given in some phases to zero, or to those of the next phase, in between."""
+    """Blend values (n, ...) given in some phases to zero, or to the values of the next phase, in between."""
     n = len(times)
     out = np.zeros((n, width) if width else n)
     for i, ((first, end), here) in enumerate(zip(phases, values, strict=True)):

@@ -29,7 +29,7 @@ WORLD = 0  # MuJoCo's number of the world's body
 IN_QPOS = {FREE: 7, SPHERICAL: 4, SLIDE_JOINT: 1, HINGE_JOINT: 1}  # numbers of a joint in qpos
 SHAPES: dict[int, tuple[int, ...]] = {FREE: (7,), SPHERICAL: (3,), SLIDE_JOINT: (), HINGE_JOINT: ()}  # of held values
 EXACT = 1e-15  # entries of rotation matrices this near to 0, 1 and −1 are rounded: quarter turns are exact
-WITHIN = 1e-6  # rad or m, by which a held value may exceed the limits: the digits of a file
+WITHIN = 1e-6  # rad or m, the allowed excess of a held value over the limits: the digits of a file
 
 
 class Joint(NamedTuple):
@@ -110,7 +110,7 @@ def load_robot(
 
     Notes
     -----
-    Geometry, masses, motors and sensors are ignored, so that missing meshes are no errors. Links are not fused.
+    Geometry, masses, motors and sensors are ignored, so that missing meshes do not matter. Links are not fused.
 
     A link without a name is "body_3", by its number in MuJoCo; a joint without a name is its link's with "_joint". A
     link with several joints has bones of length zero for all but the last. A joint that is not at the origin of its
@@ -192,7 +192,7 @@ def _new_name(name: str, taken: set[str]) -> str:
 
 
 def _joints_of(file: RobotFile, bodies: Sequence[str], held: Mapping[str, Any]) -> list[Joint]:
-    """All joints of the model; one without a name has that of its link and "_joint"."""
+    """All joints of the model; one without a name has its link's name and "_joint"."""
     model = file.model
     given = [model.joint(i).name for i in range(model.njnt)]
     taken = set(given)

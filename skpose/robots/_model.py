@@ -1,7 +1,7 @@
 """MuJoCo's model of a robot, with its links and joints alone.
 
 Geometry, masses, motors and sensors do not move links. They are removed before MuJoCo compiles the model, so that
-missing meshes and masses are no errors.
+missing meshes and masses do not matter.
 """
 
 import os
@@ -17,7 +17,7 @@ from skpose.io import MocapFormatError
 from skpose.io._shared import open_file
 from skpose.robots._kind import first_element, robot_kind
 
-# Elements of a model other than bodies, frames and joints; those that refer to others come first.
+# Elements of a model other than bodies, frames and joints; elements that refer to others come first.
 REMOVED = (
     *("sensors", "actuators", "tendons", "equalities", "keys", "tuples", "pairs", "excludes", "skins", "flexes"),
     *("cameras", "lights", "sites", "geoms", "meshes", "hfields", "materials", "textures", "numerics", "texts"),

@@ -152,7 +152,7 @@ def level(axes: np.ndarray) -> np.ndarray:
 
 
 def lowest_ankle(person: Person) -> float:
-    """The height of the ankles of somebody who stands (5th percentile)."""
+    """The height of the ankles of a standing person (5th percentile)."""
     return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
 
 

@@ -28,9 +28,9 @@ PERSON = 0.2, 1.5  # m, the shortest and the longest legs of people
 ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 AT_LIMIT = 1e-9  # rad
 NEARBY = 0.025  # s before and after, within which the person is as fast
-FASTER = 1.0  # m/s, by which a report names a pelvis or toes that are faster than the person's
-RAISED = 1e-3  # m, from which a report names by how much the robot is raised
-AROUND = 0.1  # s before and after a frame, in which it is raised for that
+FASTER = 1.0  # m/s above the person's, from which on the report names the speed
+RAISED = 1e-3  # m, from which on the report names the height
+AROUND = 0.1  # s before and after a frame, to blend the height
 
 
 @validate_params(

@@ -32,9 +32,12 @@ from skpose.skeleton._shared import positions_at_zero
 
 # Share of a limb's first bone: knees bend forward and elbows backward by so much if the person's are straight.
 POLE = 0.15
-BENT = 0.3  # of it, by which a joint is off the line of the limb's ends where only the person's bend counts
+BENT = 0.3  # share of the first bone off the line of the limb's ends, from which on only the person's bend counts
 BENDS = 0.5  # rad
-STRETCH = 0.985, 0.9995  # of a limb, from which on it stretches ever less, and which it never reaches
+STRETCH = (
+    0.985,
+    0.9995,
+)  # shares of a limb's length: it stretches ever less from the first on, and never reaches the second
 STIFFNESS = 0.005  # m/rad, of all joints towards their rest pose
 TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
