@@ -137,9 +137,8 @@ def read_points(
     true, pred = read_positions(y_true, "y_true", skeleton), read_positions(y_pred, "y_pred", skeleton)
     check_equal(true, pred)
     check_length_unit(true.frames, skeleton, data_unit)
-    weights = read_weights(sample_weight, true)
     names = () if skeleton is None else skeleton.joint_names
-    return points_of(true.frames, pred.frames, weights, names), true
+    return points_of(true.frames, pred.frames, read_weights(sample_weight, true), names), true
 
 
 def points_of(true: np.ndarray, pred: np.ndarray, weights: np.ndarray, names: tuple[str, ...]) -> Points:
