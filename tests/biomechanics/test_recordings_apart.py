@@ -23,7 +23,7 @@ MESSAGE = "cycles are of another recording than angles: times are equal, but the
 def repetitions_of(motion):
     repeated, starts_and_stops = [motion[start:stop] for start, stop in SPANS.tolist()], SPANS.T
     nothing = np.zeros(2)
-    return Repetitions(*starts_and_stops, nothing, 0, 0.5, 0.01, SPANS[:0], repeated, motion.skeleton, motion.times)
+    return Repetitions(*starts_and_stops, nothing, 0, 0.5, 0.01, repeated, motion.skeleton, motion.times)
 
 
 def filtered(motion):
