@@ -7,7 +7,7 @@ import pandas as pd
 import polars as pl
 import pytest
 
-from skpose import Skeleton, pose_distances
+from skpose import Skeleton
 from skpose.datasets import MotionDataset, make_gait
 
 GAIT = make_gait(3, 1, random_state=0)
@@ -57,11 +57,3 @@ def test_labels_are_optional():
     labelled = MotionDataset(GAIT.motions, trials=GAIT.trials).to_rotvec()[[1, 0]]
     np.testing.assert_array_equal(labelled.trials, GAIT.trials[[1, 0]])
     assert pickle.loads(pickle.dumps(GAIT)).actions.tolist() == GAIT.actions.tolist()
-
-
-def test_a_dataset_is_no_array_of_poses():
-    for X in (GAIT, [GAIT]):
-        with pytest.raises(TypeError, match="MotionDataset"):
-            pose_distances(X, skeleton=GAIT.skeleton)
-    with pytest.raises(TypeError, match="MotionDataset"):
-        np.asarray(GAIT)

@@ -61,7 +61,7 @@ def some_events(lefts, rights, motion_times=None):
 def some_repetitions(times, cycles=CYCLES):
     starts, stops = cycles.T
     nothing = np.zeros(len(starts))
-    return Repetitions(starts, stops, nothing, 0, 0.5, 0.01, np.zeros((0, 2), int), [], None, times)
+    return Repetitions(starts, stops, nothing, 0, 0.5, 0.01, [], None, times)
 
 
 def curves_of(values, spans):
