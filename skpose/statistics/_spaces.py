@@ -10,7 +10,7 @@ The methods of a space:
 - `move`: the poses at steps from the base.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -129,7 +129,7 @@ class Geodesics(NamedTuple):
 
 
 Space = Columns | Lines | Geodesics
-SPACES: dict[type[Metric], type[Space]] = {Angle: Columns, Position: Lines, Geodesic: Geodesics}
+SPACES: dict[type[Metric], Any] = {Angle: Columns, Position: Lines, Geodesic: Geodesics}
 
 
 def why_no_vectors(metric: Metric) -> str:
