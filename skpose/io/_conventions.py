@@ -24,14 +24,14 @@ UPS = ("x", "y", "z", "-x", "-y", "-z")
 HALF_TURNS = {"-x": Rotation.from_rotvec([0.0, np.pi, 0.0]), "-y": Rotation.from_rotvec([np.pi, 0.0, 0.0])}
 HALF_TURNS["-z"] = HALF_TURNS["-y"]
 Zeros = Literal["seen", "missing"]
-CHOICES: dict[str, tuple] = {
+CHOICES = {
     "on_nan": ("raise", "drop"),
     "trust": ("header", "rows"),
     "stretch": ("raise", "mean"),
     "missing": ("raise", "rest"),
     "root_offset": ("replace", "add"),
-    "up": (None, *UPS),
-    "zeros": (None, "seen", "missing"),
+    "up": UPS,
+    "zeros": ("seen", "missing"),
 }
 
 METRES = {
@@ -52,9 +52,11 @@ LIKELY = 10.0, 500.0  # Hz, of another reading of a number
 def check_options(**options: Any) -> None:
     """Check the options that several readers have, by their names."""
     for name, value in options.items():
+        if value is None and name in ("up", "zeros", "scale", "frame_rate"):
+            continue
         if name in CHOICES:
             check_choice(name, value, CHOICES[name])
-        elif value is not None:
+        else:
             check_frame_rate(value) if name == "frame_rate" else check_positive(name, value)
 
 

@@ -209,8 +209,9 @@ def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
     """`frame_rate`, or the file's own, with a warning if the times of frames contradict it."""
     rate = stored.frame_rate if frame_rate is None else frame_rate
     if rate is None:
-        of_times = np.nan if stored.times is None else stored.times.rate()
-        likely = "" if np.isnan(of_times) else f"; by its times {of_times:.4g} Hz"
+        likely = ""
+        if stored.times is not None and not np.isnan(stored.times.rate()):
+            likely = f"; {stored.times.key!r} has {stored.times.rate():.4g} Hz"
         raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{likely}")
     if stored.times is not None:
         source.warn(stored.times.complaint(rate))
