@@ -40,23 +40,3 @@ def new_file(path: PathLike, *, replace: bool = False) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-
-
-# Used by the command line's and the motions' old code only; to be deleted with it.
-
-
-def sync(path: PathLike) -> None:
-    """Wait until a file, or the list of the files of a folder, is on the disk."""
-    is_folder = os.path.isdir(path)
-    if is_folder and os.name != "posix":  # Windows opens no folders
-        return
-    descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def created_meanwhile_error(path: PathLike) -> FileExistsError:
-    """Return the error that a file exists, which did not when it was checked."""
-    return FileExistsError(f"{path} has been created by something else in the meantime: choose another file")

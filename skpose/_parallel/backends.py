@@ -14,7 +14,7 @@ import threading
 import uuid
 import warnings
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Sequence
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import joblib
 import numpy as np
@@ -142,11 +142,10 @@ def _from_dask(
             client.cancel(list(unfinished))
 
 
-class _Failure:
+class _Failure(NamedTuple):
     """An error of the task itself, not of the backend."""
 
-    def __init__(self, error: Exception):
-        self.error = error
+    error: Exception
 
 
 def _run(function: Callable, token: str, task: Task, *parts: Any) -> tuple[Task, Any]:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from skpose._compat.sklearn import CallbackSupportMixin, callback_context, with_callbacks
-from skpose._parallel.progress import report_to, stage
+from skpose._parallel.progress import report_to
 
 __all__ = ["CallbackSupportMixin", "FitReport", "with_callbacks"]
 
@@ -39,15 +39,14 @@ class FitReport:
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
         """Report one step of the fit; `progress` inside it is reported as its steps."""
-        with stage(name):
-            if self._context is None:
-                yield
-                return
-            with (
-                self._task(self._context, name, None) as context,
-                report_to(functools.partial(self._reporter, context)),
-            ):
-                yield
+        if self._context is None:
+            yield
+            return
+        with (
+            self._task(self._context, name, None) as context,
+            report_to(functools.partial(self._reporter, context)),
+        ):
+            yield
 
     @contextmanager
     def _task(self, parent: Any, name: str, n_steps: int | None) -> Iterator[Any]:

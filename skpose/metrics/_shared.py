@@ -2,7 +2,6 @@
 
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._direct_means import TOL as TOL_EXTRINSIC
-from skpose.metrics._fingerprint import digest, metric_fingerprint
 from skpose.metrics._geodesic import no_geodesics, no_paths
 from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
 from skpose.metrics._metric import CoarseBound, require_skeleton
@@ -40,8 +39,6 @@ __all__ = [
     "Tile",
     "TiledMatrix",
     "Unconverged",
-    "digest",
-    "metric_fingerprint",
     "mirror",
     "no_geodesics",
     "no_paths",

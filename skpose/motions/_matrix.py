@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
@@ -17,8 +16,6 @@ from skpose.metrics._shared import (
     Tile,
     TiledMatrix,
     Unconverged,
-    digest,
-    metric_fingerprint,
     mirror,
 )
 from skpose.motions._inputs import Sequences
@@ -87,15 +84,6 @@ class MotionMatrix(TiledMatrix):
         """About as many motions as have ENCODED_AT_ONCE frames; a power of two."""
         longest = max(self.X.lengths.mean(), self.columns.lengths.mean())
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
-
-    def fingerprint(self) -> dict[str, Any]:
-        return metric_fingerprint(self.metric) | {
-            "dtype": self.dtype.str,
-            "alignment, window or normalize": [self.alignment, self.paths.window, self.normalize],
-            "skeleton": digest(*self.metric.tree_for(self.skeleton)),
-            "X": digest(*self.X),
-            "Y": "X" if self.Y is None else digest(*self.Y),
-        }
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         rows, columns = self.X.slice(tile.top, tile.bottom), self.columns.slice(tile.left, tile.right)

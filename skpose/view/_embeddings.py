@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from sklearn.manifold import TSNE, Isomap
 
-from skpose._parallel.progress import stage
 from skpose.manifold import SpatialMDS
 from skpose.metrics import Metric, pose_distances
 from skpose.neighbors import PoseKNeighborsTransformer
@@ -44,8 +43,7 @@ def embed(
             n_jobs=n_jobs,
             verbose=verbose,
         )
-        with stage(f"embedding by {metric.label}"):
-            scaled = scaling.fit_transform(X)
+        scaled = scaling.fit_transform(X)
         first = scaled if first is None else first
         scaled = _flip(scaled, first)
         for method in methods:
@@ -55,12 +53,10 @@ def embed(
             if method == "mds":
                 share = float(scaling.explained_variance_ratio_.sum())
             elif method == "tsne":
-                with stage(f"t-SNE by {metric.label}"):
-                    points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
+                points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
                 unit = None  # its lengths mean nothing
             else:
-                with stage(f"Isomap by {metric.label}"):
-                    points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
+                points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
             found.append(
                 {"metric": metric.label, "method": method, "unit": unit, "points": pack(points), "share": share}
             )

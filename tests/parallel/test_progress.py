@@ -27,7 +27,7 @@ def test_without_a_terminal_there_are_plain_lines(capsys, monkeypatch):
             now[0] += 4.0
             advance()
     lines = capsys.readouterr().err.splitlines()
-    assert (lines[0], lines[-1]) == ("work: 3%, 6 min 28 s to go", "work: done in 6 min 40 s")
+    assert (lines[0], lines[-1]) == ("work: 3%, 0:06:28 to go", "work: done in 400.0 s")
     assert len(lines) == 33 + 1
 
 
