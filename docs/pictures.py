@@ -18,7 +18,7 @@ from skpose.datasets import humanoid, make_actions, make_gait
 from skpose.geodesics import frechet_mean
 from skpose.metrics import Geodesic
 from skpose.motions import align_motions
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._shape import find_shape, outline
 
 TARGET = Path(__file__).parent / "_static"

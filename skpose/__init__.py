@@ -10,7 +10,7 @@ The names here are the stable core. All others live in their packages.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from skpose._displays import displays as _displays_of_motions
+from skpose._utils.displays import displays as _displays_of_motions
 
 __all__ = [
     "Bone",
@@ -118,7 +118,7 @@ def _player(motion, **options):
 
 
 def _strip(motion):
-    from skpose.view._shared import strip
+    from skpose.view._strip import strip
 
     return strip(motion)
 

@@ -11,12 +11,11 @@ from typing import Any, ClassVar
 import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
-from skpose._compat.sklearn import StrOptions, validate_parameter_constraints
-from skpose._validation.columns import check_column_names, check_dimensions, check_width
-from skpose._validation.poses import check_is_array
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import StrOptions, validate_parameter_constraints
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_column_names, check_dimensions, check_is_array, check_width
 from skpose.metrics import Metric, pose_distances
-from skpose.metrics._shared import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
+from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
 
 # Parameters of an estimator of poses, and of one that also accepts precomputed distances.

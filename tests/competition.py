@@ -2,7 +2,7 @@
 
 import threading
 
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
 
 
 class Competition:

@@ -24,12 +24,10 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 # The direction of data: a package, or a file at the top, imports only from lines above its own.
 LAYERS = [
-    ["_warnings", "_displays", "_typing"],
-    ["_compat", "_files"],
-    ["_validation"],
+    ["_utils"],
     ["skeleton"],
     ["keypoints"],
-    ["_compiled", "_parallel"],
+    ["_compiled"],
     ["io"],
     ["kinematics"],
     ["metrics", "datasets"],
@@ -37,7 +35,7 @@ LAYERS = [
     ["_base"],
     ["neighbors", "preprocessing", "manifold", "cluster"],
     ["motions"],
-    ["statistics", "biomechanics"],
+    ["scores", "statistics", "biomechanics", "robots"],
     ["view"],
     ["plot"],
     ["__init__"],

@@ -2,7 +2,7 @@
 
 import pytest
 
-from skpose._files import check_new, new_file
+from skpose._utils.files import check_new, new_file
 
 
 def write(path, text, error):

@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> None:
     import numpy as np
 
     from skpose._cli import inputs
-    from skpose._files import new_file
+    from skpose._utils.files import new_file
 
     files = [args.file, args.zero] if isinstance(args.zero, Path) else [args.file]
     motions = _fit([content for _, content in inputs.read(args, files, inputs.load_moving)], args.layout)
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> None:
 
 def _fit(contents: list, layout: str | None) -> list["skpose.Motion"]:
     """Fit a skeleton to the last of several keypoints, and all of them to it; motions stay as they are."""
-    from skpose.keypoints._shared import find_layout, missing_points, nearest_layout
+    from skpose.keypoints._layouts import find_layout, missing_points, nearest_layout
 
     if len({type(content) for content in contents}) > 1:
         raise ValueError("FILE and the file of --zero must both be motions, or both keypoints")

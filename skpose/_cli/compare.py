@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> None:
 
     from skpose._cli.inputs import read_labelled
     from skpose._cli.studies.compare import COLUMNS, FRAME_RATE, PAPER, compare, prepare
-    from skpose._files import new_file
+    from skpose._utils.files import new_file
 
     if args.folder is not None:
         dataset, source = read_labelled(args), str(args.folder)

@@ -12,17 +12,18 @@ from typing import Any
 import numpy as np
 
 from skpose._cli.labels import BVH, labels_of, stated_rates
-from skpose._validation.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
-from skpose._warnings import warn
+from skpose._utils.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
+from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
-from skpose.datasets._shared import INDEX, NAME
+from skpose.datasets._hdm05 import NAME
+from skpose.datasets._index import INDEX
 from skpose.io import load_motion
 from skpose.io._formats import FORMATS, format_of
 from skpose.keypoints import Keypoints
 from skpose.robots import load_robot
 from skpose.robots._kind import is_robot
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import size_of
+from skpose.skeleton._rest import size_of
 
 Content = Motion | Skeleton | Keypoints
 STDIN = "-"

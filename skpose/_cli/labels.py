@@ -4,7 +4,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from skpose.datasets._shared import NAME, rows_of
+from skpose.datasets._hdm05 import NAME
+from skpose.datasets._index import rows_of
 
 BVH = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
 CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.IGNORECASE)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import skpose
 from skpose._cli import angles, compare, convert, distances, explore, find, info, reproduce, retarget, view
-from skpose._files import check_new
+from skpose._utils.files import check_new
 
 COMMANDS = info, view, explore, distances, find, retarget, convert, angles, compare, reproduce
 EXIT_STATUS = (

@@ -10,13 +10,17 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from skpose._files import new_file
+from skpose._utils.files import new_file
 from skpose.keypoints import Keypoints, Layout
 from skpose.plot import PoseDisplay
-from skpose.plot._shared import COLOURS, SIDES, draw_volume
+from skpose.plot._axes import COLOURS, SIDES
+from skpose.plot._volume import draw_volume
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import positions_at_zero, root_orientations, sides
-from skpose.view._shared import AXES, points_scene, scene_of
+from skpose.skeleton._rest import positions_at_zero
+from skpose.skeleton._root import root_orientations
+from skpose.skeleton._sides import sides
+from skpose.view._points import points_scene
+from skpose.view._scene import AXES, scene_of
 
 ASIDE = 0.9  # rad, from the front, as in the page
 EDGE = 0.08  # of the extent, around the figure

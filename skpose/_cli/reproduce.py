@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> None:
     from skpose._cli.inputs import read_labelled
     from skpose._cli.studies import reproduce_report as report  # fails early without matplotlib
     from skpose._cli.studies.reproduce import reproduce
-    from skpose._files import check_new, new_file
+    from skpose._utils.files import check_new, new_file
 
     for name in REPORT if args.directory.exists() else ():
         check_new(args.directory / name)

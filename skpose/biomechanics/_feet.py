@@ -10,14 +10,15 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import butter, sosfiltfilt
 
-from skpose._validation.options import check_kind
-from skpose._warnings import warn
+from skpose._utils.validation import check_kind
+from skpose._utils.warnings import warn
 from skpose.biomechanics._person import add_joints, check_joints, require
 from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import find_landmarks
+from skpose.kinematics._landmarks import find_landmarks
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import describe_up, find_up, root_orientations
+from skpose.skeleton._root import root_orientations
+from skpose.skeleton._upright import describe_up, find_up
 
 SIDES = ("left", "right")
 PARTS = ("hip", "ankle", "toe")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.biomechanics._feet import SIDES
 from skpose.biomechanics._gait_events import OFF, GaitEvents, gait_events
 from skpose.skeleton import Motion

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from sklearn import get_config
 
-from skpose._validation.names import near_names
-from skpose._validation.options import check_kind
+from skpose._utils.validation import check_kind, near_names
 from skpose.biomechanics._measure import measure
 from skpose.biomechanics._person import find_person
 from skpose.biomechanics._segments import find_segments

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import (
     BENT,
     HANGING,

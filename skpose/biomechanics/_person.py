@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from skpose._validation.names import near_names
+from skpose._utils.validation import near_names
 from skpose.biomechanics._segments import LANDMARKS, LIMBS, SIDES, pair
-from skpose.kinematics._shared import Landmarks, find_landmarks, path_up
+from skpose.kinematics._landmarks import Landmarks, find_landmarks, path_up
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import positions_at_zero, split_sides
+from skpose.skeleton._rest import positions_at_zero
+from skpose.skeleton._sides import split_sides
 
 FIRST = tuple(f"{side}_{mark}" for mark in ("hip", "shoulder") for side in SIDES)  # the joints at which limbs begin
 HEADS = ("head", "head_top", "head_center")

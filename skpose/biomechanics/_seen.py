@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose.biomechanics._segments import ROOT, Segment
-from skpose.kinematics._shared import find_carriers
+from skpose.kinematics._lines import find_carriers
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import positions_at_zero
+from skpose.skeleton._rest import positions_at_zero
 
 # Least distance of a point from the line of its segment, relative to its length, if the point shows how the
 # segment is rotated about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.

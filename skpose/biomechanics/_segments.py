@@ -11,15 +11,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._shared import (
-    Landmarks,
-    common_parent,
-    find_carriers,
-    find_movers,
-    rotations_since_zero,
-)
+from skpose.kinematics._landmarks import Landmarks, common_parent
+from skpose.kinematics._lines import find_carriers, find_movers
+from skpose.kinematics._orientations import rotations_since_zero
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import root_orientations
+from skpose.skeleton._root import root_orientations
 
 ROOT = -1
 SIDES = "left", "right"

@@ -5,12 +5,16 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from skpose._validation.options import check_choice, check_kind
-from skpose._warnings import warn
+from skpose._utils.validation import check_choice, check_kind
+from skpose._utils.warnings import warn
 from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import NO_DIRECTION, interpolate_poses, partners, rotations_of, with_columns
+from skpose.skeleton._bone import with_columns
+from skpose.skeleton._interpolation import interpolate_poses
+from skpose.skeleton._rest import NO_DIRECTION
+from skpose.skeleton._rotations import rotations_of
+from skpose.skeleton._sides import partners
 
 if TYPE_CHECKING:
     import pandas

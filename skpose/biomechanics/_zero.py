@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.biomechanics._axes import Reference, find_reference
 from skpose.biomechanics._measure import MIDDLE, OF_SIDES
 from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
-from skpose.keypoints._shared import is_of_layout
+from skpose.keypoints._fit import is_of_layout
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import describe_up, find_up
+from skpose.skeleton._upright import describe_up, find_up
 
 # Largest deviation of a person who stands, degrees, and the least one that is reported. OpenCap's standing trial has 3
 # at knees, 8 at shanks and 12 at upper arms, a standing person of CMU 16 to 25 at knees. No frame of walks and runs of

@@ -11,12 +11,12 @@ from sklearn.utils import check_random_state
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, check_sample_weight, fit_context
-from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
-from skpose._warnings import warn
+from skpose._utils.callbacks import CallbackSupportMixin, FitReport, with_callbacks
+from skpose._utils.sklearn import Interval, check_sample_weight, fit_context
+from skpose._utils.warnings import warn
 from skpose.cluster._lloyd import first_centers, lloyd
-from skpose.geodesics._shared import WeightedMeans
-from skpose.metrics._shared import require_means
+from skpose.geodesics._weightings import WeightedMeans
+from skpose.metrics._registry import require_means
 
 
 class PoseKMeans(

@@ -10,8 +10,8 @@ from sklearn.utils import check_symmetric
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, fit_context
-from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
+from skpose._utils.callbacks import CallbackSupportMixin, FitReport, with_callbacks
+from skpose._utils.sklearn import Interval, fit_context
 from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squared_distances
 
 

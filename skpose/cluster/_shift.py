@@ -11,8 +11,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import gen_batches
 
 from skpose._compiled import graph_shift
-from skpose._parallel.progress import progress
-from skpose._warnings import warn
+from skpose._utils.progress import progress
+from skpose._utils.warnings import warn
 
 QUANTILE = 0.3  # share of the other samples within the estimated bandwidth
 WEIGHTS = 1 << 21  # weights in memory at once

@@ -6,7 +6,7 @@ from numbers import Integral, Real
 import numpy as np
 from sklearn.utils import check_random_state
 
-from skpose._compat.sklearn import Interval, validate_params
+from skpose._utils.sklearn import Interval, validate_params
 from skpose.datasets._gait import person
 from skpose.datasets._key_poses import ACTIONS
 from skpose.datasets._motions import MotionDataset

@@ -9,12 +9,12 @@ from urllib.error import URLError
 
 from sklearn.datasets import fetch_file, get_data_home
 
-from skpose._files import new_file
-from skpose._parallel.progress import progress
+from skpose._utils.files import new_file
+from skpose._utils.progress import progress
 from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._index import COLUMNS, INDEX, PathLike, load_folder, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
-from skpose.io._shared import asf_path
+from skpose.io._amc import asf_path
 
 SERVER = "http://mocap.cs.cmu.edu"
 

@@ -6,13 +6,13 @@ from numbers import Integral, Real
 import numpy as np
 from sklearn.utils import check_random_state
 
-from skpose._compat.sklearn import Interval, validate_params
+from skpose._utils.sklearn import Interval, validate_params
 from skpose.datasets._curves import CURVES, LIMB_DOFS, evaluate, series_of
 from skpose.datasets._humanoid import PARENTS, humanoid
 from skpose.datasets._motions import MotionDataset
 from skpose.datasets._spreads import POSTURE, draw, posture_of_person, style_of_person
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import MEAN_HEIGHT
+from skpose.skeleton._proportions import MEAN_HEIGHT
 
 # Mean and standard deviation over people: round figures of our own.
 _HEIGHT = (MEAN_HEIGHT, 0.09)  # m

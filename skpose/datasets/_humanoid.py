@@ -5,9 +5,9 @@ from numbers import Real
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval, validate_params
+from skpose._utils.sklearn import Interval, validate_params
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import MEAN_HEIGHT, PROPORTIONS
+from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 
 # Bones with x to the left, y up and z forward; lengths as fractions of the height. A positive rotation about x moves a
 # bone that points down backward. So flexion of hip, shoulder and elbow and dorsiflexion of the ankle are negative,

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from skpose._parallel.progress import progress
+from skpose._utils.progress import progress
 from skpose.datasets._motions import MotionDataset
 from skpose.io import AsfFile, MocapFormatError, load_amc
 

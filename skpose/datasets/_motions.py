@@ -7,11 +7,12 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.motions import check_frame_rate
-from skpose.kinematics._shared import UNCHANGED, Method, retarget_and_report
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import check_frame_rate
+from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_comparable, foldable_table
+from skpose.skeleton._comparison import check_comparable
+from skpose.skeleton._html import foldable_table
 
 ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from skpose.datasets._key_poses import Action, Arm, Foot, Key
 from skpose.datasets._legs import STRAIGHT, Leg, knee_of, reach_of, solve_leg
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import continuous_columns
+from skpose.skeleton._continuity import continuous_columns
 
 SIDES = {"left": 1.0, "right": -1.0}
 RHYTHM, RISES = 0.25, 60.0  # the clavicle rises with the upper arm by this share, above this angle, degrees

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.metrics._shared import Sample
+from skpose.metrics._sample import Sample
 
 FLAT = 1e-6  # relative eigenvalue of the metric tensor below which a direction moves no joint
 DAMPING = 1e-4  # of steps, relative to the largest eigenvalue of the metric tensor

@@ -6,21 +6,22 @@ from numbers import Integral, Real
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.path.geodesic import MAX_ITER, TOL, path_between
 from skpose._compiled.path.minimiser import Bounds
 from skpose._compiled.pose.tree import Tree
-from skpose._typing import ArrayLike
-from skpose._validation.limits import check_limits
-from skpose._validation.poses import check_pose
-from skpose._validation.skeletons import limits_of
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
-from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrap_dofs
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_limits, check_pose, limits_of
+from skpose._utils.warnings import warn
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrap_dofs
 from skpose.metrics import Geodesic, Metric
-from skpose.metrics._shared import MEAN_CONSTRAINTS, require_geodesic
+from skpose.metrics._registry import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import interpolate_poses, limited_dofs, remove_jumps, straight_line
+from skpose.skeleton._continuity import remove_jumps
+from skpose.skeleton._interpolation import interpolate_poses, straight_line
+from skpose.skeleton._limits import limited_dofs
 
 SPEED_GRID = 64  # subdivisions of each step when resampling at constant speed
 

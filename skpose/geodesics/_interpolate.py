@@ -8,22 +8,20 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import StrOptions, validate_params
-from skpose._parallel.threads import in_threads
-from skpose._typing import ArrayLike
-from skpose._validation.limits import check_limits
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.numbers import as_numbers
-from skpose._validation.poses import check_poses
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.parallel import in_threads
+from skpose._utils.sklearn import StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import as_numbers, check_frame_rate, check_limits, check_poses
+from skpose._utils.warnings import warn
 from skpose.geodesics._geodesic import GeodesicResult, shortest_path
 from skpose.geodesics._root_between import root_between
 from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, require_geodesic
+from skpose.metrics._registry import METRIC_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import limited_dofs, remove_jumps
+from skpose.skeleton._continuity import remove_jumps
+from skpose.skeleton._limits import limited_dofs
 
 ON_KEY = 1e-6  # tolerance, in frames, for a key that falls on a frame
 

@@ -6,16 +6,15 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import validate_params
-from skpose._typing import ArrayLike
-from skpose._validation.numbers import as_numbers
-from skpose._validation.poses import check_pose, check_poses
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.sklearn import validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import as_numbers, check_pose, check_poses
+from skpose._utils.warnings import warn
 from skpose.geodesics._tangent_space import TangentSpace
-from skpose.kinematics._shared import counted_joints
+from skpose.kinematics._tree import counted_joints
 from skpose.metrics import Geodesic, Metric
-from skpose.metrics._shared import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
+from skpose.metrics._registry import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
 from skpose.skeleton import Skeleton
 
 

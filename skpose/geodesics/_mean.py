@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import validate_params
-from skpose._typing import ArrayLike
-from skpose._validation.poses import check_poses
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.sklearn import validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_poses
+from skpose._utils.warnings import warn
 from skpose.geodesics._descent import MEAN
 from skpose.geodesics._weighted_poses import CONSTRAINTS, WeightedPoses, minimise
 from skpose.metrics import Metric
-from skpose.metrics._shared import require_means, resolve
+from skpose.metrics._registry import require_means, resolve
 from skpose.skeleton import Skeleton
 
 

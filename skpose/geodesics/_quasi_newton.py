@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from skpose.geodesics._descent import DAMPING, KINK, MEDIAN, Spread, at_pose_if_lower, spread_from
-from skpose.metrics._shared import Sample
+from skpose.metrics._sample import Sample
 
 HALVINGS = 12  # of a gradient step, if BFGS stops at a jump
 LEAST_DECREASE = 0.1  # relative decrease, divided by tol², below which the search stops

@@ -5,7 +5,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import RotationSpline, Slerp
 
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import continuous_root_angles, root_orientations
+from skpose.skeleton._root import continuous_root_angles, root_orientations
 
 
 def root_between(keys: Motion, at: np.ndarray, times: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray, str]:

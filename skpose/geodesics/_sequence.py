@@ -7,18 +7,20 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import validate_params
 from skpose._compiled.path.geodesic import TOL
 from skpose._compiled.path.kept_paths import Search, follow_geodesics
 from skpose._compiled.pose.tree import Tree
-from skpose._parallel.threads import in_threads
-from skpose._typing import ArrayLike
-from skpose._validation.poses import check_poses
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
-from skpose.kinematics._shared import to_tree_order, tree_of, weighted_positions, wrap_dofs
+from skpose._utils.parallel import in_threads
+from skpose._utils.sklearn import validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_poses
+from skpose._utils.warnings import warn
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import to_tree_order, tree_of, wrap_dofs
 from skpose.metrics import Metric
-from skpose.metrics._shared import MEAN_CONSTRAINTS, no_geodesics, no_paths, require_geodesic
+from skpose.metrics._geodesic import no_geodesics, no_paths
+from skpose.metrics._registry import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
 
 TASK = 8  # poses per task, tens of milliseconds per frame

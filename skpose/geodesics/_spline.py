@@ -20,10 +20,12 @@ import numpy as np
 
 from skpose._compiled.path.exponential import tangent_space
 from skpose._compiled.pose.tree import Tree
-from skpose._parallel.threads import in_threads
-from skpose._validation.skeletons import limits_of
+from skpose._utils.parallel import in_threads
+from skpose._utils.validation import limits_of
 from skpose.geodesics._geodesic import GeodesicResult
-from skpose.kinematics._shared import from_tree_order, jacobian_at, retract, to_tree_order, tree_of, weighted_positions
+from skpose.kinematics._chart import jacobian_at, retract
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 
 NEAR_END = 1e-4  # step from the ends of a geodesic, relative to its length, for its velocity there

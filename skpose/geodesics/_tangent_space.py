@@ -7,9 +7,10 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.path.exponential import Logarithms, exponential, logarithms_from
-from skpose._parallel.threads import in_threads
-from skpose._warnings import warn
-from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of, weighted_positions, wrap_dofs
+from skpose._utils.parallel import in_threads
+from skpose._utils.warnings import warn
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrap_dofs
 from skpose.skeleton import Skeleton
 
 TASK = 8  # poses per task, tens of milliseconds

@@ -6,12 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from joblib import effective_n_jobs
 
-from skpose._compat.sklearn import Interval, check_sample_weight
-from skpose._typing import ArrayLike
+from skpose._utils.sklearn import Interval, check_sample_weight
+from skpose._utils.typing import ArrayLike
 from skpose.geodesics._descent import Spread, descend
 from skpose.geodesics._quasi_newton import minimise_sum
 from skpose.metrics import Metric
-from skpose.metrics._shared import MEAN_CONSTRAINTS, Sample
+from skpose.metrics._registry import MEAN_CONSTRAINTS
+from skpose.metrics._sample import Sample
 from skpose.skeleton import Skeleton
 
 CONSTRAINTS = MEAN_CONSTRAINTS | {

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from joblib import effective_n_jobs
 
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
 from skpose.geodesics._descent import MEAN
 from skpose.geodesics._weighted_poses import WeightedPoses, minimise
 from skpose.metrics import Metric

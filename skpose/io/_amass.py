@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._arrays import Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
@@ -17,7 +17,7 @@ from skpose.io._numbers import drop_not_finite
 from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
 from skpose.io._source import Source, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._shared import continuous_triples
+from skpose.skeleton._continuity import continuous_triples
 
 ROOT_AXES = "ZYX"  # the heading first, as z is up; degenerate only where a person lies on the side
 RATES = "mocap_framerate", "mocap_frame_rate"

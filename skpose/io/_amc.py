@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile
 from skpose.io._conventions import Up, check_options, stand

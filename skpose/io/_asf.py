@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.units import complaint_of_size
+from skpose._utils.units import complaint_of_size
 from skpose.io._arguments import Readable
 from skpose.io._conventions import check_options
 from skpose.io._source import NUMBER, Source, Token, open_source
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import size_of
+from skpose.skeleton._rest import size_of
 
 INCH = 0.0254  # m; the unit of length of the format, divided by the file's `length`
 ROTATIONS = ("rx", "ry", "rz")

@@ -11,7 +11,7 @@ from typing import Literal, cast
 
 import numpy as np
 
-from skpose._validation.units import complaint_of_size
+from skpose._utils.units import complaint_of_size
 from skpose.io._arguments import Readable
 from skpose.io._bvh_skeleton import Joint, bone_offsets, choose_root, root_movement
 from skpose.io._conventions import (
@@ -26,7 +26,7 @@ from skpose.io._conventions import (
 from skpose.io._numbers import drop_not_finite, read_numbers
 from skpose.io._source import WHOLE, Source, Token, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._shared import size_of
+from skpose.skeleton._rest import size_of
 
 WORD = re.compile(rb"[{}]|[^\s{}]+")
 WORD_OR_COLON = re.compile(rb"[^\s:]+")  # after MOTION, as "Frames:12" and "Frames : 12" mean the same

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.io._source import Source, Token
-from skpose.skeleton._shared import continuous_triples
+from skpose.skeleton._continuity import continuous_triples
 
 # Fractions of the longest bone: variation of a constant position by rounding, and position channels that are not used.
 ROUNDING, UNUSED = 1e-4, 1e-3

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._validation.units import complaint_of_extent
+from skpose._utils.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._c3d_file import Parameters, Recording, read_recording
 from skpose.io._conventions import UPS, Up, Zeros, check_options, number_names, read_unit, stand_markers

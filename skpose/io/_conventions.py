@@ -9,13 +9,14 @@ from typing import Any, Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.options import check_choice, check_positive
+from skpose._utils.validation import check_choice, check_frame_rate, check_positive
 from skpose.io._source import Source
-from skpose.keypoints._shared import complaint_of_origin, complaint_of_picture, find_lost, find_up
-from skpose.keypoints._shared import complaint_of_up as complaint_of_up_of_points
+from skpose.keypoints._checks import complaint_of_origin, find_lost, find_up
+from skpose.keypoints._checks import complaint_of_up as complaint_of_up_of_points
+from skpose.keypoints._pictures import complaint_of_picture
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import complaint_of_up, root_angles_of, root_orientations
+from skpose.skeleton._root import root_angles_of, root_orientations
+from skpose.skeleton._upright import complaint_of_up
 
 Axis = Literal["x", "y", "z"]
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation.options import check_choice
-from skpose._validation.positions import refuse_infinite
-from skpose._validation.units import complaint_of_extent
+from skpose._utils.units import complaint_of_extent
+from skpose._utils.validation import check_choice, refuse_infinite
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
 from skpose.io._conventions import Up, Zeros, check_options, check_points, turn_up
@@ -20,7 +19,9 @@ from skpose.io._keypoints_json import is_json, json_files, read_folder, read_jso
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.keypoints._shared import REMEDY, find_names, name_points, refuse_pictures, remedy_without
+from skpose.keypoints._layout import name_points, remedy_without
+from skpose.keypoints._names import find_names
+from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
 SHAPES = (None, None, 3), (None, None, 4), (None, None, 2)

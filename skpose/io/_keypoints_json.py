@@ -24,7 +24,7 @@ from skpose.io._stored import (
     positions_only,
     time_key,
 )
-from skpose.keypoints._shared import REMEDY, complaint_of_flat
+from skpose.keypoints._pictures import REMEDY, complaint_of_flat
 
 # Keys of a frame: of its people in OpenPose, MMPose and COCO; of points in three dimensions in OpenPose, MediaPipe and
 # TensorFlow.js; of points in two or three dimensions; and of points in a picture.

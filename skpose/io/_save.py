@@ -7,11 +7,15 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._files import check_new, new_file
-from skpose._validation.options import check_choice, check_positive
+from skpose._utils.files import check_new, new_file
+from skpose._utils.validation import check_choice, check_positive
 from skpose.io._arguments import PathLike
 from skpose.skeleton import Bone, Motion
-from skpose.skeleton._shared import continuous_triples, is_axes, positions_at_zero, root_orientations, rotations_of
+from skpose.skeleton._bone import is_axes
+from skpose.skeleton._continuity import continuous_triples
+from skpose.skeleton._rest import positions_at_zero
+from skpose.skeleton._root import root_orientations
+from skpose.skeleton._rotations import rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's

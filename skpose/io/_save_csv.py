@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from skpose._files import check_new, new_file
+from skpose._utils.files import check_new, new_file
 from skpose.io._arguments import PathLike
 from skpose.io._keypoints_csv import ANGLES_HEAD, POINTS_HEAD, find_points
 from skpose.keypoints import Keypoints

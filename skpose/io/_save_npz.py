@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from skpose._files import check_new, new_file
+from skpose._utils.files import check_new, new_file
 from skpose.io._arguments import PathLike
 from skpose.io._arrays import Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._source import Source
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._shared import HINGE, SLIDE
+from skpose.skeleton._bone import HINGE, SLIDE
 
 VERSION = "skpose_motion"  # the key that only motions of this library have, with the version of the format
 LATEST = 2

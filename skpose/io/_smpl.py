@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.io._arguments import PathLike
 from skpose.io._arrays import Archive
 from skpose.io._source import Source
-from skpose.skeleton._shared import MEAN_HEIGHT, PROPORTIONS
+from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 
 Tree = dict[str, str | None]  # the parent of each joint, in the order of the model
 

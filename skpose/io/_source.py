@@ -12,7 +12,7 @@ from typing import Literal, Self
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
 

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from skpose._validation.units import complaint_of_extent
+from skpose._utils.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._conventions import (
     Up,

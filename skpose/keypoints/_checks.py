@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.keypoints._pictures import complaint_of_picture
-from skpose.skeleton._shared import HIGH, LOW
+from skpose.skeleton._upright import HIGH, LOW
 
 FEW_OTHERS = 3  # other points needed to locate the person
 NEAR = 0.5  # largest distance of an origin in the person from the other points, relative to their extent

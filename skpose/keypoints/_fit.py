@@ -5,9 +5,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.units import LARGEST, SMALLEST, UNITS, likely_unit
-from skpose._warnings import warn
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import LARGEST, SMALLEST, UNITS, likely_unit
+from skpose._utils.warnings import warn
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._layouts import check_layout
@@ -15,7 +15,9 @@ from skpose.keypoints._lengths import bone_length, symmetric_lengths, warn_of_le
 from skpose.keypoints._rest_pose import partners_of, rest_pose
 from skpose.keypoints._root_axes import Points
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import BALL, sides, size_of
+from skpose.skeleton._bone import BALL
+from skpose.skeleton._rest import size_of
+from skpose.skeleton._sides import sides
 
 BACKWARD = -0.2  # cosine of the angle to forward
 

@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 
-from skpose._displays import Page, displays
-from skpose._typing import ArrayLike
-from skpose._validation.motions import check_frame_rate, check_up
-from skpose._validation.names import near_names
-from skpose._validation.numbers import as_numbers
-from skpose._validation.positions import check_positions
-from skpose._warnings import is_called_by_user
+from skpose._utils.displays import Page, displays
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import as_numbers, check_frame_rate, check_positions, check_up, near_names
+from skpose._utils.warnings import is_called_by_user
 from skpose.keypoints._checks import warn_of_positions
 from skpose.keypoints._pictures import refuse_pictures
 

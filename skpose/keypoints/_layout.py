@@ -7,16 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.numbers import as_numbers
-from skpose._validation.options import check_choice
-from skpose._validation.positions import check_positions
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import as_numbers, check_choice, check_positions
 from skpose.keypoints._checks import warn_of_positions
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
 from skpose.keypoints._pictures import refuse_pictures
 from skpose.keypoints._tables import TABLES
-from skpose.skeleton._shared import others, partners, sides
+from skpose.skeleton._sides import others, partners, sides
 
 UPS = ("x", "y", "z", "-x", "-y", "-z")
 

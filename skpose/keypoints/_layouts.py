@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from skpose._validation.options import check_choice
+from skpose._utils.validation import check_choice
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._names import find_names
 from skpose.keypoints._table import RIGID, Table

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 
 OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
 LARGEST_CORRECTION = 0.9  # of the square of the length, beyond which the bone is as short as the noise

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skpose._validation.units import LARGEST, SMALLEST
-from skpose.skeleton._shared import others
+from skpose._utils.units import LARGEST, SMALLEST
+from skpose.skeleton._sides import others
 
 POINTS, PAIRED = 8, 6  # points that a person has at least: of any names, and with left and right among them
 THICKNESS = 1e-6  # of a plane, relative to its extent

@@ -9,7 +9,7 @@ the line of the hips, it is such that thighs and trunk are near to rest.
 import numpy as np
 
 from skpose.keypoints._layout import Layout
-from skpose.skeleton._shared import sides, without_side
+from skpose.skeleton._sides import sides, without_side
 
 # Where points stand, m: x to the left, y up, z forward. Only the directions from one to another are used.
 _MIDDLE = (

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._validation.names import near_names
-from skpose._warnings import warn
+from skpose._utils.validation import near_names
+from skpose._utils.warnings import warn
 from skpose.kinematics._landmarks import HIPS, SIDES, Landmarks, find_landmarks, path_up, plain_names
 from skpose.kinematics._lines import base_of_neck
 from skpose.kinematics._rigs import (

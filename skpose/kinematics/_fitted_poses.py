@@ -6,9 +6,10 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import complaint_of_up, root_angles_of
+from skpose.skeleton._root import root_angles_of
+from skpose.skeleton._upright import complaint_of_up
 
 
 @dataclass(frozen=True, eq=False, repr=False)

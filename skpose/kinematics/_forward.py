@@ -5,19 +5,18 @@ from numbers import Integral
 import numpy as np
 from joblib import effective_n_jobs
 
-from skpose._compat.sklearn import validate_params
 from skpose._compiled.pose import jacobian, loops
 from skpose._compiled.pose.encode import encode_positions
 from skpose._compiled.pose.tree import Steps, Tree
-from skpose._parallel.rows import over_rows
-from skpose._typing import ArrayLike
-from skpose._validation.poses import check_is_array, check_poses
-from skpose._validation.skeletons import check_skeleton
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.parallel import over_rows
+from skpose._utils.sklearn import validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_is_array, check_poses, check_skeleton
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, tree_of_all_joints
 from skpose.skeleton import Skeleton
 
-WORK_PER_COORDINATE = 25.0  # in the unit of `skpose._parallel.tasks`
+WORK_PER_COORDINATE = 25.0  # in the unit of `skpose._utils.parallel`
 
 
 @validate_params({"n_jobs": [None, Integral]}, prefer_skip_nested_validation=True)

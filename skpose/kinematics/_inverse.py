@@ -5,13 +5,13 @@ from numbers import Integral, Real
 
 from joblib import effective_n_jobs
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.inverse.frames import Found
-from skpose._parallel.backends import from_workers, in_processes
-from skpose._parallel.progress import progress
-from skpose._parallel.threads import in_threads
-from skpose._typing import ArrayLike
-from skpose._validation.skeletons import IS_SKELETON
+from skpose._utils.backends import from_workers, in_processes
+from skpose._utils.parallel import in_threads
+from skpose._utils.progress import progress
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import IS_SKELETON
 from skpose.keypoints import Keypoints
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._inverse_problem import Problem, Task, problem_of

@@ -10,18 +10,16 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.inverse.frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.pose.tree import Tree
-from skpose._typing import ArrayLike
-from skpose._validation.numbers import as_numbers
-from skpose._validation.poses import check_poses
-from skpose._validation.positions import check_positions
-from skpose._validation.skeletons import limits_of
-from skpose._warnings import warn
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import as_numbers, check_poses, check_positions, limits_of
+from skpose._utils.warnings import warn
 from skpose.keypoints import Keypoints
-from skpose.keypoints._shared import is_spatial, refuse_pictures
+from skpose.keypoints._pictures import is_spatial, refuse_pictures
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import positions_at_zero, size_of, with_root_joint
+from skpose.skeleton._rest import positions_at_zero, size_of
+from skpose.skeleton._root import with_root_joint
 
 TASK = 512  # frames, some 50 ms; fixed, so that poses do not depend on n_jobs
 WARM_UP = 32  # frames before a task that it computes and drops, so that its first frame does not start from scratch

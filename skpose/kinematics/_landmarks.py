@@ -31,7 +31,8 @@ from skpose.kinematics._rigs import (
     Rig,
 )
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import others, positions_at_zero, split_sides
+from skpose.skeleton._rest import positions_at_zero
+from skpose.skeleton._sides import others, split_sides
 
 SIDES = ("left", "right")
 NUMBERED = re.compile(rf"(.*[^\W_])([\W_]\d+)((?:_?(?:{'|'.join(END_NAMES)}))?)", re.IGNORECASE)

@@ -14,7 +14,7 @@ from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent
 from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, HIP, SHOULDER, TOE
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import NO_DIRECTION, directions_at_zero
+from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
 
 ROOT = -1
 MIDDLE = -2  # the middle between the hips, in people of known rigs: roots are higher up in some

@@ -22,17 +22,12 @@ from scipy.spatial.transform import Rotation
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._shared import (
-    LARGEST_DIFFERENCE,
-    TWO_PI,
-    axes_at_zero,
-    axes_of,
-    columns_of,
-    continuous_columns,
-    root_angles_of,
-    root_orientations,
-    rotations_of,
-)
+from skpose.skeleton._bone import axes_of
+from skpose.skeleton._comparison import LARGEST_DIFFERENCE
+from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._rest import axes_at_zero
+from skpose.skeleton._root import root_angles_of, root_orientations
+from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 
 ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few

@@ -6,9 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from skpose._validation.options import check_choice, check_kind, check_positive
-from skpose._validation.skeletons import check_skeleton, limits_of
-from skpose._warnings import warn
+from skpose._utils.validation import check_choice, check_kind, check_positive, check_skeleton, limits_of
+from skpose._utils.warnings import warn
 from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._inverse import inverse_kinematics
@@ -17,7 +16,10 @@ from skpose.kinematics._lines import find_carriers, find_lines
 from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import ANKLE, HEAD, WRIST
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import NO_DIRECTION, check_rest_poses, mismatch, root_orientations, seen_of
+from skpose.skeleton._comparison import check_rest_poses, mismatch
+from skpose.skeleton._rest import NO_DIRECTION
+from skpose.skeleton._root import root_orientations
+from skpose.skeleton._sampling import seen_of
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")

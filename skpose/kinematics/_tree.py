@@ -52,7 +52,7 @@ import numpy as np
 from skpose._compiled.pose.tree import TWO_PI, Tree
 from skpose.kinematics._frames import ROUNDING, Frame, Frames, absorb, frames_of
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import with_carriers
+from skpose.skeleton._selection import with_carriers
 
 FLOAT64 = np.dtype(np.float64)
 

@@ -11,10 +11,10 @@ from sklearn.utils import check_random_state, check_symmetric, gen_batches
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose._parallel.callbacks import CallbackSupportMixin, FitReport, with_callbacks
-from skpose._parallel.progress import progress
-from skpose.kinematics._shared import weighted_positions
+from skpose._utils.callbacks import CallbackSupportMixin, FitReport, with_callbacks
+from skpose._utils.progress import progress
+from skpose._utils.sklearn import Interval, StrOptions, fit_context
+from skpose.kinematics._forward import weighted_positions
 from skpose.manifold._scaling import classical_scaling, farthest_points
 
 BATCH = 1 << 22  # distances in memory per worker while placing poses

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 
 LANCZOS = 200  # up to this many poses a dense decomposition is fastest
 ROUNDING = 1e-12  # eigenvalues below this share of the largest count as zero

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 
 
 class Unconverged(NamedTuple):

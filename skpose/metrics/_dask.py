@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation.columns import check_dimensions, check_width
-from skpose._validation.poses import check_is_array, check_poses, check_same_width
+from skpose._utils.validation import check_dimensions, check_is_array, check_poses, check_same_width, check_width
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._metric import Metric

@@ -6,7 +6,7 @@ import numpy as np
 
 from skpose._compiled.path.mean import place_all, project
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad

@@ -6,13 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval
 from skpose._compiled.path.geodesic import GRADIENT_NORM, measure_geodesic
 from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
 from skpose._compiled.pose.encode import encode_curve_end
 from skpose._compiled.pose.tree import Steps, Tree
-from skpose._parallel.threads import in_threads
-from skpose.kinematics._shared import jacobian_at, wrap_dofs
+from skpose._utils.parallel import in_threads
+from skpose._utils.sklearn import Interval
+from skpose.kinematics._chart import jacobian_at
+from skpose.kinematics._tree import wrap_dofs
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK, in_threads
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._metric import Metric
 from skpose.metrics._mirror import mirror

@@ -11,11 +11,11 @@ from numba import config
 from numba.core.dispatcher import Dispatcher
 from sklearn.base import BaseEstimator
 
-from skpose._compat.sklearn import InvalidParameterError, validate_parameter_constraints
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
-from skpose._validation.options import check_integer
-from skpose.kinematics._shared import tree_of
+from skpose._utils.sklearn import InvalidParameterError, validate_parameter_constraints
+from skpose._utils.validation import check_integer
+from skpose.kinematics._tree import tree_of
 from skpose.metrics._direct_means import DirectMeans
 from skpose.metrics._own import check_functions
 from skpose.metrics._sample import Sample

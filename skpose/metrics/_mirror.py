@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
 
 EDGE = 128  # of the squares; in both smaller and larger ones a number takes more time
 WORTH_A_THREAD = 2**19  # numbers, some milliseconds

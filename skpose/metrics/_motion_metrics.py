@@ -9,9 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._shared import weighted_positions
+from skpose._utils.sklearn import Interval
+from skpose.kinematics._forward import weighted_positions
 from skpose.metrics._angle import Angle
 from skpose.metrics._metric import Metric
 from skpose.skeleton import Skeleton

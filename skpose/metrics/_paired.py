@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._metric import Metric

@@ -8,11 +8,11 @@ import numpy as np
 from sklearn import get_config
 from sklearn.utils import gen_batches
 
-from skpose._compat.sklearn import Interval, validate_params
-from skpose._parallel.progress import progress
-from skpose._typing import ArrayLike
-from skpose._validation.poses import check_poses, check_same_width
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.progress import progress
+from skpose._utils.sklearn import Interval, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_poses, check_same_width
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix

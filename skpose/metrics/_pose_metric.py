@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from skpose._compat.sklearn import validate_params
 from skpose._compiled.pose.pair import PairMetric, address_here, keep_metric, pair_distance
 from skpose._compiled.simd.jit import of_this_process
 from skpose._compiled.simd.lanes import empty_pairs
+from skpose._utils.sklearn import validate_params
 from skpose.metrics._metric import Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton

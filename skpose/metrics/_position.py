@@ -5,7 +5,8 @@ import numpy as np
 from skpose._compiled.pose.encode import encode_positions
 from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._shared import jacobian_at, weighted_positions
+from skpose.kinematics._chart import jacobian_at
+from skpose.kinematics._forward import weighted_positions
 from skpose.metrics._direct_means import ExtrinsicMeans
 from skpose.metrics._metric import Metric, own_encode, require_skeleton
 from skpose.metrics._sample import JointSample, Linearization, Sample

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 from sklearn.base import clone
 
-from skpose._compat.sklearn import HasMethods, InstanceOf, StrOptions
-from skpose._validation.skeletons import IS_SKELETON
-from skpose._warnings import warn
+from skpose._utils.sklearn import HasMethods, InstanceOf, StrOptions
+from skpose._utils.validation import IS_SKELETON
+from skpose._utils.warnings import warn
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric

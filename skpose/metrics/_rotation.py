@@ -5,7 +5,7 @@ import numpy as np
 from skpose._compiled.pose.encode import encode_rotations
 from skpose._compiled.pose.measure import measure_rotations
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._shared import STEP, columns_around
+from skpose.kinematics._chart import STEP, columns_around
 from skpose.metrics._metric import Metric, own_encode, require_skeleton
 from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._shared import from_tree_order, retract, to_tree_order, tree_of
+from skpose.kinematics._chart import retract
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics._direct_means import ExtrinsicMeans
 from skpose.skeleton import Skeleton
 

@@ -5,12 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval
 from skpose._compiled.pose.encode import count_line_codes, encode_curve_end
 from skpose._compiled.pose.measure import measure_line, measure_line_within
 from skpose._compiled.pose.middle import count_middle_codes, encode_middle, measure_two_chords, middle_slack
 from skpose._compiled.pose.tree import Steps, Tree
-from skpose.kinematics._shared import STEP, columns_around, jacobian_at
+from skpose._utils.sklearn import Interval
+from skpose.kinematics._chart import STEP, columns_around, jacobian_at
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._metric import CoarseBound, Metric, own_encode, require_skeleton
 from skpose.metrics._position import Position

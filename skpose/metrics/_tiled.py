@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from joblib import effective_n_jobs
 
-from skpose._parallel.backends import from_workers, in_processes
-from skpose._parallel.progress import progress
-from skpose._parallel.tasks import TASKS_PER_WORKER, WORK_PER_TASK
+from skpose._utils.backends import from_workers, in_processes
+from skpose._utils.parallel import TASKS_PER_WORKER, WORK_PER_TASK
+from skpose._utils.progress import progress
 from skpose.metrics._convergence import Unconverged
 
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; tiles that workers send back wait here to be written
@@ -64,7 +64,7 @@ class TiledMatrix:
 
     @property
     def work_per_pair(self) -> float:
-        """The mean work, in the unit of `skpose._parallel.tasks`."""
+        """The mean work, in the unit of `skpose._utils.parallel`."""
         raise NotImplementedError
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:

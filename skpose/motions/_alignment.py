@@ -6,17 +6,19 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
-from skpose._typing import ArrayLike
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, DistanceMatrix, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import rotations_of
+from skpose.skeleton._rotations import rotations_of
 
 if TYPE_CHECKING:
     import pandas

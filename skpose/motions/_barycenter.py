@@ -12,11 +12,13 @@ import numpy as np
 
 from skpose._compiled.path.mean import place_all, project
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
-from skpose._parallel.threads import in_threads
-from skpose.geodesics._shared import MEAN, descend
-from skpose.kinematics._shared import from_tree_order, to_tree_order, tree_of
+from skpose._utils.parallel import in_threads
+from skpose.geodesics._descent import MEAN, descend
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics import Metric, Position
-from skpose.metrics._shared import TOL_EXTRINSIC, DistanceMatrix, Unconverged
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._direct_means import TOL as TOL_EXTRINSIC
+from skpose.metrics._matrix import DistanceMatrix
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 

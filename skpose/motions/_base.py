@@ -7,7 +7,7 @@ from sklearn.utils.validation import validate_data
 
 from skpose._base import PoseEstimatorMixin
 from skpose.datasets import MotionDataset
-from skpose.metrics._shared import warn_of_no_skeleton
+from skpose.metrics._registry import warn_of_no_skeleton
 from skpose.motions._inputs import CheckedMotions, Sequences, check_motions, rates_differ
 from skpose.skeleton import Motion, Skeleton
 

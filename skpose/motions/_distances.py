@@ -5,18 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._shared import (
-    METRIC_CONSTRAINTS,
-    OF_MOTIONS,
-    OUT,
-    MotionMetric,
-    resolve,
-    warn_of_no_skeleton,
-    warn_of_unconverged,
-)
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._motion_metrics import MotionMetric
+from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, OUT, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import ALIGNMENTS, MotionMatrix
 from skpose.skeleton import Skeleton

@@ -23,10 +23,11 @@ from skpose._compiled.pose import loops
 from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warp_loop
-from skpose.kinematics._shared import tree_of
+from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.motions._inputs import Sequences
-from skpose.neighbors._shared import FLOAT32, ChordFilter, FilterPoints, PoseIndex
+from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
+from skpose.neighbors._index import PoseIndex
 from skpose.skeleton import Skeleton
 
 FRAMES_PER_BOX = 8

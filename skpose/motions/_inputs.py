@@ -5,16 +5,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._validation.poses import check_poses
-from skpose._validation.skeletons import check_skeleton
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_poses, check_skeleton
 from skpose.datasets import MotionDataset
-from skpose.datasets._shared import ONE_REST, ONE_RIG
+from skpose.datasets._motions import ONE_REST, ONE_RIG
 from skpose.kinematics import retarget
 from skpose.metrics import Metric
-from skpose.metrics._shared import MotionMetric, require_skeleton
+from skpose.metrics._metric import require_skeleton
+from skpose.metrics._motion_metrics import MotionMetric
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import check_comparable
+from skpose.skeleton._comparison import check_comparable
 
 RATES_DIFFER = 1e-3  # relative: files round the time between two frames, 0.00833 s for 120 Hz
 

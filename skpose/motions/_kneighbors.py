@@ -8,13 +8,14 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS
-from skpose._compat.sklearn import Interval, StrOptions, fit_context
-from skpose.metrics._shared import OF_MOTIONS, warn_of_unconverged
+from skpose._utils.sklearn import Interval, StrOptions, fit_context
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._registry import OF_MOTIONS
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._search import Request, find
-from skpose.neighbors._shared import check_k, check_mode, sparse_graph
+from skpose.neighbors._graph import check_k, check_mode, sparse_graph
 
 
 class MotionKNeighborsTransformer(

@@ -7,17 +7,12 @@ import numpy as np
 
 from skpose._compiled.pose import loops
 from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warp_loop
-from skpose._parallel.tasks import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK, in_threads
 from skpose.metrics import Metric
-from skpose.metrics._shared import (
-    ENCODED_AT_ONCE,
-    DistanceMatrix,
-    Tile,
-    TiledMatrix,
-    Unconverged,
-    mirror,
-)
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
+from skpose.metrics._mirror import mirror
+from skpose.metrics._tiled import Tile, TiledMatrix
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
@@ -139,7 +134,7 @@ class MotionMatrix(TiledMatrix):
 
 
 def work_per_cell(metric: Metric, skeleton: Skeleton | None, motions: Sequences) -> float:
-    """The work of a pair of frames, in the unit of `skpose._parallel.tasks`."""
+    """The work of a pair of frames, in the unit of `skpose._utils.parallel`."""
     return WORK_PER_CELL + metric.n_codes(metric.tree_for(skeleton), motions.poses.shape[1]) * metric.measure_work
 
 

@@ -10,25 +10,21 @@ from joblib import effective_n_jobs
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compat.sklearn import Interval, validate_params
-from skpose._validation.motions import check_frame_rate
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.sklearn import Interval, validate_params
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_frame_rate
+from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric, Position
-from skpose.metrics._shared import METRIC_CONSTRAINTS, require, resolve, warn_of_unconverged
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._registry import METRIC_CONSTRAINTS, require, resolve
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import (
-    continuous_root_angles,
-    find_root_joint,
-    heading,
-    interpolate_poses,
-    join_seen,
-    root_orientations,
-)
+from skpose.skeleton._interpolation import interpolate_poses
+from skpose.skeleton._root import continuous_root_angles, find_root_joint, heading, root_orientations
+from skpose.skeleton._sampling import join_seen
 
 
 @dataclass(frozen=True, eq=False, repr=False)

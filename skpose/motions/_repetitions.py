@@ -8,11 +8,12 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.utils import check_random_state
 
-from skpose._compat.sklearn import Interval, validate_params
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.sklearn import Interval, validate_params
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.warnings import warn
 from skpose.metrics import Geodesic, Metric, Spatial
-from skpose.metrics._shared import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton, warn_of_unconverged
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import check_single_motions
 from skpose.motions._surrogates import p_value
 from skpose.motions._template import NOTHING, Frames, Limits, explain

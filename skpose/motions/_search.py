@@ -19,10 +19,9 @@ from sklearn.utils import gen_batches
 from skpose._compiled.pose import loops
 from skpose._compiled.warping.paths import Paths
 from skpose._compiled.warping.within import Ends, Within, path_sum_loop, warp_within_loop
-from skpose._parallel.backends import from_workers, in_processes
-from skpose._parallel.progress import progress
-from skpose._parallel.tasks import TASKS_PER_WORKER
-from skpose._parallel.threads import in_threads
+from skpose._utils.backends import from_workers, in_processes
+from skpose._utils.parallel import TASKS_PER_WORKER, in_threads
+from skpose._utils.progress import progress
 from skpose.motions._index import Bounds, SequenceIndex, sums_to_end
 from skpose.motions._inputs import Sequences
 from skpose.motions._matrix import MotionMatrix, share_of_band, work_per_cell

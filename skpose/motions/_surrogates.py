@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from skpose._compiled.path.family import first_far, fitness_by_length
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
 from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Frames, Limits
 
 EXTENT = 1.25  # least distance between two frames of a template, in units of the near distance

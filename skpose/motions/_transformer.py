@@ -5,12 +5,12 @@ from typing import ClassVar
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._compat.sklearn import fit_context
-from skpose.metrics._shared import warn_of_unconverged
+from skpose._utils.sklearn import fit_context
+from skpose.metrics._convergence import warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
 from skpose.motions._matrix import MotionMatrix
-from skpose.preprocessing._shared import KERNEL_CONSTRAINTS, KernelMixin
+from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS, KernelMixin
 
 
 class MotionDistanceTransformer(

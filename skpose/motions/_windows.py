@@ -25,8 +25,8 @@ import numpy as np
 
 from skpose._compiled.pose.loops import in_lanes
 from skpose._compiled.warping.paths import accumulate, accumulate_from, path_to
-from skpose._parallel.progress import progress
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
+from skpose._utils.progress import progress
 from skpose.motions._index import FRAMES_PER_BOX, OPEN, Bounds, SequenceIndex, sums_to_end
 from skpose.motions._matrix import work_per_cell
 from skpose.motions._search import ROUNDING, Aligner
@@ -36,7 +36,7 @@ SCANNED_AT_ONCE = 2**17  # cells
 LONGEST = 3  # window measured for the limit, in lengths of the query
 NEAR = 4  # regions less than this fraction of a query apart are searched as one, which is faster
 PATIENCE = 20  # windows in a row, at least, measured without a change of the k best
-# Cost of the limit, in the unit of `skpose._parallel.tasks`: a millisecond for each window.
+# Cost of the limit, in the unit of `skpose._utils.parallel`: a millisecond for each window.
 WORK_PER_WINDOW, FEWEST_WINDOWS, WINDOWS_PER_K = 5e6, 10, 3
 RAISED = 1.1  # factor for a limit with too few windows
 

@@ -23,10 +23,10 @@ from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.nearest import bounds_of_groups_loop
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import empty_aligned, lanes
-from skpose._parallel.rows import over_rows
-from skpose.kinematics._shared import tree_of
+from skpose._utils.parallel import over_rows
+from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
-from skpose.metrics._shared import ENCODED_AT_ONCE
+from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.skeleton import Skeleton

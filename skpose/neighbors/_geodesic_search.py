@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from skpose._compiled.pose.candidates import Candidates
-from skpose._typing import ArrayLike
+from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar

@@ -9,8 +9,8 @@ from sklearn import get_config
 from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import StrOptions, fit_context
-from skpose.metrics._shared import warn_of_unconverged
+from skpose._utils.sklearn import StrOptions, fit_context
+from skpose.metrics._convergence import warn_of_unconverged
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._compat.sklearn import Interval
+from skpose._utils.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer, check_k
 from skpose.neighbors._queries import KNearest
 from skpose.neighbors._results import select_requested

@@ -12,9 +12,9 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.utils import gen_batches
 
-from skpose._parallel.backends import from_workers, in_processes
-from skpose._parallel.progress import progress
-from skpose._parallel.tasks import TASKS_PER_WORKER
+from skpose._utils.backends import from_workers, in_processes
+from skpose._utils.parallel import TASKS_PER_WORKER
+from skpose._utils.progress import progress
 from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._results import Evaluations, Neighbors

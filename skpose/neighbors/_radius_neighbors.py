@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._compat.sklearn import Interval
+from skpose._utils.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
 from skpose.neighbors._queries import WithinRadius
 from skpose.neighbors._results import select_requested

@@ -14,9 +14,10 @@ from skpose._compiled.pose.candidates import Batch, Candidates, copy_code, neare
 from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
 from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import empty_aligned, lanes
-from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
+from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose.metrics import Metric
-from skpose.metrics._shared import ENCODED_AT_ONCE, CoarseBound
+from skpose.metrics._matrix import ENCODED_AT_ONCE
+from skpose.metrics._metric import CoarseBound
 from skpose.neighbors._filter import FLOAT32, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex, largest_of
 from skpose.neighbors._nearest_so_far import NearestSoFar

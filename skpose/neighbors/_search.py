@@ -21,8 +21,8 @@ import numpy as np
 
 from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates_loop
 from skpose._compiled.pose.loops import FLOAT64_LANES
-from skpose._parallel.rows import TASKS_PER_JOB_UNEVEN, over_rows
-from skpose._typing import ArrayLike
+from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
+from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
 from skpose.neighbors._cost import CostModel, sample_of
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.options import check_integer, check_kind
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric
 from skpose.motions import Alignment, align_motions
-from skpose.motions._shared import Quantity
+from skpose.motions._alignment import Quantity
 from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 from skpose.plot._pose import GAP, check_projection, draw_pose

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.poses import check_poses
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_poses
 from skpose.metrics import Metric, pose_distances
-from skpose.metrics._shared import resolve
+from skpose.metrics._registry import resolve
 from skpose.plot._axes import axes
 from skpose.skeleton import Skeleton
 

@@ -2,17 +2,15 @@
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind
-from skpose._validation.poses import check_pose
-from skpose._validation.skeletons import check_skeleton
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_kind, check_pose, check_skeleton
 from skpose.geodesics import GeodesicResult, geodesic
 from skpose.kinematics import metric_tensor
 from skpose.metrics import Metric, Spatial, pose_distances
 from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import straight_line
+from skpose.skeleton._interpolation import straight_line
 
 MARGIN = 0.2  # around the curves, relative to their extent
 ABOVE = 1.5  # times that above them, where the legend stands

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation.options import check_integer, check_kind
+from skpose._utils.validation import check_integer, check_kind
 from skpose.biomechanics import JointAngles
 from skpose.plot._axes import SIDES as COLOURS
 from skpose.plot._axes import axes

@@ -3,7 +3,7 @@
 import numpy as np
 
 from skpose.plot._axes import SIDES
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 
 ROW = 0.19  # inches: the height of a joint
 LARGEST_FONT = 9.0  # points

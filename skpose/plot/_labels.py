@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._typing import ArrayLike
+from skpose._utils.typing import ArrayLike
 
 
 class Groups(NamedTuple):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.options import check_kind
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import check_kind
 from skpose.manifold import SpatialMDS
 from skpose.plot._axes import PALETTE, add_legend, axes, label_style
 from skpose.plot._labels import find_groups

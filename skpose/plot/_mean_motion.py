@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose._validation.options import check_kind
+from skpose._utils.validation import check_kind
 from skpose.motions import MeanMotion
 from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map

@@ -4,18 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.options import check_integer, check_kind
-from skpose._validation.poses import check_pose, check_poses
-from skpose._validation.skeletons import check_skeleton
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_integer, check_kind, check_pose, check_poses, check_skeleton
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
 from skpose.plot._axes import COLOURS, SIDES, axes
 from skpose.plot._views import choose_projection, find_vertical
 from skpose.plot._volume import draw_ground, draw_volume, lowest_of, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._shape import Shape
 
 Y = 1

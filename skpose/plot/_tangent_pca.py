@@ -3,7 +3,7 @@
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._validation.options import check_integer, check_kind, check_positive
+from skpose._utils.validation import check_integer, check_kind, check_positive
 from skpose.kinematics import forward_kinematics
 from skpose.plot._pose import PoseStripDisplay
 from skpose.skeleton import Skeleton

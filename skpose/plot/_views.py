@@ -3,7 +3,7 @@
 import numpy as np
 
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import root_orientations
+from skpose.skeleton._root import root_orientations
 
 
 def find_vertical(motion: Motion) -> int:

@@ -6,7 +6,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import fit_context
+from skpose._utils.sklearn import fit_context
 from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS, KernelMixin
 
 

@@ -21,7 +21,7 @@ from numbers import Real
 import numpy as np
 from scipy.linalg import eigh, eigvalsh
 
-from skpose._compat.sklearn import Interval, StrOptions
+from skpose._utils.sklearn import Interval, StrOptions
 
 SCALE_SAMPLES = 500  # training samples from which gamma="scale" takes the mean squared distance
 KERNEL_CONSTRAINTS: dict[str, list] = {

@@ -8,11 +8,16 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from skpose._base import EstimatorMixin
-from skpose._compat.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
-from skpose._validation.poses import check_poses
-from skpose._validation.positions import check_position_dimensions, check_position_names, check_position_width
-from skpose._validation.skeletons import IS_SKELETON, limits_of
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import (
+    IS_SKELETON,
+    check_poses,
+    check_position_dimensions,
+    check_position_names,
+    check_position_width,
+    limits_of,
+)
 from skpose.keypoints import Keypoints
 from skpose.kinematics import forward_kinematics, inverse_kinematics
 from skpose.skeleton import Motion, Skeleton

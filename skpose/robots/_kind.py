@@ -2,10 +2,10 @@
 
 import os
 import re
+from pathlib import Path
 from typing import Literal
 
 from skpose.io._arguments import Readable
-from skpose.io._opening import open_file
 
 # Blanks, declarations and comments before the first element, none of which is tried twice, and its name.
 FIRST_ELEMENT = re.compile(
@@ -30,5 +30,5 @@ def is_robot(path: Readable) -> bool:
     """Return whether a file, or an open file of bytes, is a robot, by its beginning."""
     if not isinstance(path, str | os.PathLike):
         return robot_kind(path.read(HEAD).decode("utf-8", errors="replace")) is not None
-    with open_file(path) as file:
+    with Path(path).open("rb") as file:
         return robot_kind(file.read(HEAD).decode("utf-8", errors="replace")) is not None

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._typing import ArrayLike
-from skpose._validation.names import near_names
-from skpose._warnings import warn
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import near_names
+from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
 from skpose.robots._model import RobotFile, list_names, read_robot
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import BALL, HINGE, SLIDE
+from skpose.skeleton._bone import BALL, HINGE, SLIDE
 
 if TYPE_CHECKING:
     import mujoco

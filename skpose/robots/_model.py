@@ -9,12 +9,12 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from skpose.io import MocapFormatError
-from skpose.io._shared import open_file
 from skpose.robots._kind import first_element, robot_kind
 
 # Elements of a model other than bodies, frames and joints; elements that refer to others come first.
@@ -85,7 +85,7 @@ def _read_text(path: Any) -> tuple[str, str]:
     if hasattr(path, "read"):
         name, content = str(getattr(path, "name", "the open file")), path.read()
     else:
-        with open_file(path) as file:
+        with Path(path).open("rb") as file:
             name, content = os.fspath(path), file.read()
     return name, content if isinstance(content, str) else content.decode("utf-8", errors="replace")
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._landmarks import SIDES
 from skpose.kinematics._lines import unit
@@ -12,7 +12,7 @@ from skpose.kinematics._rigs import ANKLE, HAND, HIP, WRIST
 from skpose.robots._contacts import Contact, find_contacts, find_floor
 from skpose.robots._stance import ARM, LEG, Place, Stance, with_places
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import root_orientations
+from skpose.skeleton._root import root_orientations
 
 FLIP, FASTEST = np.radians(60.0), 100.0  # rad between frames, and rad/s, beyond which a foot cannot turn
 UP = 0.7  # sine of the angle above the horizontal up to which a foot stands

@@ -6,15 +6,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._compat.sklearn import validate_params
-from skpose._typing import ArrayLike
-from skpose._validation.motions import check_frame_rate
-from skpose._warnings import warn
+from skpose._utils.sklearn import validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import check_frame_rate
+from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
 from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, build_robot
 from skpose.robots._model import RobotFile, list_names, read_robot
 from skpose.skeleton import Bone, Motion
-from skpose.skeleton._shared import FORMS, continuous_columns, continuous_root_angles, root_orientations, rotations_of
+from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._root import continuous_root_angles, root_orientations
+from skpose.skeleton._rotation_forms import FORMS
+from skpose.skeleton._rotations import rotations_of
 
 if TYPE_CHECKING:
     import mujoco

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._validation.skeletons import IS_SKELETON
-from skpose._warnings import warn
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.validation import IS_SKELETON
+from skpose._utils.warnings import warn
 from skpose.kinematics._counterparts import check_joints
 from skpose.kinematics._landmarks import path_up
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
@@ -21,7 +21,7 @@ from skpose.robots._stance import Place, Stance, sole_of, stances_of
 from skpose.robots._tables import HEEL, TIP
 from skpose.robots._targets import FASTEST, STIFFNESS, Aim, aim_at
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import continuous_root_angles
+from skpose.skeleton._root import continuous_root_angles
 
 PERSON = 0.2, 1.5  # m, the shortest and the longest legs of people
 # The heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.

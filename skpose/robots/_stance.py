@@ -17,7 +17,9 @@ from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, ELBOW, HAND, HIP, KNEE,
 from skpose.robots._contacts import Sole
 from skpose.robots._tables import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import axes_at_zero, axes_of, positions_at_zero, split_sides
+from skpose.skeleton._bone import axes_of
+from skpose.skeleton._rest import axes_at_zero, positions_at_zero
+from skpose.skeleton._sides import split_sides
 
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
 FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands

@@ -28,7 +28,7 @@ from skpose.robots._person import (
 from skpose.robots._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
 from skpose.robots._stance import ARM, LEG, Place, Stance, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import positions_at_zero
+from skpose.skeleton._rest import positions_at_zero
 
 # Share of a limb's first bone: knees bend forward and elbows backward by so much if the person's are straight.
 POLE = 0.15

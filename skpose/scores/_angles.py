@@ -4,9 +4,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose._compat.sklearn import StrOptions, validate_params
-from skpose._typing import ArrayLike
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
 from skpose.scores._inputs import ANGLES, AngleUnit, check_equal, mean_of, read_columns, read_weights
 
 CONSTANT = 1e-4  # rad, standard deviation up to which published programs call an angle constant

@@ -4,9 +4,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from skpose._compat.sklearn import StrOptions, check_sample_weight, validate_params
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
-from skpose._typing import ArrayLike
+from skpose._utils.sklearn import StrOptions, check_sample_weight, validate_params
+from skpose._utils.typing import ArrayLike
 from skpose.scores._align import align as align_points
 from skpose.scores._inputs import (
     CONSTRAINTS,

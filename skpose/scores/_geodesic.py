@@ -5,9 +5,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._compat.sklearn import StrOptions, validate_params
-from skpose._typing import ArrayLike
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
 from skpose.scores._inputs import (
     ANGLES,
     CONSTRAINTS,
@@ -21,7 +21,8 @@ from skpose.scores._inputs import (
 )
 from skpose.scores._mpjpe import Average
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import FORMS, RotationForm, rotations_of
+from skpose.skeleton._rotation_forms import FORMS, RotationForm
+from skpose.skeleton._rotations import rotations_of
 
 
 @validate_params(

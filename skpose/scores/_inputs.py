@@ -5,13 +5,11 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from skpose._compat.sklearn import StrOptions, check_sample_weight
-from skpose._typing import ArrayLike
-from skpose._validation.columns import check_column_names, check_width
-from skpose._validation.numbers import as_numbers
-from skpose._validation.skeletons import IS_SKELETON
-from skpose._validation.units import extent_of, warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.sklearn import StrOptions, check_sample_weight
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import extent_of, warn_of_degrees
+from skpose._utils.validation import IS_SKELETON, as_numbers, check_column_names, check_width
+from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Skeleton
 

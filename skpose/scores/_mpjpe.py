@@ -2,8 +2,8 @@
 
 from typing import Any, Literal
 
-from skpose._compat.sklearn import validate_params
-from skpose._typing import ArrayLike
+from skpose._utils.sklearn import validate_params
+from skpose._utils.typing import ArrayLike
 from skpose.scores._align import align as align_points
 from skpose.scores._inputs import CONSTRAINTS, LENGTHS, Joints, Length, errors_of, mean_of, read_points, select_joints
 from skpose.skeleton import Skeleton

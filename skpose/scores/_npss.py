@@ -4,8 +4,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose._compat.sklearn import StrOptions, validate_params
-from skpose._typing import ArrayLike
+from skpose._utils.sklearn import StrOptions, validate_params
+from skpose._utils.typing import ArrayLike
 from skpose.scores._inputs import check_equal, read_columns, read_weights
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import SkeletonLike
 from skpose.skeleton._rest import directions_at_zero
 
 LARGEST_DIFFERENCE = 45.0  # degrees: people of one set differ by less, T-poses and A-poses by more

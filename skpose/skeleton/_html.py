@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import SkeletonLike
 
 MOST_ROWS = 50
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import SkeletonLike
 from skpose.skeleton._bone import axes_of, with_columns
 from skpose.skeleton._rotations import rotations_of
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import SkeletonLike
 from skpose.skeleton._sides import PATTERNS
 
 ROOT = -1

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.options import check_choice
+from skpose._utils.validation import check_choice
 from skpose.skeleton._bone import Bone, axes_of, with_columns
 from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rest import directions_at_zero

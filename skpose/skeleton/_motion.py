@@ -6,14 +6,19 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 
-from skpose._displays import Page, displays
-from skpose._typing import ArrayLike
-from skpose._validation.columns import check_column_names, other_than_poses
-from skpose._validation.motions import check_frame_rate, check_up
-from skpose._validation.options import check_choice, check_integer
-from skpose._validation.skeletons import check_skeleton
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
+from skpose._utils.displays import Page, displays
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import (
+    check_choice,
+    check_column_names,
+    check_frame_rate,
+    check_integer,
+    check_skeleton,
+    check_up,
+    other_than_poses,
+)
+from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes
 from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import convert, remove_jumps

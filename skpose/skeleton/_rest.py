@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import SkeletonLike
 
 NO_DIRECTION = 1e-3  # share of the longest bone: a shorter one, or none, has no direction
 

@@ -6,11 +6,9 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._typing import ArrayLike
-from skpose._validation.options import check_choice
-from skpose._validation.poses import check_is_array, check_poses
-from skpose._validation.skeletons import check_skeleton
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_choice, check_is_array, check_poses, check_skeleton
 from skpose.skeleton._bone import Bone, with_columns
 from skpose.skeleton._rotations import fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable
 
-from skpose._validation.names import near_names
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import SkeletonLike, near_names
 from skpose.skeleton._bone import Bone
 
 

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.names import near_names
-from skpose._validation.options import check_choice
-from skpose._validation.skeletons import check_skeleton
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import check_choice, check_skeleton, near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
 from skpose.skeleton._comparison import check_comparable
 from skpose.skeleton._html import columns_of_bones, foldable_table

@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._validation.motions import MotionLike
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.validation import MotionLike, SkeletonLike
 from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._root import root_orientations

@@ -6,9 +6,8 @@ from typing import Any, Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._typing import ArrayLike
-from skpose._validation.options import check_choice
-from skpose._validation.skeletons import SkeletonLike
+from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import SkeletonLike, check_choice
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._mass import mass_weights

@@ -11,14 +11,14 @@ from sklearn.utils import check_array, gen_batches
 from sklearn.utils.validation import check_consistent_length, check_is_fitted, validate_data
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, StrOptions, check_sample_weight, fit_context
-from skpose._parallel.progress import progress
-from skpose._validation.columns import check_column_names, check_dimensions, check_width
-from skpose._validation.poses import check_is_array
-from skpose._validation.units import warn_of_degrees
-from skpose._warnings import warn
-from skpose.geodesics._shared import WeightedMeans
-from skpose.metrics._shared import paired_distances, require_means, warn_of_no_skeleton
+from skpose._utils.progress import progress
+from skpose._utils.sklearn import Interval, StrOptions, check_sample_weight, fit_context
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_column_names, check_dimensions, check_is_array, check_width
+from skpose._utils.warnings import warn
+from skpose.geodesics._weightings import WeightedMeans
+from skpose.metrics._paired import paired_distances
+from skpose.metrics._registry import require_means, warn_of_no_skeleton
 from skpose.statistics._kernel_weights import KernelWeights
 
 EQUAL = 1e-9  # rounding error of predicted angles, rad

@@ -16,13 +16,15 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 from skpose.geodesics import frechet_mean
-from skpose.geodesics._shared import TangentSpace, to_joints, why_no_logarithms
-from skpose.kinematics._shared import jacobians_of, tree_of_all_joints
+from skpose.geodesics._logarithm import to_joints, why_no_logarithms
+from skpose.geodesics._tangent_space import TangentSpace
+from skpose.kinematics._forward import jacobians_of
+from skpose.kinematics._tree import tree_of_all_joints
 from skpose.metrics import Angle, Geodesic, Metric, Position
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import mean_of_joints, move, skeleton_at, steps_from
+from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 
 
 class Columns(NamedTuple):

@@ -9,9 +9,9 @@ from sklearn.utils.extmath import svd_flip
 from sklearn.utils.validation import check_array, check_is_fitted
 
 from skpose._base import PoseEstimatorMixin
-from skpose._compat.sklearn import Interval, RealNotInt, fit_context
-from skpose.kinematics._shared import weighted_positions
-from skpose.metrics._shared import METRIC_CONSTRAINTS, require
+from skpose._utils.sklearn import Interval, RealNotInt, fit_context
+from skpose.kinematics._forward import weighted_positions
+from skpose.metrics._registry import METRIC_CONSTRAINTS, require
 from skpose.statistics._spaces import SPACES, Space, why_no_vectors
 
 VARIES = 1e-7  # singular values below this share of the largest count as zero

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from sklearn.utils import check_random_state
 
-from skpose._compat.sklearn import Interval, StrOptions, validate_params
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._shared import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton, warn_of_unconverged
-from skpose.motions._shared import Sequences
+from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton
+from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 from skpose.statistics._permutations import Design, permutation_test
 from skpose.statistics._unit_means import Distances, mean_kernel, negative_distances

@@ -11,9 +11,10 @@ import numpy as np
 from sklearn.utils import gen_batches
 
 from skpose.metrics import Metric
-from skpose.metrics._shared import DistanceMatrix, Unconverged
-from skpose.motions._shared import Sequences
-from skpose.preprocessing._shared import Kernel, repair_kernel
+from skpose.metrics._convergence import Unconverged
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.motions._inputs import Sequences
+from skpose.preprocessing._kernels import Kernel, repair_kernel
 from skpose.skeleton import Skeleton
 
 TILE = 4096  # frames per edge of a tile: 134 MB in float64

@@ -4,11 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._validation.poses import check_poses
-from skpose._warnings import warn
+from skpose._utils.validation import check_poses
+from skpose._utils.warnings import warn
 from skpose.metrics import Metric
-from skpose.metrics._shared import MotionMetric
-from skpose.motions._shared import CheckedMotions, Sequences, check_motions
+from skpose.metrics._motion_metrics import MotionMetric
+from skpose.motions._inputs import CheckedMotions, Sequences, check_motions
 from skpose.skeleton import Skeleton
 
 FRAMES_OF_A_RECORDING = 0.4  # threshold of `_warn_of_frames`, above the ratio of most recordings

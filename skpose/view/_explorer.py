@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation.options import check_kind
+from skpose._utils.validation import check_kind
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric, Spatial
-from skpose.metrics._shared import METRICS, resolve
+from skpose.metrics._registry import METRICS, resolve
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import root_orientations
+from skpose.skeleton._root import root_orientations
 from skpose.view._embeddings import EMBEDDINGS, embed
 from skpose.view._pack import TURN, pack, unpack
 from skpose.view._page import Page, page_of

@@ -17,7 +17,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from skpose._files import PathLike, new_file
+from skpose._utils.files import PathLike, new_file
 
 Asset = str | Path
 

@@ -4,13 +4,15 @@ from typing import Literal
 
 import numpy as np
 
-from skpose._typing import ArrayLike
-from skpose._validation.poses import check_pose
-from skpose._validation.units import warn_of_degrees
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_pose
 from skpose.geodesics import geodesic
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._shared import TWO_PI, interpolate_poses, limited_dofs, straight_line
+from skpose.skeleton._interpolation import interpolate_poses, straight_line
+from skpose.skeleton._limits import limited_dofs
+from skpose.skeleton._rotations import TWO_PI
 from skpose.view._page import Page
 from skpose.view._player import page, pairs_data
 from skpose.view._scene import motion_data

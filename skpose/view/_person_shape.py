@@ -27,7 +27,8 @@ from skpose.kinematics._rigs import (
     WRIST,
 )
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import PROPORTIONS, positions_at_zero
+from skpose.skeleton._proportions import PROPORTIONS
+from skpose.skeleton._rest import positions_at_zero
 
 # Radii, as shares of the height.
 R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.055, 0.0305, 0.0325, 0.0195

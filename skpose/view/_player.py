@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from skpose._validation.options import check_kind
+from skpose._utils.validation import check_kind
 from skpose.keypoints import Keypoints, Layout
-from skpose.keypoints._shared import check_layout
+from skpose.keypoints._layouts import check_layout
 from skpose.motions import Alignment
 from skpose.skeleton import Motion
 from skpose.view._pack import pack

@@ -4,11 +4,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._validation.units import extent_of
+from skpose._utils.units import extent_of
 from skpose.keypoints import Keypoints, Layout
-from skpose.keypoints._shared import find_layout, find_names
+from skpose.keypoints._layouts import find_layout
+from skpose.keypoints._names import find_names
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack
 from skpose.view._scene import AXES, Scene, largest_error

@@ -7,7 +7,8 @@ import numpy as np
 
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import heading, root_orientations, sides
+from skpose.skeleton._root import heading, root_orientations
+from skpose.skeleton._sides import sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack, pack_angles, unpack
 from skpose.view._shape import find_shape

@@ -11,7 +11,7 @@ import numpy as np
 
 from skpose.kinematics._landmarks import find_landmarks
 from skpose.skeleton import Skeleton
-from skpose.skeleton._shared import size_of
+from skpose.skeleton._rest import size_of
 from skpose.view._person_shape import Part, Shift, Sphere, person_parts
 
 # Radii of links, as shares of the size of the figure and of the length of the bone. The size is the longest side of

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._shared import tree_of
+from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Bone, Skeleton
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._shape import find_shape
 
 # Scripts that compute without a page, in the order of their dependencies.

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from skpose.skeleton import Motion
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._scene import Scene, scene_of
 from skpose.view._shape import Shape, find_shape, outline
 

@@ -14,7 +14,7 @@ from rigs import RIGS, file_of, random_segments
 from skpose import Motion, pose_distances
 from skpose.datasets import humanoid
 from skpose.io import load_bvh, save_bvh
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._scene import scene_of
 from skpose.view._shape import find_shape
 

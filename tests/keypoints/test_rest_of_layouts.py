@@ -8,7 +8,7 @@ from people import moving, standing
 from scipy.spatial.transform import Rotation
 
 from skpose.keypoints import fit_skeleton, layouts
-from skpose.skeleton._shared import directions_at_zero
+from skpose.skeleton._rest import directions_at_zero
 
 LARGEST = 45.0  # degrees by which rest poses may differ in one data set
 

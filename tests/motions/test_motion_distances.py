@@ -11,7 +11,7 @@ from conftest import SKELETONS, in_turns, random_tree
 
 from skpose import Skeleton, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate
-from skpose._parallel.backends import from_workers
+from skpose._utils.backends import from_workers
 from skpose.metrics._registry import METRICS
 from skpose.motions import _matrix
 

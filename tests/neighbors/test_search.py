@@ -5,7 +5,7 @@ import pytest
 from conftest import SKELETONS
 
 from skpose import pose_distances
-from skpose._parallel import rows
+from skpose._utils import parallel
 from skpose.datasets import make_gait
 from skpose.metrics import Angle, Spatial
 from skpose.metrics._registry import METRICS, resolve
@@ -133,8 +133,8 @@ def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):
     near = within(search_of(X, HUMANOID, metric), queries, radius)
     monkeypatch.setattr(_search, "GROUPS_AT_ONCE", 4)
     monkeypatch.setattr(_search, "QUERIES", 33)
-    monkeypatch.setattr(rows, "LITTLE_WORK", 1)
-    monkeypatch.setattr(rows, "WORK_PER_TASK", 1e5)
+    monkeypatch.setattr(parallel, "LITTLE_WORK", 1)
+    monkeypatch.setattr(parallel, "WORK_PER_TASK", 1e5)
     for n_jobs, brute in ((1, False), (3, False), (3, True)):
         search = search_of(X, HUMANOID, metric, n_jobs=n_jobs, brute=brute)
         for k in expected:

@@ -13,8 +13,8 @@ import pytest
 from conftest import random_tree
 
 from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances, pose_distances_chunked
-from skpose._parallel import backends
-from skpose._parallel.backends import BackendError, from_workers, in_processes
+from skpose._utils import backends
+from skpose._utils.backends import BackendError, from_workers, in_processes
 
 TREE = random_tree(0)
 TASKS = [(i, i + 1) for i in range(30)]

@@ -7,8 +7,8 @@ import pytest
 from conftest import HAS_CALLBACKS, Recorder, random_tree
 
 from skpose import MedoidShift, PoseKNeighborsTransformer, SpatialMDS, pose_distances, pose_distances_chunked
-from skpose._parallel import progress as progress_module
-from skpose._parallel.progress import progress
+from skpose._utils import progress as progress_module
+from skpose._utils.progress import progress
 
 TREE = random_tree(0)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
 
 
 @pytest.mark.parametrize("n_jobs", [1, 2, 5])

@@ -8,7 +8,7 @@ from pages import data_of
 
 from skpose import Keypoints, Motion, Skeleton
 from skpose.keypoints import Layout, layouts
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view import player
 from skpose.view._pack import unpack
 

@@ -10,9 +10,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics
-from skpose.kinematics._shared import find_landmarks
+from skpose.kinematics._landmarks import find_landmarks
 from skpose.skeleton._mass import ARM, LEG
-from skpose.skeleton._shared import PROPORTIONS
+from skpose.skeleton._proportions import PROPORTIONS
 from skpose.view._person_shape import R_SKULL
 from skpose.view._shape import find_shape, outline
 

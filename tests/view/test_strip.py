@@ -9,7 +9,7 @@ from conftest import SKELETONS
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import make_gait
-from skpose.skeleton._shared import sides
+from skpose.skeleton._sides import sides
 from skpose.view._scene import scene_of
 from skpose.view._shape import find_shape
 from skpose.view._strip import _project

@@ -7,7 +7,7 @@ from pathlib import Path
 from skpose.datasets import make_gait
 from skpose.io import save_bvh
 from skpose.kinematics import _landmarks
-from skpose.metrics._shared import METRICS
+from skpose.metrics._registry import METRICS
 from skpose.skeleton import _sides
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
 from skpose.view import _person_shape

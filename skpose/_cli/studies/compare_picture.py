@@ -12,7 +12,7 @@ from skpose._cli.studies.compare import Result, warp_all
 from skpose.datasets import MotionDataset
 from skpose.metrics import pose_distances
 from skpose.plot import PoseStripDisplay
-from skpose.plot._shared import COLOURS
+from skpose.plot._axes import COLOURS
 from skpose.skeleton import Motion
 
 N_SHOWN = 12  # actions

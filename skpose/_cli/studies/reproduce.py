@@ -31,8 +31,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import silhouette_score
 
 from skpose._cli.studies.compare import FRAME_RATE, classify, first_component
-from skpose._parallel.progress import progress
-from skpose._parallel.threads import in_threads
+from skpose._utils.parallel import in_threads
+from skpose._utils.progress import progress
 from skpose.cluster import MedoidShift
 from skpose.datasets import MotionDataset, walks_and_runs
 from skpose.geodesics import geodesic

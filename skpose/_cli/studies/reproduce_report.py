@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure  # without pyplot: no window, no backend
 
 from skpose._cli.studies.reproduce import DIFFERENCES, N_DRAWS, Findings
-from skpose.metrics._shared import METRICS
+from skpose.metrics._registry import METRICS
 from skpose.plot import GeodesicDisplay, MDSDisplay
-from skpose.plot._shared import COLOURS
+from skpose.plot._axes import COLOURS
 
 HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences", "poses", "test")
 

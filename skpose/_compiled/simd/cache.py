@@ -11,7 +11,7 @@ from typing import Any
 import numba
 from numba import njit
 
-from skpose._warnings import warn
+from skpose._utils.warnings import warn
 
 
 def _can_cache() -> bool:

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeVar
 import joblib
 import numpy as np
 
-from skpose._compat.joblib import (
+from skpose._utils.joblib import (
     active_backend,
     dask_client,
     is_dask,

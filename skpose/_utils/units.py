@@ -12,8 +12,8 @@ may be a robot's arm: it is not checked.
 
 import numpy as np
 
-from skpose._validation.skeletons import SkeletonLike
-from skpose._warnings import is_called_by_user, warn
+from skpose._utils.validation import SkeletonLike
+from skpose._utils.warnings import is_called_by_user, warn
 
 TWO_PI = 2.0 * np.pi
 FAR = 3.0 * TWO_PI  # rad

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from skpose._compat.sklearn import CallbackSupportMixin, callback_context, with_callbacks
-from skpose._parallel.progress import report_to
+from skpose._utils.progress import report_to
+from skpose._utils.sklearn import CallbackSupportMixin, callback_context, with_callbacks
 
 __all__ = ["CallbackSupportMixin", "FitReport", "with_callbacks"]
 
