@@ -20,8 +20,9 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 
-from skpose import forward_kinematics, inverse_kinematics, position_jacobian
+from skpose import forward_kinematics, inverse_kinematics
 from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.kinematics import position_jacobian
 
 SEED, EXACT = 0, 1e-6  # m
 

@@ -17,9 +17,10 @@ import common
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from skpose import Bone, Skeleton, forward_kinematics, pose_distances, position_jacobian
+from skpose import Bone, Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import load_cmu, load_hdm05, make_gait
 from skpose.geodesics import frechet_mean, geometric_median
+from skpose.kinematics import position_jacobian
 
 N_ROTATIONS = 28
 FRAME_RATE = 12

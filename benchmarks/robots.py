@@ -16,7 +16,8 @@ import common
 import mujoco
 import numpy as np
 
-from skpose import forward_kinematics, position_jacobian
+from skpose import forward_kinematics
+from skpose.kinematics import position_jacobian
 from skpose.robots import load_robot
 
 N_CONFIGURATIONS, CHUNK = 10_000, 500

@@ -13,11 +13,11 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from sklearn.manifold import ClassicalMDS
 
-from skpose import Motion, MotionDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose import Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import humanoid, make_actions, make_gait
 from skpose.geodesics import frechet_mean
 from skpose.metrics import Geodesic
-from skpose.motions import align_motions
+from skpose.motions import MotionDistanceTransformer, align_motions
 from skpose.skeleton._sides import sides
 from skpose.view._shape import find_shape, outline
 

@@ -15,27 +15,17 @@ from skpose._utils.displays import displays as _displays_of_motions
 __all__ = [
     "Bone",
     "Keypoints",
-    "MedoidShift",
     "Motion",
-    "MotionDistanceTransformer",
-    "MotionKNeighborsTransformer",
     "PoseDistanceTransformer",
-    "PoseFromPositions",
     "PoseKNeighborsTransformer",
     "PoseRadiusNeighborsTransformer",
     "Skeleton",
-    "SpatialMDS",
     "forward_kinematics",
     "geodesic",
     "inverse_kinematics",
-    "metric_tensor",
     "motion_distances",
     "pose_distances",
-    "pose_distances_chunked",
     "pose_metric",
-    "poses_from_rotations",
-    "position_jacobian",
-    "rotations_from_poses",
 ]
 
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
@@ -59,36 +49,34 @@ if TYPE_CHECKING:
     from skpose import skeleton as skeleton
     from skpose import statistics as statistics
     from skpose import view as view
-    from skpose.cluster import MedoidShift
     from skpose.geodesics import geodesic
     from skpose.keypoints import Keypoints
-    from skpose.kinematics import forward_kinematics, inverse_kinematics, metric_tensor, position_jacobian
-    from skpose.manifold import SpatialMDS
-    from skpose.metrics import pose_distances, pose_distances_chunked, pose_metric
-    from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer, motion_distances
+    from skpose.kinematics import forward_kinematics, inverse_kinematics
+    from skpose.metrics import pose_distances, pose_metric
+    from skpose.motions import motion_distances
     from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
-    from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
-    from skpose.skeleton import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+    from skpose.preprocessing import PoseDistanceTransformer
+    from skpose.skeleton import Bone, Motion, Skeleton
 
     __version__: str
 else:
     _PACKAGES = {
         "biomechanics": [],
-        "cluster": ["MedoidShift"],
+        "cluster": [],
         "datasets": [],
         "geodesics": ["geodesic"],
         "io": [],
         "keypoints": ["Keypoints"],
-        "kinematics": ["forward_kinematics", "inverse_kinematics", "metric_tensor", "position_jacobian"],
-        "manifold": ["SpatialMDS"],
-        "metrics": ["pose_distances", "pose_distances_chunked", "pose_metric"],
-        "motions": ["MotionDistanceTransformer", "MotionKNeighborsTransformer", "motion_distances"],
+        "kinematics": ["forward_kinematics", "inverse_kinematics"],
+        "manifold": [],
+        "metrics": ["pose_distances", "pose_metric"],
+        "motions": ["motion_distances"],
         "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
         "plot": [],
-        "preprocessing": ["PoseDistanceTransformer", "PoseFromPositions"],
+        "preprocessing": ["PoseDistanceTransformer"],
         "robots": [],
         "scores": [],
-        "skeleton": ["Bone", "Motion", "Skeleton", "poses_from_rotations", "rotations_from_poses"],
+        "skeleton": ["Bone", "Motion", "Skeleton"],
         "statistics": [],
         "view": [],
     }

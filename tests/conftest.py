@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Skeleton, SpatialMDS, forward_kinematics
+from skpose import Bone, Skeleton, forward_kinematics
 from skpose.datasets import humanoid, load_cmu, load_hdm05, make_gait
 from skpose.io import load_asf, load_bvh, save_bvh
+from skpose.manifold import SpatialMDS
 from skpose.metrics import Angle
 from skpose.metrics._registry import METRICS
 

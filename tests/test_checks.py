@@ -10,19 +10,12 @@ from sklearn.utils.estimator_checks import (
     parametrize_with_checks,
 )
 
-from skpose import (
-    MedoidShift,
-    MotionDistanceTransformer,
-    MotionKNeighborsTransformer,
-    PoseDistanceTransformer,
-    PoseFromPositions,
-    PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
-    Skeleton,
-    SpatialMDS,
-)
-from skpose.cluster import PoseKMeans
+from skpose import PoseDistanceTransformer, PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, Skeleton
+from skpose.cluster import MedoidShift, PoseKMeans
+from skpose.manifold import SpatialMDS
 from skpose.metrics import Angle
+from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
+from skpose.preprocessing import PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 pytestmark = [

@@ -13,24 +13,21 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
 from skpose import (
-    MedoidShift,
-    MotionDistanceTransformer,
-    MotionKNeighborsTransformer,
     PoseDistanceTransformer,
-    PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     Skeleton,
-    SpatialMDS,
     forward_kinematics,
     geodesic,
     pose_distances,
-    pose_distances_chunked,
     pose_metric,
 )
-from skpose.cluster import PoseKMeans
+from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.geodesics import frechet_mean
-from skpose.metrics import Angle
+from skpose.manifold import SpatialMDS
+from skpose.metrics import Angle, pose_distances_chunked
+from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
+from skpose.preprocessing import PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 ROOT = Path(__file__).parent.parent

@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 
 from skpose import (
-    MedoidShift,
-    MotionDistanceTransformer,
-    MotionKNeighborsTransformer,
     PoseDistanceTransformer,
-    PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     Skeleton,
-    SpatialMDS,
     forward_kinematics,
 )
-from skpose.cluster import PoseKMeans
+from skpose.cluster import MedoidShift, PoseKMeans
+from skpose.manifold import SpatialMDS
+from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
+from skpose.preprocessing import PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 CHAIN = Skeleton.chain(3)

@@ -11,17 +11,17 @@ from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
 from skpose import (
-    MedoidShift,
     PoseDistanceTransformer,
-    PoseFromPositions,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
     forward_kinematics,
     pose_distances,
 )
 from skpose._cli.studies.compare import COMPARED
+from skpose.cluster import MedoidShift
 from skpose.datasets import make_gait
 from skpose.keypoints import Layout, fit_skeleton
+from skpose.preprocessing import PoseFromPositions
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,9 @@ import joblib
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import PoseKNeighborsTransformer, pose_distances, pose_distances_chunked
+from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import load_cmu, make_gait
+from skpose.metrics import pose_distances_chunked
 from skpose.plot import DistanceMatrixDisplay, PoseDisplay
 
 folder = os.environ.get("SKPOSE_CMU")

@@ -15,9 +15,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from sklearn.metrics import adjusted_rand_score
 
-from skpose import MedoidShift, SpatialMDS
-from skpose.cluster import PoseKMeans
+from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
+from skpose.manifold import SpatialMDS
 from skpose.plot import MDSDisplay, PoseStripDisplay
 
 folder = os.environ.get("SKPOSE_CMU")

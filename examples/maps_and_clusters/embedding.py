@@ -14,8 +14,8 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import SpatialMDS
 from skpose.datasets import load_cmu, make_gait
+from skpose.manifold import SpatialMDS
 from skpose.plot import DistanceMatrixDisplay, MDSDisplay
 
 folder = os.environ.get("SKPOSE_CMU")

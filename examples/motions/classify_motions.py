@@ -16,8 +16,10 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import MotionKNeighborsTransformer, SpatialMDS, motion_distances
+from skpose import motion_distances
 from skpose.datasets import load_hdm05, make_gait
+from skpose.manifold import SpatialMDS
+from skpose.motions import MotionKNeighborsTransformer
 from skpose.plot import DistanceMatrixDisplay, MDSDisplay
 
 folder = os.environ.get("SKPOSE_HDM05")

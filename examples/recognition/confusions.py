@@ -18,9 +18,8 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import MotionKNeighborsTransformer
 from skpose.datasets import MotionDataset, make_gait
-from skpose.motions import motion_distances
+from skpose.motions import MotionKNeighborsTransformer, motion_distances
 from skpose.plot import PoseStripDisplay
 
 FRAME_RATE = 15  # Hz

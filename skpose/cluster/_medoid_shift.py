@@ -86,7 +86,8 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
 
     Examples
     --------
-    >>> from skpose import MedoidShift, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.cluster import MedoidShift
     >>> X = [[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [1.5, 0.0], [1.6, 0.2], [1.7, 0.1]]
     >>> MedoidShift(Skeleton.chain(2), bandwidth=0.5).fit_predict(X)
     array([0, 0, 0, 1, 1, 1])

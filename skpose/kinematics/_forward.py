@@ -144,7 +144,8 @@ def position_jacobian(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
     Examples
     --------
-    >>> from skpose import Skeleton, position_jacobian
+    >>> from skpose import Skeleton
+    >>> from skpose.kinematics import position_jacobian
     >>> position_jacobian([[0.0, 0.0]], Skeleton.chain(2))[0].round(3) + 0.0
     array([[0., 0.],
            [1., 0.],
@@ -196,7 +197,8 @@ def metric_tensor(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
 
     Examples
     --------
-    >>> from skpose import Skeleton, metric_tensor
+    >>> from skpose import Skeleton
+    >>> from skpose.kinematics import metric_tensor
     >>> metric_tensor([[0.0, 0.0]], Skeleton.chain(2))[0]
     array([[5., 2.],
            [2., 1.]])

@@ -106,7 +106,8 @@ class SpatialMDS(
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, SpatialMDS
+    >>> from skpose import Skeleton
+    >>> from skpose.manifold import SpatialMDS
     >>> swing = np.linspace([0.0, 0.0], [0.5, 0.1], 9)
     >>> mds = SpatialMDS(Skeleton.chain(2), n_components=1)
     >>> mds.fit_transform(swing).shape

@@ -225,7 +225,8 @@ def pose_distances_chunked(
     The medoid of a motion, without its matrix:
 
     >>> import numpy as np
-    >>> from skpose import Skeleton, pose_distances_chunked
+    >>> from skpose import Skeleton
+    >>> from skpose.metrics import pose_distances_chunked
     >>> swing = np.linspace([0.0, 0.0], [1.0, 0.0], 101)
     >>> sums = pose_distances_chunked(
     ...     swing, skeleton=Skeleton.chain(2), reduce_func=lambda chunk, start: chunk.sum(axis=1), working_memory=0.01

@@ -110,7 +110,8 @@ class MotionKNeighborsTransformer(
     >>> import numpy as np
     >>> from sklearn.neighbors import KNeighborsClassifier
     >>> from sklearn.pipeline import make_pipeline
-    >>> from skpose import MotionKNeighborsTransformer, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import MotionKNeighborsTransformer
     >>> X = [np.linspace([0.0, 0.0], [reach, 0.0], n) for reach, n in ((1.0, 12), (1.1, 15), (2.0, 12), (2.1, 9))]
     >>> neighbors = MotionKNeighborsTransformer(Skeleton.chain(2), n_neighbors=1).fit(X)
     >>> neighbors.transform(X).toarray().round(3)

@@ -111,7 +111,8 @@ class MotionDistanceTransformer(
     >>> import numpy as np
     >>> from sklearn.pipeline import make_pipeline
     >>> from sklearn.svm import SVC
-    >>> from skpose import MotionDistanceTransformer, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.motions import MotionDistanceTransformer
     >>> def swings(times, n_frames):
     ...     return np.sin(np.linspace(0, times * np.pi, n_frames))[:, np.newaxis] ** 2
     >>> X = [swings(1, 20), swings(1, 33), swings(2, 20), swings(2, 41)]

@@ -35,7 +35,8 @@ class MDSDisplay:
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, SpatialMDS
+    >>> from skpose import Skeleton
+    >>> from skpose.manifold import SpatialMDS
     >>> from skpose.plot import MDSDisplay
     >>> arm, X = Skeleton.chain(2), np.random.default_rng(0).normal(size=(20, 2))
     >>> display = MDSDisplay.from_estimator(SpatialMDS(skeleton=arm).fit(X), X, labels=X[:, 0] > 0)

@@ -84,7 +84,8 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
     An elbow that is bent by a right angle, seen from anywhere:
 
     >>> import numpy as np
-    >>> from skpose import Bone, PoseFromPositions, Skeleton
+    >>> from skpose import Bone, Skeleton
+    >>> from skpose.preprocessing import PoseFromPositions
     >>> arm = Skeleton(
     ...     [
     ...         Bone("shoulder", None, (0, 0, 0)),

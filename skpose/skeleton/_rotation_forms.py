@@ -58,7 +58,8 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
 
     Examples
     --------
-    >>> from skpose import Bone, Skeleton, poses_from_rotations
+    >>> from skpose import Bone, Skeleton
+    >>> from skpose.skeleton import poses_from_rotations
     >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0), "rotvec"), Bone("wrist", "elbow", (0.25, 0, 0), "z")])
     >>> half, quarter = [0.0, 1.0, 0.0, 0.0], [0.5**0.5, 0.0, 0.0, 0.5**0.5]
     >>> poses_from_rotations([[half, quarter]], arm, form="quaternion_wxyz").round(3)
@@ -110,7 +111,8 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
     Examples
     --------
     >>> import numpy as np
-    >>> from skpose import Skeleton, rotations_from_poses
+    >>> from skpose import Skeleton
+    >>> from skpose.skeleton import rotations_from_poses
     >>> rotations_from_poses([[0.0, np.pi / 2]], Skeleton.chain(2), form="6d").round(3) + 0.0
     array([[[ 1.,  0.,  0.,  0.,  1.,  0.],
             [ 0.,  1.,  0., -1.,  0.,  0.]]])

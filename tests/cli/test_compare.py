@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from skpose import SpatialMDS, motion_distances, pose_distances
+from skpose import motion_distances, pose_distances
 from skpose._cli.main import main
 from skpose._cli.studies import compare as study
 from skpose._cli.studies.compare import COMPARED, choose_actions, compare, prepare, warp_all
 from skpose._cli.studies.compare_picture import draw
 from skpose.datasets import MotionDataset, make_actions, make_gait
 from skpose.io import save_bvh
+from skpose.manifold import SpatialMDS
 
 
 @pytest.fixture(scope="module")

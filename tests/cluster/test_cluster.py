@@ -10,7 +10,8 @@ from sklearn.metrics import adjusted_rand_score
 from sklearn.neighbors import KNeighborsTransformer
 from sklearn.utils import get_tags
 
-from skpose import MedoidShift, pose_distances
+from skpose import pose_distances
+from skpose.cluster import MedoidShift
 from skpose.datasets import make_gait
 
 HUMANOID = SKELETONS["humanoid"]

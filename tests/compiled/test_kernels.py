@@ -15,7 +15,8 @@ import reference
 from conftest import MIXED, in_turns, metric_of, random_tree
 
 import skpose
-from skpose import Skeleton, forward_kinematics, geodesic, pose_distances, pose_metric, position_jacobian
+from skpose import Skeleton, forward_kinematics, geodesic, pose_distances, pose_metric
+from skpose.kinematics import position_jacobian
 from skpose.metrics._registry import METRICS
 
 SMALL = {

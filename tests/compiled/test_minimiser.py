@@ -7,13 +7,14 @@ import pytest
 from conftest import MIXED, random_tree
 from entries import from_python
 
-from skpose import Bone, Skeleton, position_jacobian
+from skpose import Bone, Skeleton
 from skpose._compiled.path import order as orders
 from skpose._compiled.path.block_cholesky import factorise, solve
 from skpose._compiled.path.elimination import factors_for
 from skpose._compiled.path.energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.path.normal_equations import NormalEquations, equations_for, normal_equations
 from skpose._compiled.pose.tree import Tree
+from skpose.kinematics import position_jacobian
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))

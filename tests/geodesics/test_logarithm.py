@@ -4,8 +4,8 @@ import reference
 from conftest import SKELETONS, random_tree, weighted
 
 from skpose import Bone, Skeleton, geodesic, pose_distances
-from skpose import position_jacobian as jacobian_of
 from skpose.geodesics import exp_map, log_map
+from skpose.kinematics import position_jacobian as jacobian_of
 from skpose.metrics import Geodesic
 
 ONE_BONE = Skeleton.chain(1)

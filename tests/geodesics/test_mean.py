@@ -5,9 +5,10 @@ from conftest import SKELETONS
 from scipy.optimize import least_squares
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Skeleton, forward_kinematics, geodesic, pose_distances, position_jacobian
+from skpose import Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean
+from skpose.kinematics import position_jacobian
 from skpose.metrics import Geodesic
 
 METRICS = ["position", "geodesic"]

@@ -6,17 +6,8 @@ import reference
 from conftest import random_tree, weighted
 from scipy.spatial.transform import Rotation
 
-from skpose import (
-    Bone,
-    Motion,
-    Skeleton,
-    forward_kinematics,
-    geodesic,
-    inverse_kinematics,
-    metric_tensor,
-    pose_distances,
-    position_jacobian,
-)
+from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, inverse_kinematics, pose_distances
+from skpose.kinematics import metric_tensor, position_jacobian
 from skpose.metrics import Spatial
 
 KINDS = ("hinge", "slide", "rotvec", "hinge", "", "slide", "zy", "hinge", "ZXY", "slide", "x", "hinge")

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 import reference
 
-from skpose import Skeleton, forward_kinematics, metric_tensor, position_jacobian
+from skpose import Skeleton, forward_kinematics
+from skpose.kinematics import metric_tensor, position_jacobian
 
 
 def test_positions_agree_with_the_reference(skeleton, poses):

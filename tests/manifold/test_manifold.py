@@ -6,7 +6,8 @@ from sklearn.decomposition import PCA
 from sklearn.metrics import silhouette_score
 from sklearn.utils import get_tags
 
-from skpose import SpatialMDS, pose_distances
+from skpose import pose_distances
+from skpose.manifold import SpatialMDS
 
 HUMANOID = SKELETONS["humanoid"]
 

@@ -7,7 +7,8 @@ from scipy.sparse import csr_array
 from sklearn import config_context
 from sklearn.metrics import pairwise_distances_chunked
 
-from skpose import pose_distances, pose_distances_chunked
+from skpose import pose_distances
+from skpose.metrics import pose_distances_chunked
 from skpose.metrics._registry import METRICS
 
 TREE = random_tree(0)

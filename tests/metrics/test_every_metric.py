@@ -14,23 +14,25 @@ from sklearn.base import clone
 from sklearn.neighbors import KNeighborsClassifier
 
 from skpose import (
-    MedoidShift,
-    MotionDistanceTransformer,
-    MotionKNeighborsTransformer,
     PoseDistanceTransformer,
     PoseKNeighborsTransformer,
     PoseRadiusNeighborsTransformer,
-    SpatialMDS,
     motion_distances,
     pose_distances,
-    pose_distances_chunked,
     pose_metric,
 )
-from skpose.cluster import PoseKMeans
+from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean, geometric_median
-from skpose.metrics import Angle, Metric, Position, Spatial, compile_encode, compile_measure
-from skpose.motions import align_motions, find_motion, mean_motion
+from skpose.manifold import SpatialMDS
+from skpose.metrics import Angle, Metric, Position, Spatial, compile_encode, compile_measure, pose_distances_chunked
+from skpose.motions import (
+    MotionDistanceTransformer,
+    MotionKNeighborsTransformer,
+    align_motions,
+    find_motion,
+    mean_motion,
+)
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 
 X = np.random.default_rng(0).normal(0.0, 0.5, size=(12, SKELETON.n_dofs))

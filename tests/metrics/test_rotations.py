@@ -6,10 +6,11 @@ import reference
 from conftest import MIXED, random_tree
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, geodesic, pose_distances, poses_from_rotations, rotations_from_poses
+from skpose import Bone, Motion, Skeleton, geodesic, pose_distances
 from skpose.datasets import humanoid
 from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS
+from skpose.skeleton import poses_from_rotations, rotations_from_poses
 
 OF_ROTATIONS = [name for name in METRICS if name != "angle"]
 

@@ -6,8 +6,9 @@ from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut, cross_val_sc
 from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
-from skpose import MotionDistanceTransformer, Skeleton, motion_distances
+from skpose import Skeleton, motion_distances
 from skpose.datasets import make_gait
+from skpose.motions import MotionDistanceTransformer
 from skpose.motions._matrix import MotionMatrix
 
 ARM = Skeleton.chain(3)

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 import reference
 
-from skpose import (
-    Motion,
-    MotionDistanceTransformer,
-    MotionKNeighborsTransformer,
-    Skeleton,
-    motion_distances,
-)
+from skpose import Motion, Skeleton, motion_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics import Centered, Jerk, Position, Velocity
-from skpose.motions import MotionIndex, align_motions, find_motion, segment_repetitions
+from skpose.motions import (
+    MotionDistanceTransformer,
+    MotionIndex,
+    MotionKNeighborsTransformer,
+    align_motions,
+    find_motion,
+    segment_repetitions,
+)
 
 METRICS = [Velocity(), Velocity(0.1), Centered(), Jerk()]
 

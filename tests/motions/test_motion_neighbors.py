@@ -8,11 +8,12 @@ from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut, cross_val_sc
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import MotionKNeighborsTransformer, Skeleton, motion_distances
+from skpose import Skeleton, motion_distances
 from skpose._compiled.warping.paths import Paths
 from skpose.datasets import make_gait
 from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS, resolve
+from skpose.motions import MotionKNeighborsTransformer
 from skpose.motions._index import CLOSED, Bounds, SequenceIndex
 from skpose.motions._inputs import Sequences
 from skpose.motions._search import FIRST_MOTIONS, Aligner, MotionSearch

@@ -11,14 +11,10 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import (
-    MotionDistanceTransformer,
-    Skeleton,
-    motion_distances,
-    pose_distances,
-)
+from skpose import Skeleton, motion_distances, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics import Angle, Spatial
+from skpose.motions import MotionDistanceTransformer
 
 ARM = Skeleton.chain(3)
 

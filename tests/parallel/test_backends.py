@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from conftest import random_tree
 
-from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances, pose_distances_chunked
+from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances
 from skpose._utils import backends
 from skpose._utils.backends import BackendError, from_workers, in_processes
+from skpose.metrics import pose_distances_chunked
 
 TREE = random_tree(0)
 TASKS = [(i, i + 1) for i in range(30)]

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from conftest import HAS_CALLBACKS, Recorder, random_tree
 
-from skpose import MedoidShift, PoseKNeighborsTransformer, SpatialMDS, pose_distances, pose_distances_chunked
+from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose._utils import progress as progress_module
 from skpose._utils.progress import progress
+from skpose.cluster import MedoidShift
+from skpose.manifold import SpatialMDS
+from skpose.metrics import pose_distances_chunked
 
 TREE = random_tree(0)
 

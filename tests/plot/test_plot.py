@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from conftest import SKELETONS
 
-from skpose import Motion, Skeleton, SpatialMDS, forward_kinematics, geodesic, plot, pose_distances
+from skpose import Motion, Skeleton, forward_kinematics, geodesic, plot, pose_distances
 from skpose.biomechanics import JointAngles
+from skpose.manifold import SpatialMDS
 from skpose.metrics import Spatial
 from skpose.motions import mean_motion
 from skpose.plot import (

@@ -10,16 +10,8 @@ from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import make_pipeline
 
-from skpose import (
-    Bone,
-    Keypoints,
-    Motion,
-    PoseFromPositions,
-    PoseKNeighborsTransformer,
-    Skeleton,
-    forward_kinematics,
-    inverse_kinematics,
-)
+from skpose import Bone, Keypoints, Motion, PoseKNeighborsTransformer, Skeleton, forward_kinematics, inverse_kinematics
+from skpose.preprocessing import PoseFromPositions
 
 HUMANOID = SKELETONS["humanoid"]
 COLUMNS = [f"{joint}_{axis}" for joint in HUMANOID.joint_names for axis in "xyz"]

@@ -12,7 +12,7 @@ from sklearn.linear_model import Ridge
 from sklearn.metrics import make_scorer
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
-from skpose import Motion, rotations_from_poses
+from skpose import Motion
 from skpose.motions import align_motions
 from skpose.scores import (
     acceleration_error,
@@ -24,6 +24,7 @@ from skpose.scores import (
     pck,
     pck_auc,
 )
+from skpose.skeleton import rotations_from_poses
 from skpose.statistics import PoseKernelRegressor
 
 POSITIONS = [mpjpe, pck, pck_auc, acceleration_error]

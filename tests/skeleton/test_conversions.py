@@ -8,7 +8,8 @@ import reference
 from conftest import MIXED, random_tree
 from scipy.spatial.transform import Rotation, Slerp
 
-from skpose import Bone, Motion, Skeleton, poses_from_rotations, rotations_from_poses
+from skpose import Bone, Motion, Skeleton
+from skpose.skeleton import poses_from_rotations, rotations_from_poses
 
 ORDERS = ["xyz", "ZXY", "yzx"]
 FORMS = {

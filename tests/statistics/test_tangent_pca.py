@@ -5,8 +5,8 @@ from conftest import MIXED, random_tree, weighted
 from sklearn.decomposition import PCA
 
 from skpose import Bone, Skeleton, forward_kinematics, pose_distances
-from skpose import position_jacobian as jacobian_of
 from skpose.geodesics import frechet_mean, log_map
+from skpose.kinematics import position_jacobian as jacobian_of
 from skpose.statistics import PoseTangentPCA
 
 CHAIN = Skeleton.chain(3)

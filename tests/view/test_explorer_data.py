@@ -8,8 +8,9 @@ from conftest import SKELETONS
 from pages import data_of
 from scipy.spatial.transform import Rotation
 
-from skpose import Bone, Motion, Skeleton, SpatialMDS, forward_kinematics
+from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import MotionDataset, make_gait
+from skpose.manifold import SpatialMDS
 from skpose.view import Page, _embeddings, explorer
 from skpose.view._pack import unpack
 
