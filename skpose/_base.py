@@ -36,10 +36,9 @@ class EstimatorMixin:
     # Linked from scikit-learn's HTML representation.
     _doc_link_module = "skpose"
     _doc_link_template = "https://skpose.github.io/skpose/api/{page}.html"
-    _is_experimental: ClassVar[bool] = False  # not exported by `skpose` itself
 
     def _doc_link_url_param_generator(self):
-        package = type(self).__module__.rpartition(".")[0] if self._is_experimental else "skpose"
+        package = type(self).__module__.rpartition(".")[0]
         return {"page": f"{package}.{type(self).__name__}"}
 
     def _forget(self):

@@ -143,9 +143,9 @@ def other_than_poses(shape: Sequence[int], skeleton: SkeletonLike) -> str:
     sizes, n_joints = tuple(shape[1:]), skeleton.n_joints
     n_rotating = sum(bool(bone.dofs) for bone in skeleton.bones)
     if sizes[:1] == (n_rotating,) and sizes[1:] in FORMS:
-        return f": for rotations use skpose.poses_from_rotations(..., form={FORMS[sizes[1:]]!r})"
+        return f": for rotations use skpose.skeleton.poses_from_rotations(..., form={FORMS[sizes[1:]]!r})"
     if sizes in ((3 * n_joints,), (3 * n_joints + 3,), (n_joints, 3), (n_joints + 1, 3)):
-        return ": for positions use skpose.PoseFromPositions or skpose.inverse_kinematics"
+        return ": for positions use skpose.preprocessing.PoseFromPositions or skpose.inverse_kinematics"
     return ""
 
 

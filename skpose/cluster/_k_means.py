@@ -122,7 +122,6 @@ class PoseKMeans(
     """
 
     _auto_metric = "position"
-    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
         "n_clusters": [Interval(Integral, 1, None, closed="left")],

@@ -103,7 +103,7 @@ def inverse_kinematics(
     See Also
     --------
     skpose.keypoints.fit_skeleton : Find the skeleton of keypoints.
-    skpose.PoseFromPositions : A transformer that fits each row separately.
+    skpose.preprocessing.PoseFromPositions : A transformer that fits each row separately.
     frechet_mean : The pose nearest to the mean of positions.
 
     Notes

@@ -113,7 +113,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     """
 
     _auto_metric = "position"
-    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **POSE_CONSTRAINTS,
         "gamma": [StrOptions(["scott"]), Interval(Real, 0, None, closed="left")],

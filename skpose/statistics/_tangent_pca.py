@@ -119,7 +119,6 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     """
 
     _auto_metric = "position"
-    _is_experimental = True
     _parameter_constraints: ClassVar[dict] = {
         **METRIC_CONSTRAINTS,
         "n_components": [

@@ -105,7 +105,7 @@ def explorer(
     See Also
     --------
     player : Motions that play side by side.
-    skpose.SpatialMDS : The embedding.
+    skpose.manifold.SpatialMDS : The embedding.
     skpose.plot.MDSDisplay : An embedding with matplotlib.
 
     Notes
