@@ -136,7 +136,7 @@ SLOW = ["skpose.datasets", "sklearn.neighbors", "sklearn.model_selection", "matp
     [
         ("import skpose", LARGE),
         ("from skpose._cli.main import main; main(['--help'])", LARGE),
-        ("from skpose import pose_distances, MedoidShift", SLOW),
+        ("from skpose import pose_distances, PoseKNeighborsTransformer", SLOW),
     ],
 )
 def test_importing_leaves_the_slow_parts_alone(program, slow):

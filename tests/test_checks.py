@@ -23,7 +23,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:the distances have only:UserWarning"),  # data of one dimension
     pytest.mark.filterwarnings("ignore:all distances are zero:UserWarning"),
     pytest.mark.filterwarnings("ignore:no bandwidth was found:sklearn.exceptions.ConvergenceWarning"),
-    pytest.mark.filterwarnings("ignore:. distinct clusters were found:sklearn.exceptions.ConvergenceWarning"),
+    pytest.mark.filterwarnings("ignore:only . distinct clusters:sklearn.exceptions.ConvergenceWarning"),
     # Any numbers are no positions of a chain.
     pytest.mark.filterwarnings("ignore:the joints of a frame are .* apart:UserWarning"),
     pytest.mark.filterwarnings("ignore:.* frames did not converge:sklearn.exceptions.ConvergenceWarning"),

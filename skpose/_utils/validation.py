@@ -123,9 +123,14 @@ def check_names(X: Any, names: Sequence[str], name: str, columns: str) -> None:
     )
 
 
+def shape_of(X: Any) -> tuple[int, ...]:
+    """The shape of an array or of nested lists; empty for what only scikit-learn can convert."""
+    return np.shape(X) if isinstance(X, list | tuple) else tuple(getattr(X, "shape", ()))
+
+
 def check_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array of three or more dimensions."""
-    shape = np.shape(X)
+    shape = shape_of(X)
     if len(shape) > 2:
         hint = other_than_poses(shape, skeleton)
         raise ValueError(f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}{hint}")
@@ -180,7 +185,7 @@ def check_position_names(X: ArrayLike, skeleton: SkeletonLike, name: str) -> Non
 
 def check_position_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse positions of three dimensions or more."""
-    shape = np.shape(X)
+    shape = shape_of(X)
     if len(shape) > 2:
         expected = f"(n_samples, {3 * skeleton.n_joints})"
         remedy = f": pass {name}.reshape(len({name}), -1)" if shape[1:] == (skeleton.n_joints, 3) else ""

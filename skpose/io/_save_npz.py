@@ -3,10 +3,10 @@
 import numpy as np
 
 from skpose._utils.files import check_new, new_file
-from skpose.io._arguments import PathLike
+from skpose.io._arguments import PathLike, Readable
 from skpose.io._arrays import Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
-from skpose.io._source import Source
+from skpose.io._source import Source, open_source
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import HINGE, SLIDE
@@ -111,9 +111,12 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
     }
 
 
-def load_npz(source: Source, *, frame_rate: float | None = None, on_nan: str = "raise", up: Up | None = None) -> Motion:
+def load_npz(
+    path: Readable | Source, *, frame_rate: float | None = None, on_nan: str = "raise", up: Up | None = None
+) -> Motion:
     """Read the motion of a file that `save_npz` wrote."""
     check_options(frame_rate=frame_rate, on_nan=on_nan, up=up)
+    source = open_source(path, "a file of save_npz", binary=True)
     file = Archive(source)
     version = file.numbers(VERSION, ()).item()
     if version != LATEST:

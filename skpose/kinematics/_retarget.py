@@ -99,7 +99,9 @@ def retarget(
     --------
     skpose.robots.retarget_to_robot : Retarget a person's motion to a robot.
 
-    Notes ----- *Known rigs* are CMU and HDM05 (ASF and BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal,
+    Notes
+    -----
+    *Known rigs* are CMU and HDM05 (ASF and BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal,
     3ds Max Biped and Character Studio, AnimatedDrawings, `skpose.keypoints.layouts` and `skpose.datasets.humanoid`,
     with any common prefix or number, any spelling of left and right, and in any case. A skeleton is of a known rig if
     it has all names of both legs or both arms, in the order and with the proportions of a person. Then joints at the

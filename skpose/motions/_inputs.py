@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from sklearn.utils import check_array
 
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_skeleton
@@ -159,7 +160,9 @@ def _list_motions(motions: Any, name: str, rows: bool) -> list[Any]:
         motions = list(motions)
         if motions and (isinstance(motions[0], Motion | MotionDataset) or np.ndim(motions[0]) == 2):
             return motions
-    array = np.asarray(motions)
+    array = check_array(
+        motions, dtype=None, ensure_2d=False, allow_nd=True, ensure_all_finite=False, ensure_min_samples=0
+    )
     if array.ndim == 2 and rows:
         return [row[np.newaxis] for row in array]
     if array.ndim == 2 or not len(array):

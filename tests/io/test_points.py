@@ -40,7 +40,7 @@ def messages(read, *arguments, **options):
 def test_people_that_stand_along_another_axis_than_y(axis, sign):
     positions, up = standing(axis, sign), axis if sign > 0 else f"-{axis}"
     (message,) = messages(load_trc, trc(positions))
-    assert f"the markers stand along {axis}{', head down' if sign < 0 else ''}: pass up='{up}', or up='y'" in message
+    assert f"up='{up}'" in message
     assert messages(load_trc, trc(positions), up="y") == []
     markers = load_trc(trc(positions), up=up)
     assert markers.up == axis
@@ -50,11 +50,11 @@ def test_people_that_stand_along_another_axis_than_y(axis, sign):
 
 def test_a_c3d_file_says_which_axis_is_up_and_the_markers_another():
     (message,) = messages(load_c3d, c3d(standing("y"), up="+Z"))
-    assert "z is taken as the axis that points up, by POINT:Y_SCREEN, but in nearly all frames" in message
+    assert "POINT:Y_SCREEN" in message
     assert messages(load_c3d, c3d(standing("y"), up="+Y")) == []
     (first, second) = messages(load_c3d, c3d(standing("y")))
-    assert "it does not say which axis points up" in first
-    assert "as is usual, but in nearly all frames the markers stand along y: pass up='y'" in second
+    assert "which axis points up" in first
+    assert "pass up='y'" in second
     assert messages(load_c3d, c3d(standing("y")), up="y") == []
     assert messages(load_c3d, c3d(standing("z", -1.0), up="-Z")) == []
 
