@@ -12,7 +12,6 @@ from skpose._compiled.pose.step import for_scale, no_squares, plan_of, step_arra
 from skpose._compiled.pose.tree import SLERP_TERMS, TWO_PI, Squares, Steps
 from skpose._compiled.simd.jit import first_class, inlined
 from skpose._compiled.simd.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
-from skpose._compiled.simd.trigonometry import series
 
 STEPS_PER_BOUND = 3  # of a line that may be longer than a limit; more bounds take more than they save
 
@@ -105,7 +104,10 @@ def measure_rotations(x, Y, first, last, tree, steps, scratch, results):
                 q = b[i]
                 minus, plus = minus + (q - a[i]) * (q - a[i]), plus + (q + a[i]) * (q + a[i])
             m = minimum(minus, plus)  # q and −q are one rotation
-            total = total + weight[f] * 4.0 * m * series(_SQUARED_ANGLE, m - 1.0, full_like(b, 0.0))
+            t, share = m - 1.0, full_like(b, 0.0)
+            for i in range(len(_SQUARED_ANGLE) - 1, -1, -1):  # here, LLVM unrolls the loop; in a function, it does not
+                share = share * t + _SQUARED_ANGLE[i]
+            total = total + weight[f] * 4.0 * m * share
         rows(results.distances, k - first)[0] = sqrt(total)
 
 

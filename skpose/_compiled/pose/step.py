@@ -1,20 +1,15 @@
 """One step of all angles along a line, and the joints placed anew: in lanes."""
 
-import numpy as np
-
 from skpose._compiled.pose.forward import rotate
 from skpose._compiled.pose.rotation import turn_back
 from skpose._compiled.pose.tree import BALL, HINGE, Plan, Squares, StepArrays
 from skpose._compiled.simd.jit import inlined
 from skpose._compiled.simd.lanes import flat, full_like, rows
 
-# Numbers of dofs; numba would compile `_rotate_batch` once for each literal.
-ONE, TWO, THREE = np.int64(1), np.int64(2), np.int64(3)
-
 
 @inlined
 def plan_of(tree):
-    """The part of a tree that a step reads."""
+    """Return the part of a tree that a step reads."""
     first_moving = 1
     while first_moving < tree.joint_frame.shape[0] and tree.joint_frame[first_moving] == 0:
         first_moving += 1
@@ -50,7 +45,7 @@ def plan_of(tree):
 
 @inlined
 def step_arrays(tree, scratch):
-    """The rows of a scratch array that a step uses, the root's frame and position set."""
+    """Return the rows of a scratch array that a step uses, the root's frame and position set."""
     n, q, h = tree.angle_dof.shape[0], 9 * tree.ball_frame.shape[0], 6 * tree.frame_parent.shape[0]
     H, P, x = rows(scratch, 4 * n + q), rows(scratch, 4 * n + q + h), 4 * n + q + h + 3 * tree.offset.shape[0]
     for i in range(6):
@@ -108,6 +103,41 @@ def advance(Q, q):
 
 
 @inlined
+def _rotate_balls(first, last, plan, Q, H):
+    """Compute the orientations of ball joints' frames."""
+    for f in range(first, last):
+        before, row = 6 * plan.frame_parent[f], 6 * f
+        quaternion = advance(Q, 9 * plan.ball[f])
+        for i in range(0, 6, 3):
+            x, y, z = turn_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
+            H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
+
+
+@inlined
+def _rotate_fixed(first, last, plan, H):
+    """Compute the orientations of frames without dofs."""
+    for f in range(first, last):
+        before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
+        b, c = (a + 1) % 3, (a + 2) % 3
+        cos, sin = plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1]
+        for i in range(0, 6, 3):
+            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
+            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
+
+
+@inlined
+def _rotate_hinges(first, last, plan, C, S, H):
+    """Compute the orientations of frames with one angle about y or z."""
+    for f in range(first, last):
+        before, row, a, d = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f], plan.end_angle[f] - 1
+        b, c = (a + 1) % 3, (a + 2) % 3
+        cos, sin = C[d], S[d]
+        for i in range(0, 6, 3):
+            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
+            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
+
+
+@inlined
 def _set_coordinate(P, j, p, value, square):
     """Set one coordinate of a joint to its parent's plus a value; add the square of its change."""
     new = P[p] + value
@@ -137,47 +167,29 @@ def _place_along_x(H, h, P, j, p, x, squares):
 
 
 @inlined
-def _rotate_about(plan, f, cos, sin, H):
-    """Compute the orientation of a frame that rotates about one axis."""
-    before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
-    b, c = (a + 1) % 3, (a + 2) % 3
-    for i in range(0, 6, 3):
-        u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
-        H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
-
-
-@inlined
 def _rotate_frames(plan, arrays):
     """Compute the orientations of all frames but the leaves."""
     C, S, H = arrays.C, arrays.S, arrays.H
-    for batch in range(plan.n_batches):
-        kind, first, last = plan.batch_kind[batch], plan.first_frame[batch], plan.first_frame[batch + 1]
-        # A constant lets the compiler remove the branches on it.
-        if kind == 3:
-            _rotate_batch(THREE, first, last, plan, C, S, H)
+    for b in range(plan.n_batches):
+        kind, first, last = plan.batch_kind[b], plan.first_frame[b], plan.first_frame[b + 1]
+        # A literal number lets the compiler remove the branches on it.
+        if kind == BALL:
+            _rotate_balls(first, last, plan, arrays.Q, H)
+        elif kind == 3:
+            _rotate_batch(3, first, last, plan, C, S, H)
         elif kind == 2:
-            _rotate_batch(TWO, first, last, plan, C, S, H)
+            _rotate_batch(2, first, last, plan, C, S, H)
         elif kind == 1:
-            _rotate_batch(ONE, first, last, plan, C, S, H)
-        elif kind == BALL:
-            for f in range(first, last):
-                before, row = 6 * plan.frame_parent[f], 6 * f
-                quaternion = advance(arrays.Q, 9 * plan.ball[f])
-                for i in range(0, 6, 3):
-                    x, y, z = turn_back((H[before + i], H[before + i + 1], H[before + i + 2]), quaternion)
-                    H[row + i], H[row + i + 1], H[row + i + 2] = x, y, z
-        elif kind == HINGE:  # of one angle about y or z
-            for f in range(first, last):
-                d = plan.end_angle[f] - 1
-                _rotate_about(plan, f, C[d], S[d], H)
-        else:  # without dofs
-            for f in range(first, last):
-                _rotate_about(plan, f, plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1], H)
+            _rotate_batch(1, first, last, plan, C, S, H)
+        elif kind == HINGE:
+            _rotate_hinges(first, last, plan, C, S, H)
+        else:
+            _rotate_fixed(first, last, plan, H)
 
 
 @inlined
 def _leaf_offset(plan, arrays, f, x, y):
-    """The offset (x, y, 0) of a leaf's joint, rotated by its angles."""
+    """Return the offset (x, y, 0) of a leaf's joint, rotated by its angles."""
     C, S = arrays.C, arrays.S
     d, n_dofs = plan.end_angle[f] - 1, plan.end_dof[f] - plan.first_dof[f]
     u, v, w = full_like(arrays.P, x), C[d] * y, S[d] * y
@@ -190,27 +202,27 @@ def _leaf_offset(plan, arrays, f, x, y):
 
 @inlined
 def _ball_offset(Q, q, x):
-    """The offset (x, 0, 0) of a ball joint's leaf, rotated by one step."""
+    """Return the offset (x, 0, 0) of a ball joint's leaf, rotated by one step."""
     a, b, c, d = advance(Q, q)
     return (1.0 - (c * c + d * d)) * x, (b * c + a * d) * x, (b * d - a * c) * x
 
 
 @inlined
 def no_squares(scale, P):
-    """Sums of squares with nothing in them, for joints of a scale."""
+    """Return sums of squares with nothing in them, for joints of a scale."""
     zero = full_like(P, 0.0)
     return Squares(scale, zero, zero, zero, zero)
 
 
 @inlined
 def weighted_sum(squares):
-    """The weighted sum of squares."""
+    """Return the weighted sum of squares."""
     return squares.total + (squares.scale * squares.scale) * (squares.first + squares.second + squares.third)
 
 
 @inlined
 def for_scale(scale, P, squares):
-    """Sums for joints of this scale; weight the sums now if the scale differs, so that equal ones cost nothing."""
+    """Return sums for joints of this scale; those of another one are weighted now, so that equal ones cost nothing."""
     if scale == squares.scale:
         return squares
     zero = full_like(P, 0.0)

@@ -29,7 +29,8 @@ class Announcer(event.Listener):
 
     def on_start(self, event: Any) -> None:
         if self.depth == 0:
-            self.module, self.began = event.data["dispatcher"].py_func.__module__, time.monotonic()
+            function = getattr(event.data["dispatcher"], "py_func", None)
+            self.module, self.began = getattr(function, "__module__", None) or "", time.monotonic()
         self.depth += 1
         self.check()
 
