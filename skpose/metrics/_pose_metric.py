@@ -104,6 +104,6 @@ def _compile(metric: Metric, skeleton: Skeleton | None) -> Callable[[np.ndarray,
         poses = empty_pairs(width, np.float64)
         for i in range(width):
             poses[i, 0, 0], poses[i, 0, 1] = x[i], y[i]
-        return pair_distance(poses, address_here(kept))
+        return pair_distance(poses, address_here(kept))  # type: ignore[call-arg]
 
     return of_this_process(distance, (_compile, (metric, skeleton)))

@@ -87,4 +87,4 @@ def _is_rows(X: Any) -> bool:
     if isinstance(X, list | tuple):
         return bool(X) and not isinstance(X[0], Motion | MotionDataset | Skeleton | str) and np.ndim(X[0]) < 2
     is_list_of_motions = getattr(X, "dtype", None) == np.dtype(object) and X.ndim == 1
-    return hasattr(X, "__array__") and not is_list_of_motions and np.ndim(X) < 3
+    return hasattr(X, "__array__") and not is_list_of_motions and len(getattr(X, "shape", ())) < 3

@@ -153,10 +153,10 @@ def _on_one_skeleton(
 
 def _list_motions(motions: Any, name: str, rows: bool) -> list[Any]:
     """Motions as a list, each a Motion or something that may be an array of poses."""
-    if isinstance(motions, Motion | Skeleton | str | bytes | dict) or not isinstance(motions, Iterable):
+    is_array = hasattr(motions, "shape") or hasattr(motions, "__array__")
+    if isinstance(motions, Motion | Skeleton | str | bytes) or not (is_array or isinstance(motions, Iterable)):
         raise TypeError(f"{name} must be a list of motions, got {type(motions).__name__}; pass [{name}] for one Motion")
-    is_list = isinstance(motions, MotionDataset) or not hasattr(motions, "shape")
-    if is_list or getattr(motions, "dtype", None) == np.dtype(object):
+    if isinstance(motions, MotionDataset) or not is_array or getattr(motions, "dtype", None) == np.dtype(object):
         motions = list(motions)
         if motions and (isinstance(motions[0], Motion | MotionDataset) or np.ndim(motions[0]) == 2):
             return motions
