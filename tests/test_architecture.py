@@ -96,6 +96,47 @@ def imported(path):
                 yield rest[0] if rest else "__init__"
 
 
+CALLERS = [path for path in sorted(PACKAGE.rglob("*.py")) if node_of(path) != "_compiled"]
+CALLERS += sorted((ROOT / "tests").rglob("*.py")) + sorted((ROOT / "benchmarks").glob("*.py"))
+
+
+def without_entry(path):
+    """Names in a file of imported functions that only compiled functions can call."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skpose._compiled"):
+            for alias in node.names:
+                name = alias.asname or alias.name
+                try:
+                    value = getattr(importlib.import_module(node.module), alias.name)
+                except AttributeError:  # a module
+                    value = importlib.import_module(f"{node.module}.{alias.name}")
+                of_module = vars(value) if inspect.ismodule(value) else {"": value}
+                for attribute, function in of_module.items():
+                    if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
+                        yield f"{name}.{attribute}".rstrip(".")
+
+
+def called_from_python(node):
+    """Names of functions that are called outside of compiled functions."""
+    if isinstance(node, ast.FunctionDef) and any("jit" in ast.unparse(one) for one in node.decorator_list):
+        return
+    if isinstance(node, ast.Call):
+        yield ast.unparse(node.func)
+    for child in ast.iter_child_nodes(node):
+        yield from called_from_python(child)
+
+
+@over(CALLERS)
+def test_python_calls_no_function_without_an_entry(path):
+    if not (without := set(without_entry(path))):
+        return
+    text = ast.parse(path.read_text(encoding="utf-8"))
+    assigned = (target for node in text.body if isinstance(node, ast.Assign) for target in node.targets)
+    with_entry = {name.id for target in assigned for name in ast.walk(target) if isinstance(name, ast.Name)}
+    wrong = without & set(called_from_python(text)) - with_entry
+    assert not wrong, f"{wrong} would crash: from_python of tests/compiled/entries.py makes an entry"
+
+
 @over(sorted(PACKAGE.rglob("*.py")))
 def test_imports_follow_the_flow_of_data(path):
     here = node_of(path)

@@ -107,7 +107,7 @@ def interpolate(
     spline is drawn through the keys there, and the result is rolled back [1]_: the difference from the geodesics
     becomes a velocity of the joints, followed for a unit of time with constant turning rates. For one joint with one
     angle this is the natural cubic spline of the angle. De Casteljau's algorithm [2]_ would take three geodesics per
-    frame and needs slopes at the keys. ``benchmarks/in_betweening.py`` compares with other methods.
+    frame and needs slopes at the keys.
 
     *Root.* With "geodesic", positions are linear and orientations use slerp. With "spline", positions are a natural
     cubic spline and orientations scipy's RotationSpline with continuous angular acceleration. The root turns by less

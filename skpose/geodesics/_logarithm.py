@@ -188,7 +188,7 @@ def exp_map(
     long as the velocity divided by n_steps [1]_. So ``exp_map(base, log_map(base, X, skeleton), skeleton)`` restores
     the joint positions of X up to about 1e-7 of the distance, for any n_steps. Near straight limbs, where several
     geodesics may continue a path, it may follow a different one; `log_map` warns in this case. Angles that move no
-    joint are not restored. ``benchmarks/tangent.py`` measures the errors.
+    joint are not restored.
 
     A pose takes a few milliseconds: each chord needs a few evaluations of positions, Jacobian and eigenvalues.
 

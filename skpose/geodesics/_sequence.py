@@ -89,7 +89,7 @@ def geodesic_distances(
     *Accuracy.* Paths are local minima, and following a path may lead to a different minimum than a search, mainly where
     `geodesic` refines paths. Shorter and longer paths are about equally frequent, and most differ by less than a
     percent. So a distance depends on the previous frames, and the matrix is not exactly symmetric; use
-    `pose_distances` if symmetry matters. ``benchmarks/geodesic_distances.py`` measures the differences.
+    `pose_distances` if symmetry matters.
 
     *Sets of poses.* Random poses of many people are too different to save time. Sorted along a short tour they take
     half the time on CMU and 0.9 on HDM05, and up to 4 % of the lengths are longer by 1e-4 or more.
