@@ -12,8 +12,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "compare",
         help="compare the accuracy of action recognition under all metrics",
-        description="Print the 1-NN accuracy of single poses and of whole motions for each metric. Actions need at "
-        "least two people; joints of 2 or 3 angles become ball joints.",
+        description="Print the 1-NN accuracy of single poses and of whole motions for each metric. Actions of only "
+        "one person are left out; joints of 2 or 3 angles become ball joints.",
         parents=[options.writing(".png", required=False), options.computing(None), options.reading(skip=False)],
     )
     add_folder(parser)

@@ -25,7 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     group.add_argument(
         "--endpoint",
         action="store_true",
-        help="with --cycle: repeat the first frame at the end",
+        help="with --cycle: the last frame already is the first pose again; default: a frame is added",
     )
     parser.set_defaults(func=run)
 

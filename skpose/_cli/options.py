@@ -13,7 +13,7 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False)
     group = parser.add_argument_group(
         "reading files",
-        "Arguments of skpose.io.load_motion (--file-frame-rate is frame_rate=); irrelevant ones are ignored",
+        "Arguments of skpose.io.load_motion (--file-frame-rate is frame_rate=); options of other formats are ignored",
     )
     add = group.add_argument
     if skip:

@@ -174,15 +174,6 @@ def load_keypoints(
     return found
 
 
-def read_stored(path: Readable | Source) -> Stored:
-    """What a file of keypoints states, whether or not it names its points and has a frame rate."""
-    source = open_source(path, EXPECTED, binary=True)
-    stored = _read(source, None)
-    with source.format_errors():
-        _check_positions(stored, stored.names)
-    return stored
-
-
 def is_array(source: Source) -> bool:
     """Whether a file is an array of numpy, or an archive with one of positions."""
     return source.kind == "npy" or (source.kind == "zip" and bool(Archive(source).keys & {*POSITIONS}))

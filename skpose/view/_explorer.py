@@ -23,7 +23,6 @@ from skpose.view._skeleton import NUMBERS, skeleton_data
 
 STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
 MILLISECOND = 1e-3
-COMPUTED = ("angle", "position", "rotation", "spatial")  # metrics between two poses that the page computes
 ASSETS = (
     "page.css",
     "panels.css",
