@@ -41,6 +41,8 @@ def run(args: argparse.Namespace) -> None:
     if args.rotations:
         content = content.to_rotvec()
     content = inputs.resample(content, args.frame_rate)
+    if args.endpoint and not args.cycle:
+        raise ValueError("--endpoint needs --cycle")
     if args.cycle:
         content = content.to_cycle(endpoint=args.endpoint)
     outputs.save_motion(content, args.out, args.out_scale)

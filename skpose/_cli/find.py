@@ -41,6 +41,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> None:
     from skpose._cli import inputs
 
+    if args.pose is not None and (args.begins, args.ends) != (None, None):
+        raise ValueError("--pose is one moment: leave out --from and --to")
     (name, *names), dataset = inputs.read_dataset(args, [args.query, *args.files], required=1)
     whole, *recordings = dataset.motions
     query = Path(name).resolve()

@@ -42,7 +42,8 @@ def load(file: Path | BytesIO, options: dict[str, Any]) -> Content:
     """Load a file of any format."""
     if is_robot(_rewind(file)):
         return _call(load_robot, file, options)
-    return _call(format_of(_rewind(file)).load, file, options)
+    found = format_of(_rewind(file))
+    return load_poses(file, options) if found.content == "motion" else _call(found.load, file, options)
 
 
 def load_poses(file: Path | BytesIO, options: dict[str, Any]) -> Motion:
@@ -93,7 +94,11 @@ def read(
 ) -> list[tuple[str, Any]]:
     """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
     files, options = expand(paths, suffixes), reading_options(args)
-    rates = {} if "frame_rate" in options else stated_rates(files)
+    rates = stated_rates(files)
+    if "frame_rate" in options:
+        if any(rate != options["frame_rate"] for rate in rates.values()):
+            warn(f"--file-frame-rate {options['frame_rate']:g} replaces other rates that file names or an index state")
+        rates = {}
     contents = []
     for i, path in enumerate(files):
         name = "standard input" if str(path) == STDIN else str(path)

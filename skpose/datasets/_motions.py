@@ -114,6 +114,8 @@ class MotionDataset:
     @overload
     def __getitem__(self, chosen: slice | Sequence | np.ndarray) -> "MotionDataset": ...
     def __getitem__(self, chosen: Any) -> "Motion | MotionDataset":
+        if isinstance(chosen, bool | np.bool_):  # such as a list of labels == "walk"
+            raise TypeError(f"motions are chosen by an index, a slice or an array of bool, got {chosen}")
         if isinstance(chosen, Integral):
             return self.motions[int(chosen)]
         if not isinstance(chosen, slice):

@@ -18,6 +18,7 @@ BLOCK = 512  # bytes
 INTEL, DEC, MIPS = 84, 85, 86  # processors; MIPS has the high byte first
 SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes of one value: characters, bytes, integers, floats
 MANY_FRAMES = 65535  # the largest count of POINT:FRAMES and of the header, which stands for larger ones as well
+SAME_RATE, SAME_SCALE = 0.01, 1e-3  # relative differences between header and parameters that are rounding
 
 
 class Frames(NamedTuple):
@@ -72,14 +73,18 @@ class Parameters:
                 groups[-group] = name
             else:
                 records.append((group, name, data[here + 2 : at]))
-        # A name may be given twice: the first is taken.
-        self._records = {f"{groups.get(group, '')}:{name}".upper(): record for group, name, record in records[::-1]}
+        self._records: dict[str, list[bytes]] = {}
+        for group, name, record in records:
+            self._records.setdefault(f"{groups.get(group, '')}:{name}".upper(), []).append(record)
 
     def _decode(self, name: str) -> tuple[int, tuple[int, ...], bytes] | None:
         """Kind, shape (the first dimension is the fastest) and bytes of a parameter; None if there is none."""
-        record = self._records.get(name)
-        if record is None:
+        records = self._records.get(name)
+        if records is None:
             return None
+        record = records[0]
+        if any(other != record for other in records):
+            raise self._source.error(f"expected one parameter {name}, found two that differ")
         kind, n_dims = struct.unpack("2b", record[:2].ljust(2, b"\0"))
         shape = tuple(record[2 : 2 + max(n_dims, 0)])
         n_bytes = math.prod(shape) * SIZES.get(kind, 0)
@@ -142,6 +147,10 @@ def read_recording(source: Source) -> Recording:
     has_scale = np.isfinite(header_scale) and header_scale != 0
     is_float = scale < 0, header_scale < 0 if has_scale else scale < 0
     frames = _find_frames(source, parameters, header, rate, is_float, BLOCK * data[0])
+    if 0 < header_rate < np.inf and abs(header_rate - rate) > SAME_RATE * rate:
+        source.warn(f"POINT:RATE is {rate:g} Hz, which is taken, but the header states {header_rate:g} Hz")
+    if not frames.is_float and has_scale and abs(abs(header_scale) - abs(scale)) > SAME_SCALE * abs(scale):
+        source.warn(f"POINT:SCALE is {scale:g}, which is taken, but the header states {header_scale:g}")
     rows = np.frombuffer(data, np.uint8, frames.n_frames * frames.n_bytes, frames.start).reshape(frames.n_frames, -1)
     points_data = rows[:, : 4 * frames.n_points * (4 if frames.is_float else 2)].tobytes()  # without analog samples
     if frames.is_float:
@@ -178,7 +187,8 @@ def _find_frames(
     used, length = parameters.number("POINT:USED", header[1]), len(source.data)
     if used <= 0:
         raise source.error("it holds no points: is it a file of analog channels, such as forces, alone?")
-    n_frames = int(parameters.number("POINT:FRAMES", 0.0)) % 65536
+    n_frames = int(parameters.number("POINT:FRAMES", 0.0))
+    n_frames += 65536 if -32768 <= n_frames < 0 else 0  # an integer without a sign; floats may be larger
     if n_frames == MANY_FRAMES:
         n_frames = int(parameters.number("POINT:LONG_FRAMES", n_frames))
     by_header = header[4] - header[3] + 1

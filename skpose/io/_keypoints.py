@@ -83,7 +83,8 @@ def load_keypoints(
     -----
     UserWarning
         If the points are not of the size of a person, may be in units of a picture, or are (0, 0, 0); if people stand
-        along another axis, times contradict the frame rate, or points are left out as rotations or velocities.
+        along another axis, times have gaps or contradict the frame rate, or points are left out as rotations or
+        velocities.
 
     See Also
     --------
@@ -244,7 +245,10 @@ def _from_archive(source: Source) -> Stored:
 
 
 def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
-    return next((key for key in keys if key in file.keys), None)
+    found = [key for key in keys if key in file.keys]
+    if len(found) > 1:
+        raise file.source.error(f"expected one of the keys {found[0]} and {found[1]}, found both")
+    return found[0] if found else None
 
 
 def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:

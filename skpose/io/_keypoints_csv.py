@@ -81,9 +81,10 @@ def read_csv(source: Source) -> Stored:
     stored = Stored(array[:, :n].reshape(len(rows), -1, 3), confidences, columns.names, frame_rate, up)
     numbers_of_frames = None
     if (key := frame_key(header)) is not None:
-        numbers_of_frames = numbers_of([row[header.index(key)] for row in rows])
-        if numbers_of_frames is None and "image" not in key.lower():
-            raise source.error(f"{key}: expected the numbers of frames")
+        values = [row[header.index(key)] for row in rows]
+        numbers_of_frames = numbers_of(values)
+        if numbers_of_frames is None and ("image" not in key.lower() or len(set(values)) < len(values)):
+            raise source.error(f"{key}: expected the numbers of frames, or each image once, with one person")
     if (time := time_key(header)) is not None:
         cells = [row[header.index(time)] for row in rows]
         times = np.array([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])

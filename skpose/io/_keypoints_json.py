@@ -35,7 +35,9 @@ SPATIAL = (
 )
 POINTS = "keypoints"
 FLAT = "pose_keypoints_2d", "pose_landmarks", "landmarks"
-SURE = "visibility", "confidence", "score"
+SURE = "visibility", "confidence", "score", "likelihood", "presence"
+SCORES = "keypoint_scores", "keypoints_scores", "scores"  # of all points, next to them
+TIMES = "timestamps", "times"  # of all frames, next to them
 
 
 Entry = tuple[Any, Any]  # a frame as it is in the document, and its number, None if it has none
@@ -63,7 +65,9 @@ def read_json(source: Source, n_points: int | None) -> Stored:
             if not (rate > 0.0 and np.isfinite(rate) and np.isfinite(1.0 / rate)):
                 raise source.error(f"fps: expected a positive number, found {str(given)[:40]}")
     n_points = len(names) if names else n_points
-    return _read_entries(source, _list_entries(source, document, n_points), names, n_points)._replace(frame_rate=rate)
+    entries = _list_entries(source, document, n_points)
+    times = {key: document[key] for key in TIMES if key in document} if isinstance(document, dict) else {}
+    return _read_entries(source, entries, names, n_points, times)._replace(frame_rate=rate)
 
 
 def json_files(folder: PathLike) -> list[Path]:
@@ -123,7 +127,7 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
 
 
 def _with_numbers(source: Source, frames: list) -> list[Entry]:
-    """The frames with their numbers, if all that are not null have one."""
+    """The frames with their numbers, if all that are not null have one; null ones follow the frame before."""
     seen = [frame for frame in frames if frame is not None]
     keys = [frame_key(frame) if isinstance(frame, dict) else None for frame in seen]
     if not any(keys):
@@ -137,7 +141,13 @@ def _with_numbers(source: Source, frames: list) -> list[Entry]:
         raise source.error(f"{key}: expected the numbers of frames, found {str(values[0])[:40]!r}")
     if len(set(numbers or values)) < len(values):
         raise source.error(f"{key}: expected each frame once, with one person: keep the same person in every frame")
-    return [(frame, None if numbers is None else numbers[i]) for i, frame in enumerate(seen)]
+    if numbers is None:
+        return [(frame, None) for frame in frames]
+    given, number, entries = iter(numbers), numbers[0] - frames.index(seen[0]) - 1.0, list[Entry]()
+    for frame in frames:
+        number = number + 1.0 if frame is None else next(given)
+        entries.append((frame, number))
+    return entries
 
 
 def _sort(frames: list, numbers: list[float]) -> list[Entry]:
@@ -175,7 +185,13 @@ def _category_names(document: dict) -> list[str] | None:
     return names if isinstance(names, list) and names and all(isinstance(name, str) for name in names) else None
 
 
-def _read_entries(source: Source, entries: list[Entry], names: list[str] | None, n_points: int | None) -> Stored:
+def _read_entries(
+    source: Source,
+    entries: list[Entry],
+    names: list[str] | None,
+    n_points: int | None,
+    times: dict[str, Any] | None = None,  # next to the frames
+) -> Stored:
     """The points of all frames as arrays, by their names if they have any, where their numbers say."""
     reader = _Reader(source, n_points)
     frames = [reader.frame(frame) for frame, _ in entries]
@@ -206,10 +222,12 @@ def _read_entries(source: Source, entries: list[Entry], names: list[str] | None,
     numbers = [number for _, number in entries]
     numbers_or_none = None if None in numbers else numbers
     keys = {time_key(frame) if isinstance(frame, dict) else None for frame, _ in entries}
-    times = None
-    if len(keys) == 1 and (key := keys.pop()) and all(_is_number(frame[key]) for frame, _ in entries):
-        times = Times(key, reader.numbers([frame[key] for frame, _ in entries]), numbers_or_none)
-    return at_frames(source, Stored(positions, confidences, names, times=times), numbers_or_none)
+    by_key = {key: [frame[key] for frame, _ in entries] for key in keys if key and len(keys) == 1} | (times or {})
+    stored = Stored(positions, confidences, names)
+    for key, values in by_key.items():
+        if isinstance(values, list) and len(values) == len(entries) and all(map(_is_number, values)):
+            stored = stored._replace(times=Times(key, reader.numbers(values), numbers_or_none))
+    return at_frames(source, stored, numbers_or_none)
 
 
 class _Reader:
@@ -234,10 +252,12 @@ class _Reader:
             raise self.flat_error(f"{key} are in units of a picture")
         if key is None:
             return None if keys else self.points(frame, "")
-        found, scores = self.points(frame[key], key), frame.get("keypoint_scores")  # the latter of MMPose
-        if found is not None and scores is not None:
+        found = self.points(frame[key], key)
+        given = next((one for one in SCORES if isinstance(frame.get(one), list | dict)), None)
+        if found is not None and given is not None:
+            scores = frame[given]
             if not isinstance(scores, list) or len(scores) != len(found.rows):
-                raise self.source.error(f"keypoint_scores: expected {len(found.rows)} numbers, found {_kind(scores)}")
+                raise self.source.error(f"{given}: expected {len(found.rows)} numbers, found {_kind(scores)}")
             found.rows[:, 3] = self.numbers(scores)
         return found
 

@@ -1,7 +1,7 @@
 """Keypoints as a file states them, before a layout or names are given, and which frames they are of, and when."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,7 @@ TIME = re.compile(
 )
 SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by its first letter, except microseconds
 CLOSE, DRIFT = 0.02, 0.4  # relative difference of rates, and the resulting shift in frames: less may be jitter
+LONG = 1.5  # steps of time over the usual one: a frame is left out
 
 
 class Times(NamedTuple):
@@ -37,12 +38,27 @@ class Times(NamedTuple):
     values: np.ndarray  # (n_stored,)
     numbers: Sequence[float] | None
 
-    def rate(self, near: float = 50.0) -> float:
-        """The mean frame rate, Hz, in the unit of the key, or the one nearest to a rate; NaN if not known."""
-        n = len(self.values) - 1 if self.numbers is None else self.numbers[-1] - self.numbers[0]
+    @property
+    def steps(self) -> np.ndarray:
+        """The known times from one frame to the next."""
         with np.errstate(all="ignore"):
-            interval = (self.values[-1] - self.values[0]) / n if n else np.nan
-        if not 1e-12 < interval < 1e12 or interval == 1.0:  # times that count frames have no unit
+            steps = np.diff(self.values) / (1.0 if self.numbers is None else np.diff(self.numbers))
+        return steps[np.abs(steps) < 1e100]  # sums of others may overflow
+
+    @property
+    def is_even(self) -> bool:
+        """Whether times increase without gaps, or are all the same, which says nothing."""
+        steps = self.steps
+        return not steps.any() or bool((steps > 0.0).all() and (steps <= LONG * np.median(steps)).all())
+
+    def rate(self, near: float = 50.0) -> float:
+        """The frame rate, Hz, in the unit of the key, or the one nearest to a rate; NaN if not known."""
+        return self._rate(np.mean if self.is_even else np.median, near)
+
+    def _rate(self, average: Callable[[np.ndarray], Any], near: float) -> float:
+        steps = self.steps
+        interval = float(average(steps)) if len(steps) else np.nan
+        if not 1e-12 < interval < 1e12 or (steps == 1.0).all():  # times that count frames have no unit
             return np.nan
         match = TIME.fullmatch(self.key)
         unit = match[1].lower() if match and match[1] else ""
@@ -52,15 +68,20 @@ class Times(NamedTuple):
         return float(min((1.0 / (interval * seconds) for seconds in units), key=lambda rate: abs(np.log(rate / near))))
 
     def complaint(self, frame_rate: float) -> str:
-        """Say that the times contradict a frame rate, by more than jitter; empty if they do not."""
+        """Say that the times contradict a frame rate, by more than jitter, or have gaps; empty if they do not."""
         rate = self.rate(frame_rate)
-        apart = abs(frame_rate / rate - 1.0)
-        if not (apart > CLOSE and apart * len(self.values) > DRIFT):
-            return ""
-        return (
-            f"frames are at {rate:.4g} Hz by {self.key!r}, but {frame_rate:g} Hz is taken: pass frame_rate={rate:.4g}, "
-            "or number the frames, as 'frame', if some are left out"
-        )
+        apart = [abs(frame_rate / one - 1.0) for one in (rate, self._rate(np.mean, frame_rate))]
+        if all(one > CLOSE and one * len(self.values) > DRIFT for one in apart):
+            return (
+                f"frames are at {rate:.4g} Hz by {self.key!r}, but {frame_rate:g} Hz is taken: "
+                f"pass frame_rate={rate:.4g} if these times are right"
+            )
+        if not self.is_even:
+            return (
+                f"frames are taken as equally spaced, but {self.key!r} has gaps or goes back: "
+                "number the frames if some are missing"
+            )
+        return ""
 
 
 class Stored(NamedTuple):

@@ -91,6 +91,8 @@ def test_the_number_of_frames():
     positions = np.ones((65535, 1, 3))
     assert len(load(written(positions=positions[:40000], labels=["a"]))) == 40000  # -25536 as a signed integer
     assert len(load(written(positions=positions, labels=["a"]))) == 65535
+    many = written(positions=np.ones((100000, 1, 3)), labels=["a"], FRAMES=100000.0)
+    assert len(load(many)) == 100000  # as a float
     more = {"positions": np.ones((70000, 1, 3)), "labels": ["a"], "FRAMES": -1}
     refused(written(**more))
     assert len(load(written(**more, LONG_FRAMES=70000.0))) == 70000

@@ -84,3 +84,20 @@ def test_all_residuals_negative():
     data[first + 12 : first + 16] = struct.pack("<f", 0.0)  # one is seen: the others are lost
     assert load(bytes(data)).confidences.sum() == 1.0
     assert load(written(positions=np.full((20, 3, 3), np.nan))).confidences.sum() == 0.0
+
+
+@pytest.mark.parametrize("record", [c3d_files.parameter(1, "UNITS", "m"), c3d_files.parameter(1, "RATE", 50.0)])
+def test_parameters_that_are_given_twice_and_differ_are_refused(record):
+    with pytest.raises(MocapFormatError):
+        load(written(more=[record]))
+    same = c3d_files.parameter(1, "UNITS", "mm")
+    np.testing.assert_array_equal(load(written(more=[same])).positions, load(written()).positions)
+
+
+def test_a_rate_and_a_scale_that_differ_from_the_header_are_said():
+    with pytest.warns(UserWarning, match="POINT:RATE"):
+        assert load(with_header(written(), rate=50.0)).frame_rate == 100.0
+    with pytest.warns(UserWarning, match="POINT:SCALE"):
+        found = load(with_header(written(step=0.05), scale=0.1))
+    np.testing.assert_array_equal(found.positions, load(written(step=0.05)).positions)
+    load(with_header(written(), scale=-0.3))  # floats have no scale

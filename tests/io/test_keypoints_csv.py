@@ -83,6 +83,16 @@ def test_frames_that_are_left_out_stay_at_their_time():
         read("\n".join([lines[0], lines[1], lines[2], lines[1]]))
 
 
+def test_images_without_numbers_are_frames_of_one_person():
+    names = ["image_id", *"abcde"]
+    lines = [",".join([name, line]) for name, line in zip(names, table().splitlines(), strict=True)]
+    lines = [line.replace("frame", "row", 1) for line in lines]
+    same(read("\n".join(lines)), LAYOUT.keypoints(ARRAY, 30, SURE))
+    lines[2] = lines[2].replace("b", "a", 1)
+    with pytest.raises(MocapFormatError):
+        read("\n".join(lines))
+
+
 def test_anipose():
     """Errors, numbers of cameras and a matrix stand next to x, y and z; fnum is the frame."""
     head = "a_x,a_y,a_z,a_error,a_ncams,a_score,M_00,M_01,center_0,fnum"

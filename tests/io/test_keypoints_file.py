@@ -69,6 +69,11 @@ def test_keys(tmp_path):
     assert (given.frame_rate, given.names, given.up) == (60, ("a", "b", "c"), "x")
 
 
+@pytest.mark.parametrize("twice", [{"keypoints": POSITIONS}, {"fps": 30}, {"scores": SCORES}])
+def test_two_keys_of_the_same_are_refused(twice):
+    refused(npz(positions=POSITIONS, frame_rate=30, confidences=SCORES, **twice), "both")
+
+
 def test_a_fourth_number_is_the_confidence():
     array = np.concatenate([POSITIONS, SCORES[:, :, None]], axis=2)
     expected = Keypoints(POSITIONS, NAMES, 25, SCORES)

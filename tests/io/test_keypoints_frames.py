@@ -147,6 +147,34 @@ def test_times_that_contradict_the_frame_rate(form, key):
     assert messages(read, form(key, [k / 30 for k in gap], gap)) == []
 
 
+@pytest.mark.parametrize("key", ["timestamps", "times"])
+def test_times_next_to_the_frames(key):
+    document = {"frames": FRAMES, key: [i / 60 for i in range(N)]}
+    (message,) = messages(read, document)
+    assert "frame_rate=60" in message
+    assert messages(read, document, frame_rate=60) == []
+    assert messages(read, document | {key: [0.0, 1.0]}) == []  # of something else
+
+
+@pytest.mark.parametrize("order", [[*range(1000), *range(1030, 2000)], [*range(1000), 1001, 1000, *range(1002, 2000)]])
+def test_times_that_have_gaps_or_go_back(order):
+    frames = [{"time": i / 30, "hip": [0, 1, 0], "neck": [0, 1.6, 0]} for i in order]
+    assert len(messages(read, frames, layout=None)) == 1
+    even = [frame | {"time": i / 30} for i, frame in enumerate(frames)]
+    assert messages(read, even, layout=None) == []
+
+
+def test_frames_of_nobody_keep_their_time():
+    frames = [{"frame": 5 + i, "keypoints_3d": frame} for i, frame in enumerate(FRAMES)]
+    gap = [None, *frames[1:3], None, None, *frames[5:]]
+    by_image = [frame and {"image_id": "abcdefghijkl"[i], "keypoints_3d": FRAMES[i]} for i, frame in enumerate(gap)]
+    for document in (gap, by_image, [frame and frame["keypoints_3d"] for frame in gap]):
+        found = read(document)
+        assert len(found) == N
+        assert np.isnan(found.positions[[0, 3, 4]]).all()
+        np.testing.assert_array_equal(found.positions[5:, :17], ARRAY[5:])
+
+
 @pytest.mark.parametrize(
     "times",
     [

@@ -189,6 +189,20 @@ def test_mmpose():
     same(read(document | {"instance_info": scored}, "coco17"), expected("coco17"))
 
 
+@pytest.mark.parametrize("key", ["likelihood", "presence"])
+def test_words_for_how_sure_a_point_is(key):
+    same(read([objects("coco17", t, key) for t in range(N)], "coco17"), expected("coco17"))
+
+
+@pytest.mark.parametrize("key", ["scores", "keypoint_scores", "keypoints_scores"])
+def test_scores_next_to_the_points(key):
+    frames = [{"keypoints": ARRAYS["coco17"][t].tolist(), key: SURE["coco17"][t].tolist()} for t in range(N)]
+    same(read(frames, "coco17"), expected("coco17"))
+    frames[0][key] = frames[0][key][1:]
+    with pytest.raises(MocapFormatError):
+        read(frames, "coco17")
+
+
 def test_null_and_nan_are_not_seen():
     array = ARRAYS["coco17"][:2].tolist()
     array[0][3], array[1][5][1], array[1][6][0] = None, None, float("nan")
