@@ -120,7 +120,8 @@ def segment_repetitions(
     *Templates are whole movements.* Two of their poses are at least 0.9 D apart, which excludes lasting poses. They
     *come back*: the last pose, or the next one, is at most 0.7 of the largest distance away from the first pose, which
     excludes half movements. Other segments must come back to 0.85. No repetition contains a pause longer than half of
-    the moving frames of the template.
+    the moving frames of the template, unless fitness is 1.25 times as large with longer ones: movements that are held
+    before they come back. These begin after the longest pause.
 
     *Templates are one movement*, not several. Another template is taken if it is at most 0.6 as long, as much more
     frequent, and if its fitness, relative to 1 − 1/k for k equal repetitions, is at least 0.9 of the other's.
@@ -188,9 +189,8 @@ def segment_repetitions(
     One movement is found, the one that explains most of the motion. Any phase of a cycle may be the first, and if a
     recording begins or ends within a repetition, that one may be missing. The movement of the root is ignored.
 
-    Movements that are small among larger ones are not found; cut the recording first. A movement that is held before
-    it comes back, for longer than half of its moving frames, is not found either. A joint that jumps, as after errors
-    of the recording, makes slower movements still; see `Motion.unwrap` for "angle".
+    Movements that are small among larger ones are not found; cut the recording first. A joint that jumps, as after
+    errors of the recording, makes slower movements still; see `Motion.unwrap` for "angle".
 
     The rate `alpha` is exact if poses a piece apart are independent. Movement is smoother, and is found in fewer cases.
     Smooth random movements of up to three degrees of freedom that stay near one pose are mostly called repetitions, as

@@ -42,7 +42,8 @@ COARSELY = 4  # in this many times as large steps as memory would allow
 # A template is the movement several times if another explains nearly as much that is shorter and more frequent:
 MULTIPLE, SHORTER = 0.9, 0.6  # times as much, and times as long
 SLIVER = 0.25  # largest share of a segment that is cut off at a pause
-LONGEST_PAUSE = 0.5  # within a repetition, in moving frames of the template
+LONGEST_PAUSE = 0.5  # within a repetition, in moving frames of the template,
+HELD = 1.25  # unless longer ones make the fitness this many times as large
 
 
 class Frames:
@@ -150,6 +151,7 @@ class Segment(NamedTuple):
     fitness: float
     first: int
     last: int
+    is_held: bool  # whether its repetitions may contain pauses of any length
     n_repetitions: int = 0
 
     @property
@@ -178,11 +180,15 @@ NOTHING = Found(np.zeros((0, 2), dtype=np.int64), np.zeros(0), None)
 
 
 class Templates:
-    """All segments of a section as templates; a section has every k-th frame of a motion that moves."""
+    """All segments of a section as templates; a section has every k-th frame of a motion that moves.
 
-    def __init__(self, frames: Frames, section: np.ndarray, every: int, limits: Limits):
-        distances = frames.distances(section)
-        self.frames, self.every, self.limits = section, every, limits
+    Held ones may contain pauses up to the longest one next to them.
+    """
+
+    def __init__(
+        self, frames: Frames, section: np.ndarray, distances: np.ndarray, every: int, limits: Limits, is_held: bool
+    ):
+        self.frames, self.every, self.limits, self.is_held = section, every, limits, is_held
         self.n = len(section)
         self.similarities = _similarities(frames, distances)
         self.reach = first_far((distances >= EXTENT * frames.median) & (distances > 0.0))
@@ -202,19 +208,19 @@ class Templates:
         chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
         refined = {self._refine(one) for one in chosen}
         ends = [(one, self.frames[[one.start, one.start + one.length - 1]].tolist()) for one in refined]
-        return [Segment(one.fitness, first, last) for one, (first, last) in ends]
+        return [Segment(one.fitness, first, last, self.is_held) for one, (first, last) in ends]
 
     def _starts(self, length: int) -> list[int]:
-        """Starts of the templates of a length that are rated: evenly spread, and next to pauses."""
+        """Starts of the templates of a length that are rated: next to pauses, and, if not held, evenly spread."""
         behind = np.flatnonzero(self.pauses > LONGEST_PAUSE * length)
-        steps = range(0, self.n - length + 1, max(1, length // STARTS_PER_LENGTH))
+        steps = range(0, 0 if self.is_held else self.n - length + 1, max(1, length // STARTS_PER_LENGTH))
         return np.unique([*behind, *(behind - length), *steps]).astype(int).tolist()
 
     def _rate(self, start: int, length: int) -> Template:
         """A template with its fitness, zero if it is not allowed."""
         fitness = 0.0
         if self._is_allowed(start, length):
-            longest = LONGEST_PAUSE * length
+            longest = np.inf if self.is_held else LONGEST_PAUSE * length
             fitness = fitness_of(self.similarities, self.pauses, longest, start, start + length, start)
         return Template(fitness, start, length)
 
@@ -224,7 +230,8 @@ class Templates:
             return False
         if self.reach[start] >= stop or not comes_back(self.similarities, start, stop, BACK):
             return False
-        if self.pauses[start + 1 : stop].max() > LONGEST_PAUSE * length:
+        outside = self.pauses[[start, stop] if stop < self.n else [start]].max()
+        if self.pauses[start + 1 : stop].max() > (outside if self.is_held else LONGEST_PAUSE * length):
             return False
         first, last = _trim_slivers(self.frames[start:stop])
         return self.limits.least <= last - first + self.every - 1 <= self.limits.most
@@ -261,7 +268,7 @@ class Explanation:
         self.start, self.stop = (int(i) for i in np.searchsorted(self.frames, [first, last + 1]))
         self.length = self.stop - self.start
         self.similarities = _similarities(frames, frames.distances(self.frames, self.frames[self.start : self.stop]))
-        self.longest = LONGEST_PAUSE * self.length
+        self.longest = np.inf if segment.is_held else LONGEST_PAUSE * self.length
         self.fitness = fitness_of(self.similarities, self.pauses, self.longest, 0, self.length, self.start)
 
     def rate(self) -> Segment:
@@ -314,11 +321,19 @@ def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
         asked_for = [int(np.ceil(n / every)) for n in limits if shortest <= n / every <= longest]
         lengths = sorted({*_lengths(shortest, longest), *asked_for})
         for section in sections:
-            templates = Templates(frames, section, every, limits)
-            found += templates.best(lengths, REFINED if every == 1 and is_last else RATED, n_jobs)
+            distances = frames.distances(section)
+            for is_held in (False, True):
+                templates = Templates(frames, section, distances, every, limits, is_held)
+                found += templates.best(lengths, REFINED if every == 1 and is_last else RATED, n_jobs)
         every *= 2
+    best, held = (_best_of(frames, [one for one in found if one.is_held == is_held]) for is_held in (False, True))
+    return held if held is not None and (best is None or held.fitness > HELD * best.fitness) else best
+
+
+def _best_of(frames: Frames, segments: list[Segment]) -> Explanation | None:
+    """The segment that explains most of the motion, among the fittest of each size."""
     of_size: dict[int, list[Segment]] = {}
-    for one in sorted(found, reverse=True):
+    for one in sorted(segments, reverse=True):
         of_size.setdefault(one.length.bit_length(), []).append(one)
     rated = [Explanation(frames, one, COARSELY).rate() for similar in of_size.values() for one in similar[:RATED]]
     if not rated:

@@ -100,8 +100,8 @@ def load_robot(
     Warns
     -----
     UserWarning
-        If the file has equality constraints, mimic joints, tendons or limits of ball joints, which the skeleton does
-        not keep; if links or joints are left out.
+        If the file has equality constraints, mimic joints, tendons, or limits of ball joints or in the wrong
+        order, which the skeleton does not keep; if links or joints are left out.
 
     See Also
     --------
@@ -319,16 +319,19 @@ def _exact(matrix: np.ndarray) -> np.ndarray | None:
 
 
 def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: int, inside: Sequence[int]) -> list[str]:
-    """What the skeleton leaves out: other links, joints above the root that are not held, limits of ball joints."""
+    """What the skeleton leaves out: other links, joints above the root that are not held, limits."""
     chain = [top]
     while chain[-1] != WORLD:
         chain.append(int(model.body_parentid[chain[-1]]))
     others = [bodies[body] for body in range(1, model.nbody) if body not in {*inside, *chain}]
     above = [joint.name for joint in joints if joint.body in chain and joint.kind != FREE and joint.held is None]
     balls = [joint.name for joint in joints if joint.kind == SPHERICAL and joint.limits and joint.body in inside]
+    own = [(joint, ends) for joint, ends in zip(joints, model.jnt_range, strict=True) if joint.body in inside]
+    wrong = [joint.name for joint, (lower, upper) in own if joint.limits is None and lower > upper]
     notes = {
         f"links that {bodies[top]!r} does not carry are left out": others,
         f"joints that carry {bodies[top]!r} move the root and have no columns": above,
         "limits of ball joints are not kept": balls,
+        "limits in the wrong order are not kept": wrong,
     }
     return [f"{note}: {list_names(names)}" for note, names in notes.items() if names]

@@ -20,6 +20,7 @@ ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
 NEAR = 0.25  # of the smaller step at the ends; if nearer, the last pose is the first one again
 FAR = 0.2  # of the largest distance from the first pose, beyond which a cycle is not whole; strides reach 0.17
 CUT = 1.5  # steps by which the cut at whole frames may be off
+JUMP = 1.5  # times the largest step inside; larger ones at the ends are jumps
 SEAM = 0.1  # of the largest change between two frames; tolerance at the ends of a cycle
 ROUNDING = 1e-6  # of files: rad, m
 
@@ -61,25 +62,31 @@ class Frames(NamedTuple):
         return self._replace(poses=poses)
 
 
-def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, str]:
-    """A cycle, and a warning if the frames were none; without `endpoint` the frame that ends it is added."""
+def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, list[str]]:
+    """A cycle, and warnings if the frames were none; without `endpoint` the frame that ends it is added."""
     positions = _positions(frames)
     steps = _distances(positions[1:], positions[:-1]) / np.diff(frames.numbers)
-    complaint = ""
+    complaints = []
     if not endpoint:
         if _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
-            complaint = "the last pose is the first one again, but is taken for the one before: pass endpoint=True"
+            complaints.append(
+                "the last pose is the first one again, but is taken for the one before: pass endpoint=True"
+            )
         frames = _add_end(frames)
         positions = _positions(frames)
+    if len(steps) > 2 and steps[[0, -1]].max() > JUMP * steps[1:-1].max():
+        complaints.append("the joints jump at an end of the cycle: cut the motions of a mean at the same event")
     away = _distances(positions, positions[0])
     if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
-        complaint = "the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
+        complaints.append(
+            "the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
+        )
     turn = frames.turns[-1]
     gap = steps_from(frames.bones, frames.poses[-1:], frames.rotate(turn).poses[:1])
     shares = (frames.numbers - frames.numbers[0]) / (frames.numbers[-1] - frames.numbers[0]) - 0.5
     closed = frames._replace(poses=move(frames.bones, frames.poses, shares[:, None] * gap), places=frames.places.copy())
     closed.heights[:] += shares * (frames.heights[0] - frames.heights[-1])
-    return closed, complaint
+    return closed, complaints
 
 
 def _add_end(frames: Frames) -> Frames:

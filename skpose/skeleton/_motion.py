@@ -327,8 +327,9 @@ class Motion:
         Warns
         -----
         UserWarning
-            If the last pose is the first one and `endpoint` is False, or if the motion is not one whole cycle: the end
-            is more than a fifth as far from the first pose as the farthest pose, and than one and a half usual steps.
+            If the last pose is the first one and `endpoint` is False. If the joints move more than one and a half times
+            as fast at an end as anywhere else. If the motion is not one whole cycle: the end is more than a fifth as
+            far from the first pose as the farthest pose, and than one and a half usual steps.
 
         See Also
         --------
@@ -350,8 +351,8 @@ class Motion:
         Motion(73 frames at 24 Hz, 3.0 s, y up, Skeleton(n_joints=1, n_dofs=1))
         """
         self._check_heading("to_cycle", least=3)
-        cycle, complaint = close_cycle(self._frames, endpoint)
-        if complaint:
+        cycle, complaints = close_cycle(self._frames, endpoint)
+        for complaint in complaints:
             warn(complaint)
         return self._with_frames(cycle)
 

@@ -75,6 +75,14 @@ def test_a_short_hold_belongs_to_the_repetition():
     assert_found(found, np.array([(i * len(one), i * len(one) + 36) for i in range(5)]), 5)
 
 
+def test_a_long_hold_belongs_to_the_repetition():
+    """Neither the way there nor the way back is a repetition; the longer pause is between repetitions."""
+    half, hold = exercise(30)[:15], 30
+    one = np.concatenate([half, np.repeat(half[-1:], hold, axis=0), exercise(30)[15:], np.zeros((45, 3))])
+    found = segment_repetitions(np.concatenate([one] * 5), skeleton=ARM, metric="position")
+    assert_found(found, np.array([(i * len(one), i * len(one) + 60) for i in range(5)]), 5)
+
+
 def test_a_part_of_the_movement_is_not_a_repetition():
     """The recording begins in the middle of an exercise: the rest of it does not come back."""
     poses, truth = recording([30] * 5, [1, 35, 35, 35, 35, 35])

@@ -129,6 +129,16 @@ def test_wrong_held_values(held):
         load_robot(opened(text), held=whole | held)
 
 
+@pytest.mark.parametrize("robot", ["urdf", "mjcf"])
+def test_limits_in_the_wrong_order_warn(robot):
+    texts = {
+        "urdf": urdf(link("a", "base", "revolute").replace('lower="-1"', 'lower="3"')),
+        "mjcf": mjcf('<body name="a"><joint name="a_joint" range="3 2"/><body name="b" pos="1 0 0"/></body>'),
+    }
+    with pytest.warns(UserWarning, match="wrong order.*'a_joint'"):
+        assert load_robot(opened(texts[robot])).limits is None
+
+
 def test_constraints_tendons_and_limits_that_are_not_kept():
     text = mjcf(
         '<body name="a"><joint name="i"/>'
