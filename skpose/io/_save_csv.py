@@ -112,10 +112,10 @@ def _of_motion(motion: Motion) -> Table:
 
 def _of_keypoints(points: Keypoints) -> Table:
     """The same of keypoints."""
-    axes = "x", "y", "z"
+    axes: tuple[str, ...] = ("x", "y", "z")
     array = points.positions
     if not np.isin(points.confidences, [0.0, 1.0]).all():
-        axes += (SURE,)  # type: ignore[assignment]
+        axes += (SURE,)
         array = np.concatenate([array, points.confidences[:, :, None]], axis=2)
     header = [*POINTS_HEAD, *(f"{name}_{axis}" for name in points.names for axis in axes)]
     found = list(find_points([cell.strip() for cell in header]))
