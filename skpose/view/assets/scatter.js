@@ -37,7 +37,7 @@ class Scatter {
 
   constructor(layer, canvas, count) {
     Object.assign(this, { layer, canvas, count, x: new Float64Array(count), y: new Float64Array(count) });
-    this.context = layer.getContext("2d");
+    this.context = layer.getContext("2d", { willReadFrequently: true });
     this.colours = new Uint8Array(count); // of the points, by their places in the palette
     this.forms = new Uint8Array(count); // by their places among FORMS
     this.cells = new Uint32Array(count); // 0 for those that are not seen
@@ -165,16 +165,20 @@ class Scatter {
     const { x, y, centre, cells, colours: shades, forms, faded, absent } = this;
     context.save();
     context.resetTransform();
+    context.fillStyle = colours.paper;
+    context.fillRect(0, 0, Math.ceil(2 * x0), Math.ceil(2 * y0));
+    const image = context.getImageData(0, 0, Math.ceil(2 * x0), Math.ceil(2 * y0));
     for (const back of faded || absent ? [1, 0] : [0]) {
       const pictures = this.pictures[back];
       for (const i of this.order) {
         if (!cells[i] || (faded?.[i] || absent?.[i] || 0) !== back) continue;
         const key = (shades[i] * FORMS.length + forms[i]) * SHARES.length + levels[cells[i]];
         const one = pictures[key] ??= this.pictureOf(shades[i], forms[i], levels[cells[i]], radius, back);
-        context.drawImage(one, Math.round(x0 + scale * (x[i] - centre[0]) - one.width / 2),
+        stamp(image, one, Math.round(x0 + scale * (x[i] - centre[0]) - one.width / 2),
           Math.round(y0 - scale * (y[i] - centre[1]) - one.width / 2));
       }
     }
+    context.putImageData(image, 0, 0);
     context.restore();
   }
 
@@ -189,7 +193,7 @@ class Scatter {
     context.globalAlpha = opacity;
     context.fillStyle = back ? `color-mix(in srgb, ${colour} ${PALE}, ${colours.paper})` : colour;
     fillForm(context, form, side / 2, side / 2, radius);
-    return made;
+    return context.getImageData(0, 0, side, side);
   }
 
   /**
@@ -215,6 +219,18 @@ class Scatter {
       const crowd = (covers * (some - OWN)) / THIN;
       return crowd > 0 ? Math.min(SHARES.length - 1, Math.round(LEVELS_OF_TWO * Math.log2(1 + crowd))) : 0;
     });
+  }
+}
+
+/** Draw a picture over a part of an image: ten thousand of them sooner than `drawImage` does. */
+function stamp({ data, width, height }, { data: from, width: side }, left, top) {
+  for (let row = Math.max(0, -top); row < Math.min(side, height - top); row++) {
+    for (let column = Math.max(0, -left); column < Math.min(side, width - left); column++) {
+      const at = 4 * ((top + row) * width + left + column);
+      const of = 4 * (row * side + column);
+      const share = from[of + 3] / 255;
+      if (share) for (let c = 0; c < 3; c++) data[at + c] += share * (from[of + c] - data[at + c]);
+    }
   }
 }
 
