@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Skeleton, forward_kinematics
 from skpose.datasets import humanoid, load_cmu, load_hdm05, make_gait
 from skpose.io import load_asf, load_bvh, save_bvh
-from skpose.manifold import SpatialMDS
 from skpose.metrics import Angle
 from skpose.metrics._registry import METRICS
 
@@ -228,29 +227,6 @@ class ChainMixin:
     def _learn_metric(self, skeleton):
         """Wait for the width of X."""
         self.skeleton_, self.metric_ = None, Angle()
-
-
-HAS_CALLBACKS = hasattr(SpatialMDS, "set_callbacks")
-
-
-class Recorder:
-    """A callback of scikit-learn's protocol that records its calls."""
-
-    def __init__(self):
-        self.tasks, self.open, self.torn_down = [], 0, False
-
-    def setup(self, estimator, context):
-        pass
-
-    def on_fit_task_begin(self, estimator, context):
-        self.tasks.append(context.task_name)
-        self.open += 1
-
-    def on_fit_task_end(self, estimator, context):
-        self.open -= 1
-
-    def teardown(self, estimator, context):
-        self.torn_down = True
 
 
 @pytest.fixture(scope="session")

@@ -3,43 +3,19 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
-from contextvars import ContextVar
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from datetime import timedelta
 from typing import Any
 
 SECONDS = 10.0  # between plain lines
 
 Advance = Callable[[], None]
-Reporter = Callable[[str, int], AbstractContextManager[Advance]]
-_reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 
 
-@contextmanager
-def report_to(reporter: Reporter) -> Iterator[None]:
-    """Also report all progress in this context to the reporter, which is called with the name and number of steps."""
-    token = _reporter.set(reporter)
-    try:
-        yield
-    finally:
-        _reporter.reset(token)
-
-
-@contextmanager
-def progress(what: str, n_steps: int, verbose: int) -> Iterator[Advance]:
-    """Show the progress of work if `verbose`; yields the function to call after each step."""
-    with ExitStack() as stack:
-        reporters = [_reporter.get() if n_steps > 1 else None, _bar if verbose else None]
-        reports = [stack.enter_context(reporter(what, n_steps)) for reporter in reporters if reporter is not None]
-
-        def advance() -> None:
-            for report in reports:
-                report()
-
-        yield advance
-
-
-def _bar(what: str, n_steps: int) -> AbstractContextManager[Advance]:
+def progress(what: str, n_steps: int, verbose: int) -> AbstractContextManager[Advance]:
+    """Show the progress of work if `verbose`; the context is the function to call after each step."""
+    if not verbose:
+        return nullcontext(lambda: None)
     try:
         from rich.console import Console
     except ImportError:

@@ -1,4 +1,4 @@
-"""Private parts of scikit-learn: validation of parameters, names and weights, the context of `fit`, callbacks."""
+"""Private parts of scikit-learn: validation of parameters, names and weights, the context of `fit`."""
 
 import inspect
 from collections.abc import Callable, Iterable
@@ -84,20 +84,7 @@ def check_sample_weight(sample_weight: Any, X: np.ndarray) -> np.ndarray:
     return weights
 
 
-try:
-    from sklearn.callback import CallbackSupportMixin, with_callbacks
-except ImportError:  # before scikit-learn 1.9
-
-    class CallbackSupportMixin:  # type: ignore[no-redef]
-        """Replacement where scikit-learn has no callbacks."""
-
-    def with_callbacks(method: Any) -> Any:
-        """Leave the method unchanged."""
-        return method
-
-
 __all__ = [
-    "CallbackSupportMixin",
     "HasMethods",
     "Hidden",
     "InstanceOf",
@@ -105,18 +92,9 @@ __all__ = [
     "InvalidParameterError",
     "RealNotInt",
     "StrOptions",
-    "callback_context",
     "check_feature_names_in",
     "check_sample_weight",
     "fit_context",
     "validate_parameter_constraints",
     "validate_params",
-    "with_callbacks",
 ]
-
-
-def callback_context(estimator: Any, n_steps: int | None) -> Any:
-    """The context in which an estimator reports to its callbacks; None if it has none."""
-    if not hasattr(estimator, "_init_callback_context"):
-        return None
-    return estimator._init_callback_context(max_subtasks=n_steps)

@@ -11,7 +11,6 @@ from sklearn.utils import check_random_state
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
-from skpose._utils.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._utils.sklearn import Interval, check_sample_weight, fit_context
 from skpose._utils.warnings import warn
 from skpose.cluster._lloyd import first_centers, lloyd
@@ -19,14 +18,7 @@ from skpose.geodesics._weightings import WeightedMeans
 from skpose.metrics._registry import require_means
 
 
-class PoseKMeans(
-    PoseEstimatorMixin,
-    CallbackSupportMixin,
-    ClassNamePrefixFeaturesOutMixin,
-    TransformerMixin,
-    ClusterMixin,
-    BaseEstimator,
-):
+class PoseKMeans(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, ClusterMixin, BaseEstimator):
     r"""K-means clustering of poses with Fréchet means as centres.
 
     Minimises the *inertia*, the sum of squared distances of samples to their nearest centre,
@@ -154,7 +146,6 @@ class PoseKMeans(
         self.n_jobs = n_jobs
         self.verbose = verbose
 
-    @with_callbacks
     @fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None, sample_weight=None):
         """Find the centres.
@@ -184,17 +175,15 @@ class PoseKMeans(
         masses = np.bincount(pose_of.ravel(), weights[counted])
         means = WeightedMeans(poses, self.skeleton_, self.metric_, self.n_jobs)
         squared = partial(self._squared_distances, poses)
-        fit_progress, runs = FitReport(self, None, X), []
+        runs = []
         for _ in range(self.n_init):
-            with fit_progress.step("first centres"):
-                chosen = first_centers(poses, masses, squared, self.n_clusters, rng)
-            runs.append(lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol, fit_progress))
+            chosen = first_centers(poses, masses, squared, self.n_clusters, rng)
+            runs.append(lloyd(poses[chosen], masses, squared, means.means, self.max_iter, self.tol))
         best = min(runs, key=lambda run: run.inertia)
         self.labels_ = self._squared_distances(X, best.centers).argmin(axis=1)
         self.inertia_, self.n_iter_ = best.inertia, best.n_iter
         self.cluster_centers_ = best.centers
         self._warn(best)
-        fit_progress.end()
         return self
 
     def predict(self, X):

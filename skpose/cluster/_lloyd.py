@@ -41,7 +41,7 @@ def _draw(chances, n, rng):
     return np.minimum(np.searchsorted(sums, rng.uniform(size=n) * sums[-1], side="right"), len(chances) - 1)
 
 
-def lloyd(centers, weights, squared, means, max_iter, tol, fit_progress):
+def lloyd(centers, weights, squared, means, max_iter, tol):
     """Lloyd's iterations from some centres, which are changed in place.
 
     The cost never rises: a mean replaces a centre only if it is nearer to the cluster, which matters for distances with
@@ -55,19 +55,18 @@ def lloyd(centers, weights, squared, means, max_iter, tol, fit_progress):
     fixed = np.full(len(labels), -1)  # labels for which the centres are means
     unconverged = np.zeros(n_clusters, dtype=bool)
     for iteration in range(1, max_iter + 1):
-        with fit_progress.step("iteration"):
-            labels = _fill_empty(labels, weights * distances[rows, labels], n_clusters)
-            changed = labels != fixed
-            moving = np.union1d(labels[changed], fixed[changed & (fixed >= 0)])
-            moving = moving[np.isin(moving, labels)]
-            weightings = (labels == moving[:, np.newaxis]) * weights
-            found, converged = means(weightings)
-            unconverged[moving] = ~converged
-            to_found = squared(found)
-            better = (weightings * to_found.T).sum(axis=1) < (weightings * distances[:, moving].T).sum(axis=1)
-            centers[moving[better]], distances[:, moving[better]] = found[better], to_found[:, better]
-            fixed, labels = labels, distances.argmin(axis=1)
-            before, inertia = inertia, _cost(weights, distances, labels)
+        labels = _fill_empty(labels, weights * distances[rows, labels], n_clusters)
+        changed = labels != fixed
+        moving = np.union1d(labels[changed], fixed[changed & (fixed >= 0)])
+        moving = moving[np.isin(moving, labels)]
+        weightings = (labels == moving[:, np.newaxis]) * weights
+        found, converged = means(weightings)
+        unconverged[moving] = ~converged
+        to_found = squared(found)
+        better = (weightings * to_found.T).sum(axis=1) < (weightings * distances[:, moving].T).sum(axis=1)
+        centers[moving[better]], distances[:, moving[better]] = found[better], to_found[:, better]
+        fixed, labels = labels, distances.argmin(axis=1)
+        before, inertia = inertia, _cost(weights, distances, labels)
         if np.array_equal(labels, fixed) or before - inertia <= tol * inertia:
             return Clusters(centers, inertia, iteration, True, int(unconverged.sum()))
     return Clusters(centers, inertia, max_iter, False, int(unconverged.sum()))

@@ -10,12 +10,11 @@ from sklearn.utils import check_symmetric
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
-from skpose._utils.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._utils.sklearn import Interval, fit_context
 from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squared_distances
 
 
-class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEstimator):
+class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
     r"""Medoid shift clustering: mode seeking with distances alone.
 
     Every sample i moves to the sample j that minimises :math:`\sum_k w_{ik} d_{jk}^2`, with Gaussian weights
@@ -116,7 +115,6 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         self.n_jobs = n_jobs
         self.verbose = verbose
 
-    @with_callbacks
     @fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None):
         """Compute the clusters.
@@ -138,20 +136,17 @@ class MedoidShift(PoseEstimatorMixin, CallbackSupportMixin, ClusterMixin, BaseEs
         X = self._check_X(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
         if self.n_clusters is not None and self.n_clusters > X.shape[0]:
             raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
-        fit_progress = FitReport(self, None, X)
-        with fit_progress.step("distances"):
-            distances = self._all_distances(X)
-            scale = estimate_bandwidth(distances) if self.bandwidth is None else self.bandwidth
-            squared = squared_distances(distances)
+        distances = self._all_distances(X)
+        scale = estimate_bandwidth(distances) if self.bandwidth is None else self.bandwidth
+        squared = squared_distances(distances)
         if self.n_clusters is None:
-            result = shift(squared, scale, fit_progress)
+            result = shift(squared, scale, self.verbose)
         else:
-            result = find_bandwidth(squared, scale, self.n_clusters, fit_progress)
+            result = find_bandwidth(squared, scale, self.n_clusters, self.verbose)
         self.bandwidth_, self.n_iter_ = result.bandwidth, result.n_iter
         self.cluster_centers_indices_, self.labels_ = np.unique(result.modes, return_inverse=True)
         if self.metric_ is not None:
             self.cluster_centers_ = X[self.cluster_centers_indices_]
-        fit_progress.end()
         return self
 
     def predict(self, X):

@@ -62,15 +62,14 @@ def estimate_bandwidth(distances):
     return float(np.mean(reach)) or 1.0  # all samples are equal, any bandwidth will do
 
 
-def shift(squared, bandwidth, fit_progress):
+def shift(squared, bandwidth, verbose):
     """Shift the samples, then their modes among themselves, until nothing changes."""
     modes = np.arange(squared.shape[0])
     n_iter = 0
     while True:
         moving = np.unique(modes)
-        with fit_progress.step("shift"):
-            among = squared if len(moving) == squared.shape[0] else squared[moving][:, moving]
-            stops = moving[_stops(*_targets(among, bandwidth, fit_progress.verbose))]
+        among = squared if len(moving) == squared.shape[0] else squared[moving][:, moving]
+        stops = moving[_stops(*_targets(among, bandwidth, verbose))]
         n_iter += 1
         if np.array_equal(stops, moving):
             return Modes(float(bandwidth), modes, n_iter)
@@ -117,13 +116,13 @@ def _stops(target, staying):
     return mode[component]
 
 
-def find_bandwidth(squared, scale, n_clusters, fit_progress):
+def find_bandwidth(squared, scale, n_clusters, verbose):
     """Modes with n_clusters clusters, else with the closest smaller number and a warning."""
     tried = {}
 
     def count(bandwidth):
         if bandwidth not in tried:
-            tried[bandwidth] = shift(squared, bandwidth, fit_progress)
+            tried[bandwidth] = shift(squared, bandwidth, verbose)
         return tried[bandwidth].count
 
     def halve(low, high):

@@ -1,6 +1,5 @@
 """Classical multidimensional scaling of pose distances."""
 
-from contextlib import nullcontext
 from numbers import Integral
 from typing import ClassVar
 
@@ -11,7 +10,6 @@ from sklearn.utils import check_random_state, check_symmetric, gen_batches
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
-from skpose._utils.callbacks import CallbackSupportMixin, FitReport, with_callbacks
 from skpose._utils.progress import progress
 from skpose._utils.sklearn import Interval, StrOptions, fit_context
 from skpose.kinematics._forward import weighted_positions
@@ -20,9 +18,7 @@ from skpose.manifold._scaling import classical_scaling, farthest_points
 BATCH = 1 << 22  # distances in memory per worker while placing poses
 
 
-class SpatialMDS(
-    PoseEstimatorMixin, CallbackSupportMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
-):
+class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
     r"""Classical (Torgerson) multidimensional scaling of pose distances.
 
     Finds points whose inner products best match those implied by the distances: the leading eigenvectors of
@@ -163,7 +159,6 @@ class SpatialMDS(
         self.fit_transform(X)
         return self
 
-    @with_callbacks
     @fit_context(prefer_skip_nested_validation=True)
     def fit_transform(self, X, y=None):
         """Fit the embedding and return the coordinates of the poses.
@@ -184,24 +179,17 @@ class SpatialMDS(
         if self.metric_ is None:
             X = check_symmetric(X, raise_exception=True)
         n, n_scaled = len(X), min(len(X), self.landmarks or len(X))
-        batches = list(self._batches(n, n_scaled))
-        fit_progress = FitReport(self, 2 + (len(batches) if n_scaled < n else 0), X)
-
-        with fit_progress.step("distances"):
-            chosen = np.arange(n) if n_scaled == n else self._choose_landmarks(X, n_scaled)
-            self.landmark_indices_ = chosen
-            if self.metric_ is None:
-                squared = np.square(X[np.ix_(chosen, chosen)], dtype=np.float64)
-            else:
-                self.X_fit_ = X[chosen]
-                squared = np.square(self._distances(self.X_fit_, None), dtype=np.float64)
-        with fit_progress.step("eigenvectors"):
-            self._scaling = classical_scaling(squared, self.n_components)
-            self.eigenvalues_ = self._scaling.eigenvalues
-            self.explained_variance_ratio_ = self._scaling.explained_variance_ratio
-            self.negative_share_ = self._scaling.negative_share
-        self.embedding_ = self._scaling.points if n_scaled == n else self._embed(X, batches, fit_progress.step)
-        fit_progress.end()
+        chosen = self.landmark_indices_ = np.arange(n) if n_scaled == n else self._choose_landmarks(X, n_scaled)
+        if self.metric_ is None:
+            squared = np.square(X[np.ix_(chosen, chosen)], dtype=np.float64)
+        else:
+            self.X_fit_ = X[chosen]
+            squared = np.square(self._distances(self.X_fit_, None), dtype=np.float64)
+        self._scaling = classical_scaling(squared, self.n_components)
+        self.eigenvalues_ = self._scaling.eigenvalues
+        self.explained_variance_ratio_ = self._scaling.explained_variance_ratio
+        self.negative_share_ = self._scaling.negative_share
+        self.embedding_ = self._scaling.points if n_scaled == n else self._embed(X)
         return self.embedding_
 
     def transform(self, X):
@@ -218,12 +206,7 @@ class SpatialMDS(
             Coordinates of the poses; float64, also for float32 poses.
         """
         check_is_fitted(self, "embedding_")
-        X = self._check_X(X, reset=False)
-        return self._embed(X, list(self._batches(len(X), len(self.landmark_indices_))), nullcontext)
-
-    def _batches(self, n, n_scaled):
-        """Slices of poses to place at once."""
-        return gen_batches(n, max(1, BATCH * effective_n_jobs(self.n_jobs) // n_scaled))
+        return self._embed(self._check_X(X, reset=False))
 
     def _choose_landmarks(self, X, n_scaled):
         rng = check_random_state(self.random_state)
@@ -234,18 +217,19 @@ class SpatialMDS(
         points = X if self.skeleton_ is None else weighted_positions(X, self.skeleton_)
         return farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
 
-    def _embed(self, X, batches, step):
-        """Coordinates of all poses, batch by batch, each in the context ``step("placing")``."""
+    def _embed(self, X):
+        """Coordinates of all poses, batch by batch."""
         n_components = len(self.eigenvalues_)
         points = np.empty((len(X), n_components))
+        size = max(1, BATCH * effective_n_jobs(self.n_jobs) // len(self.landmark_indices_))
+        batches = list(gen_batches(len(X), size))
         with progress(f"{len(X):,} poses in {n_components} dimensions", len(batches), self.verbose) as advance:
             for batch in batches:
-                with step("placing"):
-                    if self.metric_ is None:
-                        distances = X[batch][:, self.landmark_indices_]
-                    else:
-                        distances = self._distances(X[batch], self.X_fit_, verbose=0)
-                    points[batch] = self._scaling.place(np.square(distances, dtype=np.float64))
+                if self.metric_ is None:
+                    distances = X[batch][:, self.landmark_indices_]
+                else:
+                    distances = self._distances(X[batch], self.X_fit_, verbose=0)
+                points[batch] = self._scaling.place(np.square(distances, dtype=np.float64))
                 advance()
         return points
 

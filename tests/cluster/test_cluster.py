@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import HAS_CALLBACKS, SKELETONS, Recorder
+from conftest import SKELETONS
 from scipy.sparse import csr_array
 from sklearn.datasets import make_blobs
 from sklearn.exceptions import ConvergenceWarning
@@ -102,12 +102,3 @@ def test_poses_of_a_skeleton():
     assert shift.cluster_centers_.shape == (4, X.shape[1])
     with pytest.raises(ValueError, match="columns of X"):
         MedoidShift(skeleton=gait.skeleton).fit(frame[frame.columns[::-1]])
-
-
-@pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
-def test_callbacks_are_called_for_every_step(blobs):
-    recorder = Recorder()
-    shift = MedoidShift(bandwidth=1.4, metric="angle").set_callbacks(recorder).fit(blobs[0])
-    assert recorder.tasks == ["fit", "distances", *["shift"] * shift.n_iter_]
-    assert recorder.open == 0
-    np.testing.assert_array_equal(shift.labels_, MedoidShift(bandwidth=1.4, metric="angle").fit(blobs[0]).labels_)

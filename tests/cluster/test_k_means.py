@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import reference
-from conftest import HAS_CALLBACKS, SKELETONS, Recorder, in_turns, metric_of
+from conftest import SKELETONS, in_turns, metric_of
 from sklearn.cluster import KMeans
 from sklearn.datasets import make_blobs
 from sklearn.metrics import adjusted_rand_score
@@ -164,11 +164,3 @@ def test_poses_of_a_skeleton():
         PoseKMeans(gait.skeleton, n_clusters=3).fit(frame[frame.columns[::-1]])
     with pytest.raises(ValueError, match="'n_clusters' parameter of PoseKMeans must be an int"):
         PoseKMeans(gait.skeleton, n_clusters=gait.skeleton).fit(X)
-
-
-@pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
-def test_callbacks_are_called_for_every_step(blobs):
-    recorder = Recorder()
-    k_means = PoseKMeans(n_clusters=5, metric="angle", random_state=0).set_callbacks(recorder).fit(blobs[0])
-    assert recorder.tasks == ["fit", "first centres", *["iteration"] * k_means.n_iter_]
-    assert recorder.open == 0

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from conftest import HAS_CALLBACKS, SKELETONS, Recorder
+from conftest import SKELETONS
 from scipy.stats import mannwhitneyu
 from sklearn.decomposition import PCA
 from sklearn.metrics import silhouette_score
@@ -117,17 +117,6 @@ def test_a_few_landmarks_place_euclidean_data_exactly(selection):
     )
     same = SpatialMDS(n_components=3, landmarks=4, landmark_selection=selection, random_state=0, metric="angle").fit(X)
     np.testing.assert_array_equal(same.embedding_, mds.embedding_)
-
-
-@pytest.mark.skipif(not HAS_CALLBACKS, reason="this scikit-learn has no callbacks")
-def test_callbacks_are_called_for_every_step(X):
-    recorder = Recorder()
-    recorded = SpatialMDS(HUMANOID, n_components=2, landmarks=10, random_state=0).set_callbacks(recorder).fit(X)
-    assert recorder.tasks == ["fit", "distances", "eigenvectors", "placing"]
-    assert recorder.open == 0
-    assert recorder.torn_down
-    plain = SpatialMDS(HUMANOID, n_components=2, landmarks=10, random_state=0).fit(X)
-    np.testing.assert_array_equal(recorded.embedding_, plain.embedding_)
 
 
 def test_figures_of_the_paper_on_cmu_sequences(cmu):

@@ -4,13 +4,12 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import HAS_CALLBACKS, Recorder, random_tree
+from conftest import random_tree
 
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose._utils import progress as progress_module
 from skpose._utils.progress import progress
 from skpose.cluster import MedoidShift
-from skpose.manifold import SpatialMDS
 from skpose.metrics import pose_distances_chunked
 
 TREE = random_tree(0)
@@ -58,12 +57,3 @@ def test_progress_is_shown_if_requested(X, capsys, verbose):
         captured = capsys.readouterr()
         assert captured.out == ""
         assert ("60" in captured.err) == bool(verbose)
-
-
-@pytest.mark.skipif(not HAS_CALLBACKS, reason="scikit-learn has no callbacks before 1.9")
-def test_callbacks_see_the_tiles_of_distances(X, monkeypatch):
-    monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 16)
-    recorder = Recorder()
-    SpatialMDS(TREE, n_components=2).set_callbacks(recorder).fit(X)
-    assert recorder.tasks == ["fit", "distances", "60 × 60 distances", *["step"] * 10, "eigenvectors"]
-    assert recorder.open == 0
