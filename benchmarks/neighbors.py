@@ -20,6 +20,7 @@ from skpose import (
     pose_distances,
 )
 from skpose.neighbors import _cost
+from skpose.neighbors._queries import Request, find
 
 KS = (1, 5, 15, 50)
 QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii
@@ -46,6 +47,11 @@ def positions(X, skeleton):
     return forward_kinematics(X, skeleton).reshape(len(X), -1)
 
 
+def n_measured(knn, queries, k):
+    """How many distances a search measures for each query; with "geodesic", how many geodesics it solves."""
+    return find(Request(knn._index, queries, np.full(len(queries), -1), k=k), -1, 0).n_measured / len(queries)
+
+
 # --- equality --------------------------------------------------------------------------------------------------------
 
 
@@ -56,10 +62,10 @@ def check(X, queries, skeleton, metric, ks):
     knn = PoseKNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
     measured = []
     for k in ks:
-        distances, indices, evaluations = knn.kneighbors(queries, k, return_evaluations=True)
+        distances, indices = knn.kneighbors(queries, k)
         np.testing.assert_array_equal(indices, order[:, :k])
         np.testing.assert_array_equal(distances, np.take_along_axis(D, order[:, :k], axis=1))
-        measured.append(sum(evaluations) / len(queries))
+        measured.append(n_measured(knn, queries, k))
     near = PoseRadiusNeighborsTransformer(skeleton, metric=metric, n_jobs=-1).fit(X)
     for radius in [0.0, *np.quantile(D, QUANTILES)]:
         for row, distances, indices in zip(D, *near.radius_neighbors(queries, radius), strict=True):
@@ -143,11 +149,10 @@ def spatial(name, X, queries, skeleton, size, k=10):
         },
         size.repeats,
     )
-    *_, evaluations = knn.kneighbors(queries, k, return_evaluations=True)
     factor = len(queries) / len(few)
     print(
         f"{name}: {len(queries)} queries, {len(X)} poses; fit {seconds_to_fit:.2f} s\n"
-        f"  skpose {seconds['skpose']:.3f} s, {evaluations.lengths / len(queries):.1f} lengths per query\n"
+        f"  skpose {seconds['skpose']:.3f} s, {n_measured(knn, queries, k):.1f} lengths per query\n"
         f"  scikit-learn's brute force on joint positions {seconds['sklearn']:.3f} s: "
         f"ratio {seconds['skpose'] / seconds['sklearn']:.2f}\n"
         f"  algorithm='brute' {factor * seconds['brute']:.1f} s: "
@@ -164,11 +169,11 @@ def geodesic(poses, skeleton, size, k=5):
     knn = PoseKNeighborsTransformer(skeleton, metric="geodesic", n_jobs=-1).fit(poses[chosen[n_queries:]])
     knn.kneighbors(poses[chosen[:1]], k)  # compiles
     start = time.perf_counter()
-    *_, (lengths, geodesics) = knn.kneighbors(poses[chosen[:n_queries]], k, return_evaluations=True)
+    knn.kneighbors(poses[chosen[:n_queries]], k)
     seconds = time.perf_counter() - start
     print(
-        f"\ngeodesic, k = {k}, {n_queries} queries, {n} poses: {seconds:.1f} s, {lengths / n_queries:.1f} lengths and "
-        f"{geodesics / n_queries:.2f} geodesics per query"
+        f"\ngeodesic, k = {k}, {n_queries} queries, {n} poses: {seconds:.1f} s, "
+        f"{n_measured(knn, poses[chosen[:n_queries]], k):.2f} geodesics per query"
     )
 
 

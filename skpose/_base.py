@@ -1,8 +1,8 @@
 """Shared parts of the pose estimators: validation of X, the fitted metric, and the link to their documentation.
 
 `fit` starts with `_check_X(X, reset=True)`, which deletes the attributes of an earlier fit and stores `skeleton_` and
-`metric_`. Other methods use these attributes instead of the parameters. The parameters in `HOW_TO_ANSWER` are read when
-a method is called, as in scikit-learn.
+`metric_`. Other methods use these attributes instead of the parameters; parameters such as `n_jobs` and `n_neighbors`
+are read when a method is called, as in scikit-learn.
 """
 
 from numbers import Integral
@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from sklearn.utils.validation import check_non_negative, validate_data
 
-from skpose._utils.sklearn import StrOptions, validate_parameter_constraints
+from skpose._utils.sklearn import StrOptions
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_column_names, check_dimensions, check_is_array, check_width
 from skpose.metrics import Metric, pose_distances
@@ -46,12 +46,6 @@ class EstimatorMixin:
         for name in [name for name in vars(self) if name.endswith("_") and not name.startswith("_")]:
             delattr(self, name)
 
-    def _check_how_to_answer(self):
-        """Validate the parameters that are read after `fit`."""
-        given = {name: getattr(self, name) for name in HOW_TO_ANSWER if hasattr(self, name)}
-        constraints = {name: self._parameter_constraints[name] for name in given}
-        validate_parameter_constraints(constraints, given, type(self).__name__)
-
 
 class PoseEstimatorMixin(EstimatorMixin):
     """Mixin for estimators with the parameters of `pose_distances`.
@@ -81,8 +75,6 @@ class PoseEstimatorMixin(EstimatorMixin):
         if reset:
             self._forget()
             self._learn_metric(self.skeleton)
-        else:
-            self._check_how_to_answer()
         if self.skeleton_ is not None:
             check_column_names(X, self.skeleton_, "X")
             check_dimensions(X, self.skeleton_, "X")
@@ -143,6 +135,3 @@ class PoseEstimatorMixin(EstimatorMixin):
         tags = super().__sklearn_tags__()  # type: ignore[misc]  # of the estimator's other base classes
         tags.input_tags.pairwise = tags.input_tags.positive_only = self._is_precomputed()
         return tags
-
-
-HOW_TO_ANSWER = "n_jobs", "verbose", "n_neighbors", "radius", "mode", "joint_limits", "regularization"

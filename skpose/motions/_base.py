@@ -47,8 +47,6 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
             return CheckedMotions(sequences, self.skeleton_, None).rows(self.metric_, "X")
         if reset:
             self._forget()
-        else:
-            self._check_how_to_answer()
         (checked,) = check_motions({"X": X}, self.skeleton if reset else self.skeleton_, rows=True)
         if reset:
             self._learn_metric(checked.skeleton)

@@ -206,7 +206,6 @@ class MotionKNeighborsTransformer(
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
         check_is_fitted(self, "n_samples_fit_")
-        self._check_how_to_answer()
         return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
 
     def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
@@ -266,7 +265,6 @@ class MotionKNeighborsTransformer(
     def _find(self, X, n_neighbors):
         k = check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
         if X is None:
-            self._check_how_to_answer()
             queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)
         else:
             queries = self._check_X(X, reset=False)

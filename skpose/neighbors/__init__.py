@@ -2,6 +2,5 @@
 
 from skpose.neighbors._kneighbors import PoseKNeighborsTransformer
 from skpose.neighbors._radius_neighbors import PoseRadiusNeighborsTransformer
-from skpose.neighbors._results import Evaluations as Evaluations
 
 __all__ = ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"]

@@ -15,7 +15,7 @@ from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
-from skpose.neighbors._results import Evaluations, Neighbors
+from skpose.neighbors._results import Neighbors
 from skpose.neighbors._search import Search
 
 SOLVED_AT_ONCE = 16  # candidates of a query: few enough that Ctrl-C does not wait long
@@ -36,8 +36,9 @@ class GeodesicSearch:
         self.rounding = 0.0 if skeleton is None else ROUNDING * np.abs(skeleton.offsets).sum()
 
     @property
-    def evaluations(self) -> Evaluations:
-        return Evaluations(self.lines.n_measured, self.geodesics.n_measured)
+    def n_measured(self) -> int:
+        """Geodesics solved so far."""
+        return self.geodesics.n_measured
 
     @property
     def unconverged(self) -> list[tuple[int, float]]:

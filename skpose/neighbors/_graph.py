@@ -63,29 +63,21 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         """
         return self.fit(X).transform(X)
 
-    def _find(self, X, criterion):
-        """Return what was found for X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
-        X, excluded = self._queries(X)
-        return self._search(X, excluded, criterion), len(X)
-
-    def _queries(self, X):
-        """Return poses, and which training pose is not a neighbour of each, or -1."""
+    def _find(self, X, **criterion):
+        """Return the neighbours of X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
         if X is None:
-            self._check_how_to_answer()
-            return self._index.poses, np.arange(self.n_samples_fit_)
-        X = self._check_X(X, reset=False)
-        return X, np.full(len(X), -1)
+            X, excluded = self._index.poses, np.arange(self.n_samples_fit_)
+        else:
+            X = self._check_X(X, reset=False)
+            excluded = np.full(len(X), -1)
+        found = find(Request(self._index, X, excluded, **criterion), self.n_jobs, self.verbose)
+        warn_of_unconverged(found.unconverged, found.n_measured)
+        return found.neighbors, len(X)
 
-    def _search(self, X, excluded, criterion):
-        found = find(Request(criterion, self._index, X, excluded), self.n_jobs, self.verbose)
-        warn_of_unconverged(found.unconverged, found.evaluations.geodesics)
-        return found
-
-    def _graph(self, X, criterion, mode):
+    def _graph(self, X, mode, **criterion):
         """Return the graph of the neighbours of X."""
         check_mode(mode)
-        found, n_queries = self._find(X, criterion)
-        neighbors = found.neighbors
+        neighbors, n_queries = self._find(X, **criterion)
         data = neighbors.distances if mode == "distance" else np.ones(len(neighbors.indices))
         indptr = np.searchsorted(neighbors.queries, np.arange(n_queries + 1))
         return sparse_graph(data, neighbors.indices, indptr, (n_queries, self.n_samples_fit_))

@@ -7,8 +7,6 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._utils.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer, check_k
-from skpose.neighbors._queries import KNearest
-from skpose.neighbors._results import select_requested
 
 
 class PoseKNeighborsTransformer(GraphTransformer):
@@ -152,10 +150,9 @@ class PoseKNeighborsTransformer(GraphTransformer):
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
         check_is_fitted(self, "n_samples_fit_")
-        self._check_how_to_answer()
         return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
 
-    def kneighbors(self, X=None, n_neighbors=None, return_distance=True, *, return_evaluations=False):
+    def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
         """Find the k nearest training poses.
 
         Parameters
@@ -166,8 +163,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
             Number of neighbours; None takes the constructor's.
         return_distance : bool, default=True
             Whether to return the distances too.
-        return_evaluations : bool, default=False
-            Whether to return the numbers of distances that the search evaluated, too.
 
         Returns
         -------
@@ -175,9 +170,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
             In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries, n_neighbors)
             By distance, those equally far away by index.
-        evaluations : Evaluations
-            Named tuple of the numbers of `lengths` and `geodesics`, see `skpose.neighbors.Evaluations`; only if
-            requested.
 
         Raises
         ------
@@ -185,10 +177,9 @@ class PoseKNeighborsTransformer(GraphTransformer):
             For more neighbours than there are training poses.
         """
         check_is_fitted(self, "n_samples_fit_")
-        found, n_queries = self._find(X, self._k_nearest(X, n_neighbors))
-        near = found.neighbors
+        near, n_queries = self._find(X, k=self._k(X, n_neighbors))
         distances, indices = (part.reshape(n_queries, -1) for part in (near.distances, near.indices))
-        return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
+        return (distances, indices) if return_distance else indices
 
     def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
         """Compute the graph of the k nearest training poses.
@@ -208,8 +199,7 @@ class PoseKNeighborsTransformer(GraphTransformer):
             In CSR format, each row by distance.
         """
         check_is_fitted(self, "n_samples_fit_")
-        return self._graph(X, self._k_nearest(X, n_neighbors), mode)
+        return self._graph(X, mode, k=self._k(X, n_neighbors))
 
-    def _k_nearest(self, X, n_neighbors):
-        k = self.n_neighbors if n_neighbors is None else n_neighbors
-        return KNearest(check_k(k, X is None, self.n_samples_fit_))
+    def _k(self, X, n_neighbors):
+        return check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)

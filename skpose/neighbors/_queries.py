@@ -17,7 +17,7 @@ from skpose._utils.parallel import TASKS_PER_WORKER
 from skpose._utils.progress import progress
 from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
-from skpose.neighbors._results import Evaluations, Neighbors
+from skpose.neighbors._results import Neighbors
 from skpose.neighbors._search import MAX_BOUNDS, QUERIES, Search
 
 FEWEST_QUERIES = 32  # in a task for another process
@@ -26,51 +26,39 @@ MAX_CHORDS = 2**24  # in memory at once in a search for geodesics
 WORTH_SENDING = 1e8  # pairs of a query and a pose; geodesics always are
 
 
-class KNearest(NamedTuple):
-    """The k nearest poses."""
-
-    k: int
-
-
-class WithinRadius(NamedTuple):
-    """All poses within a radius; unless `measured`, their distances may be any upper bounds within it."""
-
-    radius: float  # m, or rad for "angle"
-    measured: bool
-
-
 class Request(NamedTuple):
-    """Poses, and which of their neighbours in an index to find."""
+    """Poses, and which of their neighbours in an index to find: the k nearest, or all within a radius."""
 
-    criterion: KNearest | WithinRadius
-    index: PoseIndex  # type: ignore[assignment]  # which is a method of tuples too
+    searched: PoseIndex
     poses: np.ndarray
     excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
+    k: int | None = None
+    radius: float = np.inf  # m, or rad for "angle"
+    measured: bool = True  # else distances may be any upper bounds within the radius
 
 
 class Found(NamedTuple):
-    """The answer to a request, and its cost."""
+    """The answer to a request."""
 
     neighbors: Neighbors
-    evaluations: Evaluations
+    n_measured: int  # pairs; with "geodesic" those whose geodesic was solved
     unconverged: list[tuple[int, float]]
 
 
 def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     """Find the neighbours of all queries."""
     n_queries, n_workers = len(request.poses), effective_n_jobs(n_jobs)
-    slow = request.index.metric.iterative
-    remote = (slow or n_queries * len(request.index.poses) > WORTH_SENDING) and in_processes(n_jobs)
+    slow, n_poses = request.searched.metric.iterative, len(request.searched.poses)
+    remote = (slow or n_queries * n_poses > WORTH_SENDING) and in_processes(n_jobs)
     size = QUERIES
-    if isinstance(request.criterion, WithinRadius):
-        size = min(QUERIES, MAX_BOUNDS // len(request.index.groups))
+    if request.k is None:
+        size = min(QUERIES, MAX_BOUNDS // len(request.searched.groups))
     if slow:
-        size = min(SLOW_QUERIES, MAX_CHORDS // len(request.index.poses))
+        size = min(SLOW_QUERIES, MAX_CHORDS // n_poses)
     if remote:
         size = min(size, max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers)))
     tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, max(1, size))]
-    title = f"neighbours of {n_queries:,} poses among {len(request.index.poses):,}"
-    with progress(title, len(tasks), verbose) as advance:
+    with progress(f"neighbours of {n_queries:,} poses among {n_poses:,}", len(tasks), verbose) as advance:
         if remote:
             results = from_workers(find_some, request, tasks, n_jobs)
         else:
@@ -83,7 +71,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     parts = [found[task] for task in tasks]
     return Found(
         Neighbors.join(part.neighbors for part in parts),
-        Evaluations(*map(sum, zip(*(part.evaluations for part in parts), strict=True))),
+        sum(part.n_measured for part in parts),
         [one for part in parts for one in part.unconverged],
     )
 
@@ -91,13 +79,13 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
 def find_some(request: Request, rows: tuple[int, int], n_jobs: int = 1) -> Found:
     """Find the neighbours of the queries first:last."""
     first, last = rows
-    search, poses, excluded = search_of(request.index, n_jobs), request.poses[first:last], request.excluded[first:last]
-    match request.criterion:
-        case KNearest(k):
-            near = search.nearest(poses, excluded, k)
-        case WithinRadius(radius, measured):
-            near = search.within(poses, excluded, radius, measured=measured)
-    return Found(near._replace(queries=near.queries + first), search.evaluations, search.unconverged)
+    search = search_of(request.searched, n_jobs)
+    poses, excluded = request.poses[first:last], request.excluded[first:last]
+    if request.k is None:
+        near = search.within(poses, excluded, request.radius, measured=request.measured)
+    else:
+        near = search.nearest(poses, excluded, request.k)
+    return Found(near._replace(queries=near.queries + first), search.n_measured, search.unconverged)
 
 
 def search_of(index: PoseIndex, n_jobs: int) -> Search | GeodesicSearch:

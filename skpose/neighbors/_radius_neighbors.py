@@ -8,8 +8,6 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._utils.sklearn import Interval
 from skpose.neighbors._graph import GraphTransformer
-from skpose.neighbors._queries import WithinRadius
-from skpose.neighbors._results import select_requested
 
 
 class PoseRadiusNeighborsTransformer(GraphTransformer):
@@ -127,12 +125,9 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
         check_is_fitted(self, "n_samples_fit_")
-        self._check_how_to_answer()
         return self.radius_neighbors_graph(X, mode=self.mode)
 
-    def radius_neighbors(
-        self, X=None, radius=None, return_distance=True, sort_results=False, *, return_evaluations=False
-    ):
+    def radius_neighbors(self, X=None, radius=None, return_distance=True, sort_results=False):
         """Find all training poses within a radius.
 
         Parameters
@@ -146,8 +141,6 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         sort_results : bool, default=False
             A parameter of scikit-learn's method. With distances, neighbours are always sorted by distance and then by
             index; without distances, True is an error.
-        return_evaluations : bool, default=False
-            Whether to return the numbers of distances that the search evaluated, too.
 
         Returns
         -------
@@ -155,9 +148,6 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries,) of ndarrays
             The neighbours; without distances, sorted by index.
-        evaluations : Evaluations
-            Named tuple of the numbers of `lengths` and `geodesics`, see `skpose.neighbors.Evaluations`; only if
-            requested.
 
         Raises
         ------
@@ -169,12 +159,11 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         check_is_fitted(self, "n_samples_fit_")
         if sort_results and not return_distance:
             raise ValueError("return_distance must be True if sort_results is True.")
-        found, n_queries = self._find(X, self._within_radius(radius, return_distance))
-        near = found.neighbors
+        near, n_queries = self._find(X, radius=self._radius(radius), measured=return_distance)
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
         distances, indices = (_object_array(np.split(part, starts)) for part in (near.distances, near.indices[order]))
-        return select_requested((return_distance, distances), (True, indices), (return_evaluations, found.evaluations))
+        return (distances, indices) if return_distance else indices
 
     def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
         """Compute the graph of all training poses within a radius.
@@ -196,16 +185,16 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             In CSR format.
         """
         check_is_fitted(self, "n_samples_fit_")
-        return self._graph(X, self._within_radius(radius, mode == "distance"), mode)
+        return self._graph(X, mode, radius=self._radius(radius), measured=mode == "distance")
 
-    def _within_radius(self, radius, measured):
+    def _radius(self, radius):
         radius = self.radius if radius is None else radius
         if not isinstance(radius, Real):
             raise TypeError(f"radius must be one number for all poses, got {radius!r}: call once for each radius")
         radius = float(radius)
         if not radius >= 0:
             raise ValueError(f"radius must be zero or more, got {radius}")
-        return WithinRadius(radius, measured)
+        return radius
 
 
 def _object_array(parts):

@@ -30,7 +30,7 @@ from skpose.neighbors._index import LANES, PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.neighbors._order import order_of_groups
 from skpose.neighbors._refine import Queries, Refinement
-from skpose.neighbors._results import Evaluations, Neighbors
+from skpose.neighbors._results import Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
@@ -65,10 +65,6 @@ class Search:
     def n_measured(self) -> int:
         """Pairs measured so far."""
         return self._n_measured + self._groups.n_measured
-
-    @property
-    def evaluations(self) -> Evaluations:
-        return Evaluations(self.n_measured, 0)
 
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""

@@ -211,8 +211,6 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         """X as positions (n_samples, n_joints, 3); with `reset` also learn the skeleton."""
         if reset:
             self._forget()
-        else:
-            self._check_how_to_answer()
         skeleton = self._given_skeleton() if reset else self.skeleton_
         _check_is_positions(X)
         check_position_names(X, skeleton, "X")

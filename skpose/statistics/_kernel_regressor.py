@@ -188,7 +188,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
             If means did not converge. They are still poses.
         """
         check_is_fitted(self, "gamma_")
-        self._check_how_to_answer()
         X = validate_data(self, X, dtype=np.float64, reset=False)
         means, n_unconverged = self._means_of(self.y_fit_), 0
         poses = np.empty((len(X), self.y_fit_.shape[1]))

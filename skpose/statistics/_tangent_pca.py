@@ -222,7 +222,6 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
             float64.
         """
         check_is_fitted(self, "n_components_")
-        self._check_how_to_answer()
         scores = check_array(X, dtype=[np.float64, np.float32], estimator=self, input_name="X")
         if scores.shape[1] != self.n_components_:
             raise ValueError(f"X must have {self.n_components_} columns, got {scores.shape[1]}")

@@ -148,8 +148,7 @@ def test_few_lengths_are_measured_where_poses_are_dense():
     for k in (1, 15):
         search = search_of(X, HUMANOID, "spatial")
         nearest(search, queries, k)
-        assert k <= search.evaluations.lengths / len(queries) < 2 * k + 8
-    assert search.evaluations.geodesics == 0
+        assert k <= search.n_measured / len(queries) < 2 * k + 8
 
 
 # --- geodesics -------------------------------------------------------------------------------------------------------
@@ -183,7 +182,7 @@ def test_geodesic_neighbours_are_those_of_brute_force(brute, walk, walk_queries)
     search = search_of(walk, HUMANOID, "geodesic", brute=brute, n_jobs=2)
     for got, expected in zip(nearest(search, queries, 5), brute_nearest(D, 5), strict=True):
         np.testing.assert_array_equal(got, expected)
-    n_solved = search.evaluations.geodesics
+    n_solved = search.n_measured
     assert n_solved == D.size if brute else 5 * len(queries) <= n_solved < 0.2 * D.size
     radius = np.quantile(D, 0.1)
     np.testing.assert_array_equal(within(search, queries, radius), np.where(radius >= D, D, np.nan))
