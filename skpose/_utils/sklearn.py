@@ -8,7 +8,6 @@ import numpy as np
 from sklearn.base import _fit_context as fit_context
 from sklearn.utils._param_validation import (
     HasMethods,
-    Hidden,
     Interval,
     InvalidParameterError,
     RealNotInt,
@@ -39,38 +38,6 @@ class StrOptions(_StrOptions):
         return f"a str among {{{', '.join(map(repr, self.words))}}}"
 
 
-class InstanceOf(HasMethods):
-    """A constraint: an instance of a class, named in errors as users import it.
-
-    scikit-learn's own names the private module of the class. It accepts subclasses of its own constraints only.
-
-    Parameters
-    ----------
-    is_one : callable
-        Says whether a value is an instance.
-    name : str
-        Public name of the class.
-    explain : callable, optional
-        Called with any other value; may raise a TypeError with a remedy.
-    """
-
-    def __init__(self, is_one: Callable[[object], bool], name: str, explain: Callable[[object], Any] = lambda _: None):
-        super().__init__("__class__")
-        self.is_one, self.name, self.explain = is_one, name, explain
-
-    def is_satisfied_by(self, val: object) -> bool:
-        if self.is_one(val):
-            return True
-        try:
-            self.explain(val)
-        except TypeError as error:
-            raise InvalidParameterError(str(error)) from None  # a ValueError too, as all of scikit-learn's
-        return False
-
-    def __str__(self) -> str:
-        return f"an instance of {self.name!r}"
-
-
 # Newer versions of scikit-learn refuse weights that are all zero; older ones let them pass.
 _ZEROS = "allow_all_zero_weights"
 _MAY_BE_ZEROS = {_ZEROS: True} if _ZEROS in inspect.signature(_check_sample_weight).parameters else {}
@@ -86,8 +53,6 @@ def check_sample_weight(sample_weight: Any, X: np.ndarray) -> np.ndarray:
 
 __all__ = [
     "HasMethods",
-    "Hidden",
-    "InstanceOf",
     "Interval",
     "InvalidParameterError",
     "RealNotInt",

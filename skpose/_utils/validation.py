@@ -8,7 +8,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from sklearn.utils import check_array
 
-from skpose._utils.sklearn import InstanceOf
 from skpose._utils.typing import ArrayLike
 
 SkeletonLike: TypeAlias = Any  # a `Skeleton`, whose class is in a package above this one
@@ -32,10 +31,6 @@ def limits_of(skeleton: SkeletonLike) -> np.ndarray:
         raise ValueError('joint_limits="enforce" needs a skeleton with limits: use joint_limits="ignore"')
     limits: np.ndarray = skeleton.limits
     return limits
-
-
-# The constraint of the parameter `skeleton` of functions and estimators, for scikit-learn's validation.
-IS_SKELETON = InstanceOf(is_skeleton, "skpose.Skeleton")
 
 
 def near_names(names: Sequence[str], name: str, otherwise: str = "skeleton.joint_names lists the joints") -> str:

@@ -11,7 +11,6 @@ from skpose._utils.parallel import in_threads
 from skpose._utils.progress import progress
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
-from skpose._utils.validation import IS_SKELETON
 from skpose.keypoints import Keypoints
 from skpose.kinematics._fitted_poses import FittedPoses
 from skpose.kinematics._inverse_problem import Problem, Task, problem_of
@@ -22,7 +21,7 @@ WORTH_SENDING = 20_000  # frames, from which on other processes are started
 
 @validate_params(
     {
-        "skeleton": [IS_SKELETON],
+        "skeleton": [Skeleton],
         "weights": ["array-like", None],
         "initial": ["array-like", None],
         "lengths": ["array-like", None],

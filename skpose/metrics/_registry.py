@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 from sklearn.base import clone
 
-from skpose._utils.sklearn import HasMethods, InstanceOf, StrOptions
-from skpose._utils.validation import IS_SKELETON
+from skpose._utils.sklearn import HasMethods, StrOptions
 from skpose._utils.warnings import warn
 from skpose.metrics._angle import Angle
 from skpose.metrics._geodesic import Geodesic
@@ -18,16 +17,13 @@ from skpose.skeleton import Skeleton
 
 METRICS: dict[str, type[Metric]] = {metric.name: metric for metric in (Angle, Position, Rotation, Spatial, Geodesic)}
 MOTION_METRICS: dict[str, type[MotionMetric]] = {metric.name: metric for metric in (Velocity, Jerk, Centered)}
-
-
-IS_METRIC = InstanceOf(lambda value: isinstance(value, Metric), "skpose.metrics.Metric", lambda value: None)
 OUT = [HasMethods(["__setitem__"]), None]
 METRIC_CONSTRAINTS: dict[str, list] = {
-    "skeleton": [IS_SKELETON, None],
-    "metric": [StrOptions(["auto", *METRICS]), IS_METRIC],
+    "skeleton": [Skeleton, None],
+    "metric": [StrOptions(["auto", *METRICS]), Metric],
 }
-OF_MOTIONS = [StrOptions(["auto", *METRICS, *MOTION_METRICS]), IS_METRIC]
-MEAN_CONSTRAINTS = METRIC_CONSTRAINTS | {"skeleton": [IS_SKELETON]}
+OF_MOTIONS = [StrOptions(["auto", *METRICS, *MOTION_METRICS]), Metric]
+MEAN_CONSTRAINTS = METRIC_CONSTRAINTS | {"skeleton": [Skeleton]}
 
 
 def resolve(

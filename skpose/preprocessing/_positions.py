@@ -11,7 +11,6 @@ from skpose._base import EstimatorMixin
 from skpose._utils.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import (
-    IS_SKELETON,
     check_poses,
     check_position_dimensions,
     check_position_names,
@@ -104,7 +103,7 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
     skeleton_: Skeleton
 
     _parameter_constraints: ClassVar[dict] = {
-        "skeleton": [IS_SKELETON, None],
+        "skeleton": [Skeleton, None],
         "joint_limits": [StrOptions(["ignore", "enforce"])],
         "regularization": [Interval(Real, 0, None, closed="left")],
         "n_jobs": [None, Integral],

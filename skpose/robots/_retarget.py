@@ -9,7 +9,6 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
-from skpose._utils.validation import IS_SKELETON
 from skpose._utils.warnings import warn
 from skpose.kinematics._counterparts import check_joints
 from skpose.kinematics._landmarks import path_up
@@ -36,7 +35,7 @@ AROUND = 0.1  # s before and after a frame, to blend the height
 @validate_params(
     {
         "motion": [Motion],
-        "robot": [IS_SKELETON],
+        "robot": [Skeleton],
         "scale": [Interval(Real, 0, None, closed="neither"), None],
         "joint_limits": [StrOptions({"enforce", "ignore"})],
         "verbose": ["verbose"],

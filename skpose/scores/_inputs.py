@@ -8,7 +8,7 @@ import numpy as np
 from skpose._utils.sklearn import StrOptions, check_sample_weight
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import extent_of, warn_of_degrees
-from skpose._utils.validation import IS_SKELETON, as_numbers, check_column_names, check_width
+from skpose._utils.validation import as_numbers, check_column_names, check_width
 from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Skeleton
@@ -29,7 +29,7 @@ CONSTRAINTS: dict[str, list] = {
     "average": [StrOptions(["points", "frames", "joints"]), None],
     "unit": [StrOptions(LENGTHS)],
     "data_unit": [StrOptions(LENGTHS)],
-    "skeleton": [IS_SKELETON, None],
+    "skeleton": [Skeleton, None],
 }
 
 
