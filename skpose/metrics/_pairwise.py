@@ -84,8 +84,6 @@ def pose_distances(
     ValueError
         For poses that are not finite or do not fit the skeleton; for a metric that needs a skeleton and got none; for
         `out` of another shape or dtype.
-    RuntimeError
-        If joblib's workers die, or fail, several times in a row.
 
     Warns
     -----
