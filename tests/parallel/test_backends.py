@@ -94,7 +94,7 @@ def test_tasks_and_payload(backend, tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["loky", "dask"])  # multiprocessing waits for dead workers
 def test_workers_that_die_are_an_error(backend):
-    with workers(backend), pytest.raises(Exception, match="worker|cancelled"):
+    with workers(backend), pytest.raises(Exception, match=r"worker|cancelled"):
         list(from_workers(die, None, TASKS[:3], None))
 
 
