@@ -16,39 +16,39 @@ T = TypeVar("T")
 
 
 def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
-    """Results of the tasks, in the order in which they end; each free thread takes the next task.
+    """Results of the tasks in their order; each free thread takes the next task.
 
     Threads, not processes, since the kernels release the GIL and write parts of one array; and not joblib's, which take
     15 ms to start and to end. After a task fails, or on Ctrl-C, no other task starts.
     """
-    waiting = iter(tasks)
+    waiting = enumerate(tasks)
     taking = Lock()
-    results: list[T] = []
+    results: dict[int, T] = {}
 
     def work() -> None:
         nonlocal waiting
         try:
             while True:
                 with taking:
-                    task = next(waiting, None)
+                    i, task = next(waiting, (-1, None))
                 if task is None:
                     return
-                results.append(task())
+                results[i] = task()
         except BaseException:
-            waiting = iter(())
+            waiting = enumerate(())
             raise
 
     if n_jobs == 1:
         work()
-        return results
+        return list(results.values())
     with ThreadPoolExecutor(n_jobs) as pool:
         try:
             for worker in [pool.submit(work) for _ in range(n_jobs)]:
                 worker.result()
         except BaseException:
-            waiting = iter(())
+            waiting = enumerate(())
             raise
-    return results
+    return [results[i] for i in range(len(results))]
 
 
 TASKS_PER_JOB_UNEVEN = 16  # if some rows take much longer than others, such as queries with many candidates

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from numbers import Integral
 
 import numpy as np
@@ -223,19 +224,15 @@ def _geodesics(
     X: np.ndarray, skeleton: Skeleton, metric: Geodesic, joint_limits: str, n_jobs: int
 ) -> list[GeodesicResult]:
     """The geodesics from each key to the next, with one warning for all."""
-    found: dict[int, GeodesicResult] = {}
-
-    def find(i: int) -> None:
-        found[i] = shortest_path(X[i], X[i + 1], skeleton, metric, joint_limits)
-
-    in_threads((partial(find, i) for i in range(len(X) - 1)), n_jobs)
-    n_unconverged = sum(not path.converged for path in found.values())
+    pairs = pairwise(X)
+    found = in_threads((partial(shortest_path, *pair, skeleton, metric, joint_limits) for pair in pairs), n_jobs)
+    n_unconverged = sum(not path.converged for path in found)
     if n_unconverged:
         warn(
             f"{n_unconverged} of the {len(found)} geodesics between keys did not converge; a larger n_steps may help",
             ConvergenceWarning,
         )
-    return [found[i] for i in range(len(X) - 1)]
+    return found
 
 
 def _locate_frames(times: np.ndarray, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from skpose._utils.warnings import warn
 from skpose.geodesics._tangent_space import TangentSpace
 from skpose.kinematics._tree import counted_joints
 from skpose.metrics import Geodesic, Metric
-from skpose.metrics._registry import MEAN_CONSTRAINTS, require, require_geodesic, why_no_paths
+from skpose.metrics._registry import MEAN_CONSTRAINTS, require, require_geodesic
 from skpose.skeleton import Skeleton
 
 
@@ -230,15 +230,8 @@ def exp_map(
 def require_logarithms(metric: str | Metric, skeleton: Skeleton, user: str) -> Geodesic:
     """Check that geodesics under a metric have logarithms."""
     chosen = require_geodesic(metric, skeleton, user)
-    require(chosen, user, "logarithms of poses", why_no_logarithms)
+    require(chosen, user, "wrap=True", chosen.wrap)
     return chosen
-
-
-def why_no_logarithms(metric: Metric) -> str:
-    """The reason why poses have no logarithms under a metric, or ""."""
-    if isinstance(metric, Geodesic) and not metric.wrap:
-        return "they need wrap=True"
-    return why_no_paths(metric)
 
 
 def to_joints(skeleton: Skeleton, scaled: np.ndarray) -> np.ndarray:

@@ -59,24 +59,17 @@ def spline_between(
     `spans` are the times between keys, and `shares` the fractions s of the poses of each segment. With
     joint_limits="enforce" the angles are clipped.
     """
-    segments: dict[int, Segment] = {}
-    poses: dict[int, np.ndarray] = {}
+    segments = in_threads((partial(_segment_of, path, skeleton) for path in geodesics), n_jobs)
+    slopes = natural_slopes(segments, spans)
 
-    def prepare(i: int) -> None:
-        segments[i] = _segment_of(geodesics[i], skeleton)
-
-    in_threads((partial(prepare, i) for i in range(len(geodesics))), n_jobs)
-    slopes = natural_slopes([segments[i] for i in range(len(geodesics))], spans)
-
-    def draw(i: int) -> None:
+    def draw(i: int) -> np.ndarray:
         segment, h = segments[i], spans[i]
         start = h * slopes[i] - segment.leaving
         end = h * slopes[i + 1] - segment.arriving
         drawn = _draw(segment, start, end, shares[i], skeleton)
-        poses[i] = np.clip(drawn, *limits_of(skeleton).T) if joint_limits == "enforce" else drawn
+        return np.clip(drawn, *limits_of(skeleton).T) if joint_limits == "enforce" else drawn
 
-    in_threads((partial(draw, i) for i in range(len(geodesics))), n_jobs)
-    return [poses[i] for i in range(len(geodesics))]
+    return in_threads((partial(draw, i) for i in range(len(geodesics))), n_jobs)
 
 
 def natural_slopes(segments: list[Segment], spans: np.ndarray) -> list[np.ndarray]:

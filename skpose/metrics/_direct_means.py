@@ -1,6 +1,6 @@
 """Means of poses by a formula, or by Newton's method on one pose."""
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,13 +22,6 @@ class DirectMean(NamedTuple):
     gradient_norm: float  # of the variance
     n_iter: int
     converged: bool
-
-
-class DirectMeans(Protocol):
-    """Means of some poses under any weights."""
-
-    def mean(self, weights: np.ndarray, max_iter: int = ..., tol: float = ...) -> DirectMean:
-        """The mean under weights (n_poses,) that are not negative and not all zero."""
 
 
 class ArithmeticMeans:

@@ -17,7 +17,7 @@ from skpose.kinematics._tree import wrap_dofs
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._sample import JointSample, Linearization, Sample
-from skpose.metrics._spatial import Spatial, count_curve_codes, no_means_of_one_step
+from skpose.metrics._spatial import Spatial, count_curve_codes
 from skpose.skeleton import Skeleton
 
 TASK = 8  # geodesics; some tens of milliseconds
@@ -93,9 +93,10 @@ class Geodesic(Metric):
         """The length along the straight line."""
         return Spatial(self.n_steps, self.wrap)
 
-    def why_no_means(self) -> str:
-        """Why a path of one step has no means; empty for more steps."""
-        return no_means_of_one_step(self.n_steps)
+    @property
+    def has_means(self) -> bool:
+        """Whether there are two steps or more: with one it is `Position`."""
+        return self.n_steps > 1
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Poses with the geodesics to them from the current pose of the search; the mean is Karcher's."""

@@ -1,6 +1,5 @@
 """The base class of metrics."""
 
-import functools
 import inspect
 from collections.abc import Callable
 from types import FunctionType
@@ -16,7 +15,7 @@ from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.sklearn import InvalidParameterError, validate_parameter_constraints
 from skpose._utils.validation import check_integer
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._direct_means import DirectMeans
+from skpose.metrics._direct_means import ArithmeticMeans, ExtrinsicMeans
 from skpose.metrics._own import check_functions
 from skpose.metrics._sample import Sample
 from skpose.skeleton import Skeleton
@@ -25,11 +24,6 @@ NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
 _COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Dispatcher
 # Members that are true only together with the `encode` and `measure` of their class.
 _DEPENDENT = "n_codes", "measure_within", "coarse_bound", "lower_bound", "upper_bound", "sample", "direct_means"
-
-
-@functools.cache  # scikit-learn inspects the constructor at each call, for some 10 µs
-def _parameter_names(cls: type["Metric"]) -> tuple[str, ...]:
-    return tuple(cls._get_param_names())
 
 
 class CoarseBound(NamedTuple):
@@ -123,21 +117,6 @@ class Metric(BaseEstimator):
             if any(getattr(owner, name, None) is not getattr(cls, name, None) for name in functions):
                 raise TypeError(f"{cls.__name__} must define {member}, which {owner.__name__} has for another distance")
 
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Parameters by name.
-
-        Parameters
-        ----------
-        deep : bool, default=True
-            Not used: no parameter of a metric has parameters of its own.
-
-        Returns
-        -------
-        dict
-            The parameters.
-        """
-        return {name: getattr(self, name) for name in _parameter_names(type(self))}  # type: ignore[arg-type]
-
     @property
     def label(self) -> str:
         """The name, with the parameters that are not the defaults."""
@@ -195,15 +174,10 @@ class Metric(BaseEstimator):
         """
         return None
 
-    def why_no_means(self) -> str:
-        """Reason why this metric has no means, for error messages.
-
-        Returns
-        -------
-        str
-            The reason; empty if the metric has means.
-        """
-        return "it defines no Metric.sample" if type(self).sample is Metric.sample else ""
+    @property
+    def has_means(self) -> bool:
+        """Whether poses have means under this metric."""
+        return type(self).sample is not Metric.sample
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Weighted poses, for the search for their mean or median.
@@ -224,9 +198,9 @@ class Metric(BaseEstimator):
         Sample
             What the search needs from the metric.
         """
-        raise ValueError(f"{self!r} has no means: {self.why_no_means()}")
+        raise NotImplementedError(f"{type(self).__name__} has no means: it defines no sample()")
 
-    def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> DirectMeans | None:
+    def direct_means(self, X: np.ndarray, skeleton: Skeleton | None) -> ArithmeticMeans | ExtrinsicMeans | None:
         """Means of poses under any weights, where they need no search from pose to pose.
 
         Parameters
@@ -238,7 +212,7 @@ class Metric(BaseEstimator):
 
         Returns
         -------
-        DirectMeans or None
+        ArithmeticMeans, ExtrinsicMeans or None
             The means, None if they need a search.
         """
         return None

@@ -134,8 +134,10 @@ def check_functions(metric: Any, tree: Tree, n_dofs: int, n_codes: int) -> None:
     write into other memory.
     """
     encode, measure = (getattr(function, "plain", None) for function in (metric.encode, metric.measure))
+    if encode is None and measure is None:
+        return
     key = (metric, n_dofs, n_codes, tree.n_joints)
-    if (encode is None and measure is None) or key in _checked:
+    if key in _checked:
         return
     name = type(metric).__name__
     poses = np.stack([0.1 + 0.05 * np.arange(n_dofs), 0.7 - 0.03 * np.arange(n_dofs)])

@@ -1,8 +1,10 @@
 """Distances between corresponding rows."""
 
 from functools import partial
+from itertools import chain
 
 import numpy as np
+from sklearn.utils import gen_batches
 
 from skpose._utils.parallel import in_threads
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
@@ -18,14 +20,12 @@ def paired_distances(
 ) -> np.ndarray:
     """Distances (n_poses,) from each row of X to the same row of Y, without checks."""
     distances, tile = np.empty(len(X)), 1 if metric.iterative else TILE
-    unconverged: list[Unconverged] = []
 
-    def measure(start: int) -> None:
-        rows = slice(start, start + tile)
-        values, parts = DistanceMatrix(X[rows], Y[rows], metric, skeleton).write(None, 1)
+    def measure(rows: slice) -> list[Unconverged]:
+        values, unconverged = DistanceMatrix(X[rows], Y[rows], metric, skeleton).write(None, 1)
         distances[rows] = values.diagonal()
-        unconverged.extend(parts)
+        return unconverged
 
-    in_threads((partial(measure, start) for start in range(0, len(X), tile)), n_jobs)
-    warn_of_unconverged(unconverged, len(X))
+    parts = in_threads((partial(measure, rows) for rows in gen_batches(len(X), tile)), n_jobs)
+    warn_of_unconverged(chain.from_iterable(parts), len(X))
     return distances

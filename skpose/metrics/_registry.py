@@ -1,6 +1,6 @@
 """The metrics by name, and what the parameter `metric` of functions and estimators means."""
 
-from collections.abc import Callable
+from typing import cast
 
 from sklearn.base import clone
 
@@ -55,25 +55,19 @@ def warn_of_no_skeleton(metric: str | Metric, skeleton: Skeleton | None) -> None
         warn('metric="auto" without a skeleton means "angle": distances in rad. Pass skeleton= for distances in space')
 
 
-def require(metric: Metric, user: str, need: str, why_not: Callable[[Metric], str]) -> None:
-    """Refuse a metric that lacks what a function or an estimator needs."""
-    if reason := why_not(metric):
-        able = ", ".join(name for name, one in METRICS.items() if not why_not(one()))
-        raise ValueError(f"{user} needs {need}, which {metric.label!r} does not have ({reason}): use {able}")
+def require(metric: Metric, user: str, need: str, able: bool) -> None:
+    """Refuse a metric that is not able to do what a function or an estimator needs."""
+    if not able:
+        raise ValueError(f"{user} needs {need}, which {metric.label!r} does not have")
 
 
 def require_means(metric: Metric, user: str) -> None:
     """Refuse a metric without means."""
-    require(metric, user, "means of poses", lambda one: one.why_no_means())
+    require(metric, user, "means of poses", metric.has_means)
 
 
 def require_geodesic(metric: str | Metric, skeleton: Skeleton, user: str) -> Geodesic:
     """The metric whose shortest paths a function follows, which have two steps or more."""
     chosen = resolve(metric, skeleton, auto="geodesic")
-    require(chosen, user, "shortest paths", why_no_paths)
-    return chosen
-
-
-def why_no_paths(metric: Metric) -> str:
-    """Why a metric has no shortest paths of several steps; empty if it has."""
-    return metric.why_no_means() if isinstance(metric, Geodesic) else "its curves are not geodesics"
+    require(chosen, user, "shortest paths of two steps or more", isinstance(chosen, Geodesic) and chosen.has_means)
+    return cast(Geodesic, chosen)

@@ -100,9 +100,10 @@ class Spatial(Metric):
         """The chord."""
         return Position()
 
-    def why_no_means(self) -> str:
-        """Why a line of one step has no means; empty for more steps."""
-        return no_means_of_one_step(self.n_steps)
+    @property
+    def has_means(self) -> bool:
+        """Whether there are two steps or more: with one it is `Position`."""
+        return self.n_steps > 1
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Poses whose distances have gradients by differences."""
@@ -112,11 +113,6 @@ class Spatial(Metric):
 def count_curve_codes(tree: Tree) -> int:
     """The length of the code of an end of a curve."""
     return count_line_codes(tree) + 3 * tree.n_joints
-
-
-def no_means_of_one_step(n_steps: int) -> str:
-    """Why a curve of one step has no means; empty for more steps."""
-    return "" if n_steps > 1 else f'n_steps must be 2 or more, got {n_steps}: one chord is "position"'
 
 
 def _count_middle(tree: Tree) -> int:

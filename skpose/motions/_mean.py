@@ -253,7 +253,7 @@ def mean_motion(
     if skeleton is None:
         raise ValueError("mean_motion needs skeleton for arrays")
     chosen = resolve(metric, skeleton, auto="position")
-    require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _why_not_of_motions)
+    require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _has_mean_motions(chosen))
     given = list(motions) if frame_rate is not None else []  # arrays have no root
     _check_roots(given)
     sequences = checked.sequences.in_float64()
@@ -289,13 +289,9 @@ def mean_motion(
     return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
 
 
-def _why_not_of_motions(metric: Metric) -> str:
-    """Why a metric has no mean motions; empty if it has."""
-    if reason := metric.why_no_means():
-        return reason
-    if metric.lower_bound() != Position():
-        return "the chord is not a lower bound of it"
-    return "" if metric.has_gradients else "its sums of squares have kinks"
+def _has_mean_motions(metric: Metric) -> bool:
+    """Whether motions have means under a metric: not if its sums of squares have kinks."""
+    return metric.has_means and metric.has_gradients and metric.lower_bound() == Position()
 
 
 def _medoid(sequences: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int | None) -> int:

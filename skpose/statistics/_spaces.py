@@ -18,7 +18,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._utils.warnings import warn
 from skpose.geodesics import frechet_mean
-from skpose.geodesics._logarithm import to_joints, why_no_logarithms
+from skpose.geodesics._logarithm import to_joints
 from skpose.geodesics._tangent_space import TangentSpace
 from skpose.kinematics._forward import jacobians_of
 from skpose.kinematics._tree import tree_of_all_joints
@@ -134,10 +134,8 @@ Space = Columns | Lines | Geodesics
 SPACES: dict[type[Metric], Any] = {Angle: Columns, Position: Lines, Geodesic: Geodesics}
 
 
-def why_no_vectors(metric: Metric) -> str:
-    """The reason why poses have no vectors under a metric, or ""."""
-    if type(metric) not in SPACES:
-        return "its distances are not lengths of vectors"
-    if isinstance(metric, Angle) and metric.wrap:
-        return "wrapped angles are points of a torus"
-    return why_no_logarithms(metric) if isinstance(metric, Geodesic) else ""
+def has_vectors(metric: Metric) -> bool:
+    """Whether distances under a metric are lengths of vectors; wrapped angles are points of a torus."""
+    if type(metric) is Geodesic:
+        return metric.has_means and metric.wrap
+    return type(metric) in SPACES and metric.lower_bound() == metric
