@@ -9,9 +9,7 @@ from sklearn.base import _fit_context as fit_context
 from sklearn.utils._param_validation import (
     HasMethods,
     Interval,
-    InvalidParameterError,
     RealNotInt,
-    validate_parameter_constraints,
 )
 from sklearn.utils._param_validation import StrOptions as _StrOptions
 from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in
@@ -54,12 +52,10 @@ def check_sample_weight(sample_weight: Any, X: np.ndarray) -> np.ndarray:
 __all__ = [
     "HasMethods",
     "Interval",
-    "InvalidParameterError",
     "RealNotInt",
     "StrOptions",
     "check_feature_names_in",
     "check_sample_weight",
     "fit_context",
-    "validate_parameter_constraints",
     "validate_params",
 ]

@@ -96,9 +96,6 @@ def check_limits(poses: np.ndarray, skeleton: SkeletonLike, name: str) -> np.nda
     return np.clip(poses, lower, upper)
 
 
-FORMS = {(3,): "rotvec", (4,): "quaternion_wxyz", (6,): "6d", (3, 3): "matrix"}  # of a rotation, by its shape
-
-
 def check_column_names(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse a dataframe with some columns named after dofs, but not all of them in order.
 
@@ -127,26 +124,18 @@ def check_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array of three or more dimensions."""
     shape = shape_of(X)
     if len(shape) > 2:
-        hint = other_than_poses(shape, skeleton)
-        raise ValueError(f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}{hint}")
+        raise ValueError(
+            f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}: use PoseFromPositions for positions, "
+            "poses_from_rotations for rotations"
+        )
 
 
 def check_width(X: Any, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array that does not have one column for each dof."""
     if X.shape[1] != skeleton.n_dofs:
-        hint = other_than_poses(X.shape, skeleton)
+        is_position = X.shape[1] in (3 * skeleton.n_joints, 3 * skeleton.n_joints + 3)
+        hint = ": use PoseFromPositions for positions" if is_position else ""
         raise ValueError(f"{name} has {X.shape[1]} columns, but the skeleton has {skeleton.n_dofs} dofs{hint}")
-
-
-def other_than_poses(shape: Sequence[int], skeleton: SkeletonLike) -> str:
-    """A hint that an array of this shape holds positions or rotations; empty if it does not."""
-    sizes, n_joints = tuple(shape[1:]), skeleton.n_joints
-    n_rotating = sum(bool(bone.dofs) for bone in skeleton.bones)
-    if sizes[:1] == (n_rotating,) and sizes[1:] in FORMS:
-        return f": for rotations use skpose.skeleton.poses_from_rotations(..., form={FORMS[sizes[1:]]!r})"
-    if sizes in ((3 * n_joints,), (3 * n_joints + 3,), (n_joints, 3), (n_joints + 1, 3)):
-        return ": for positions use skpose.preprocessing.PoseFromPositions or skpose.inverse_kinematics"
-    return ""
 
 
 MotionLike: TypeAlias = Any  # a `Motion`, whose class is in a package above this one
@@ -183,16 +172,14 @@ def check_position_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -
     shape = shape_of(X)
     if len(shape) > 2:
         expected = f"(n_samples, {3 * skeleton.n_joints})"
-        remedy = f": pass {name}.reshape(len({name}), -1)" if shape[1:] == (skeleton.n_joints, 3) else ""
-        raise ValueError(f"{name} must have shape {expected}, got {shape}{remedy}")
+        raise ValueError(f"{name} must have shape {expected}, got {shape}: pass {name}.reshape(len({name}), -1)")
 
 
 def check_position_width(X: Any, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array that does not have three columns for each joint."""
     expected = 3 * skeleton.n_joints
     if X.shape[1] != expected:
-        hint = ": leave out the root" if X.shape[1] == expected + 3 else ""
-        raise ValueError(f"{name} must have {expected} columns, x, y, z of each joint, got {X.shape[1]}{hint}")
+        raise ValueError(f"{name} must have {expected} columns, x, y, z of each joint but the root, got {X.shape[1]}")
 
 
 def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:

@@ -95,8 +95,8 @@ def mean_logarithm(tensor: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray
     return step, float(np.sqrt((along**2 / values).sum())), np.sqrt(values)[:, None] * vectors.T
 
 
-def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
-    """Descend from a pose; also the number of iterations, and why it did not converge, or ""."""
+def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, bool]:
+    """Descend from a pose; also the number of iterations, and whether it converged."""
     here = spread_from(sample, pose, power)
     falling = True  # False once refined paths have made the objective uneven
     history: list[tuple[np.ndarray, np.ndarray]] = []  # steps, and the change of the next step
@@ -105,7 +105,7 @@ def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: fl
         if power == MEDIAN:
             here = at_pose_if_lower(sample, here, tried)
         if here.relative_norm <= tol:
-            return here, iteration, _explain_unconverged(here, len(sample.dofs))
+            return here, iteration, not here.unconverged
         step, combined = _combine(here, history), bool(history)
         for halving in range(HALVINGS + 1):
             trial = spread_from(sample, sample.retract(here.pose, step), power, here.slope)
@@ -116,15 +116,10 @@ def descend(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: fl
                 break
             step, history = here.step / 2 ** (halving if combined else halving + 1), []
         else:
-            if not sample.is_uneven:
-                return here, iteration, f"no step lowered the objective after {iteration} iterations"
-            if here.relative_norm <= KINK:
-                return here, iteration, _explain_unconverged(here, len(sample.dofs))
-            reason = f"no step lowered the objective after {iteration} iterations, as geodesics jump between minima"
-            return here, iteration, f"{reason}; a larger n_steps may help"
+            return here, iteration, sample.is_uneven and here.relative_norm <= KINK and not here.unconverged
         history = [*history[1 - MEMORY :], (step, trial.step - here.step)]
         here = trial
-    return here, max_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
+    return here, max_iter, False
 
 
 def _combine(here: Spread, history: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
@@ -143,8 +138,3 @@ def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
     tried.add(here.nearest)
     there = spread_from(sample, sample.dofs[here.nearest], MEDIAN, here.slope)
     return there if there.objective < here.objective else here
-
-
-def _explain_unconverged(here: Spread, n_poses: int) -> str:
-    reason = f"{here.unconverged} of the geodesics to the {n_poses} poses did not converge; a larger n_steps may help"
-    return reason if here.unconverged else ""

@@ -67,7 +67,7 @@ class GeodesicResult:
            [1. ]])
     """
 
-    path: np.ndarray
+    path: np.ndarray = field(repr=False)
     length: float
     curve_length: float
     energy: float
@@ -77,12 +77,6 @@ class GeodesicResult:
     converged: bool
     _skeleton: Skeleton = field(repr=False)
     _limited: np.ndarray | None = field(default=None, repr=False)  # (n_dofs,) bool: dofs with enforced limits
-
-    def __repr__(self) -> str:
-        state = "converged" if self.converged else "not converged"
-        return (
-            f"GeodesicResult(length={self.length:.4g}, n_points={len(self.path)}, {state} in {self.n_iter} iterations)"
-        )
 
     def resample(self, n: int) -> np.ndarray:
         """Sample the path at constant speed: equal curve length between consecutive poses.
@@ -240,7 +234,8 @@ def geodesic(
     found = shortest_path(first, last, skeleton, chosen, joint_limits, max_iter, tol)
     if not found.converged:
         warn(
-            f"the geodesic did not converge: {_reason(found, chosen.n_steps, max_iter, tol)}",
+            f"the geodesic did not converge in {found.n_iter} iterations (gain {found.gain:.2g}): raise max_iter or "
+            "n_steps",
             ConvergenceWarning,
         )
     return found
@@ -300,15 +295,6 @@ def _interpolate_unweighted(
     else:
         line[:, columns] = straight_line(bones, first[columns], last[columns], n_poses)
     return line
-
-
-def _reason(found: GeodesicResult, n_steps: int, max_iter: int, tol: float) -> str:
-    if np.isnan(found.gain):
-        return f"only the straight line passed the discretisation check; n_steps={n_steps} may be too few"
-    if found.n_iter < max_iter:
-        return f"no step reduced the energy after {found.n_iter} iterations; a larger n_steps may help"
-    left = f"{found.gain:.2g} of the length was left to gain (tol={tol:.2g})"
-    return f"{left} after max_iter={max_iter} iterations; raise max_iter"
 
 
 def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:

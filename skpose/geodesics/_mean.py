@@ -1,8 +1,9 @@
 """Fréchet means of poses, which are poses: bones keep their lengths."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._utils.sklearn import validate_params
@@ -11,7 +12,7 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._descent import MEAN
-from skpose.geodesics._weighted_poses import CONSTRAINTS, WeightedPoses, minimise
+from skpose.geodesics._weighted_poses import CONSTRAINTS, minimise, positive_weights
 from skpose.metrics import Metric
 from skpose.metrics._registry import require_means, resolve
 from skpose.skeleton import Skeleton
@@ -45,15 +46,11 @@ class FrechetMeanResult:
     array([0.5])
     """
 
-    pose: np.ndarray
+    pose: np.ndarray = field(repr=False)
     variance: float
     gradient_norm: float
     n_iter: int
     converged: bool
-
-    def __repr__(self) -> str:
-        state = "converged" if self.converged else "not converged"
-        return f"FrechetMeanResult(variance={self.variance:.4g}, {state} in {self.n_iter} iterations)"
 
 
 @validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
@@ -174,28 +171,23 @@ def frechet_mean(
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(None, skeleton, X=X)
-    weighted, chosen = WeightedPoses.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
+    X, weights = positive_weights(X, sample_weight)
+    chosen = resolve(metric, skeleton, auto="position")
     require_means(chosen, "frechet_mean")
-    direct = chosen.direct_means(weighted.X, skeleton)
+    direct = chosen.direct_means(X, skeleton)
     if direct is not None:
-        found = direct.mean(weighted.weights, max_iter)
-        reason = "" if found.converged else _reason(found.n_iter, max_iter)
-        mean = FrechetMeanResult(found.pose, found.variance, found.gradient_norm, found.n_iter, not reason)
+        found = direct.mean(weights, max_iter)
+        mean = FrechetMeanResult(found.pose, found.variance, found.gradient_norm, found.n_iter, found.converged)
     else:
-        sample = weighted.sample(chosen, n_jobs)
+        sample = chosen.sample(X, weights, skeleton, effective_n_jobs(n_jobs))
         start, others = sample.start()
-        spread, n_iter, reason = minimise(chosen, sample, start, MEAN, max_iter, tol)
+        spread, n_iter, converged = minimise(chosen, sample, start, MEAN, max_iter, tol)
         pose = sample.columns(spread.pose, others)
-        mean = FrechetMeanResult(pose, spread.value, spread.norm, n_iter, not reason)
-    if reason:
+        mean = FrechetMeanResult(pose, spread.value, spread.norm, n_iter, converged)
+    if not mean.converged:
         warn(
-            f"the mean did not converge (gradient_norm {mean.gradient_norm:.2g}): {reason}",
+            f"the mean did not converge in {mean.n_iter} iterations (gradient_norm {mean.gradient_norm:.2g}): raise "
+            "max_iter, or n_steps of the metric",
             ConvergenceWarning,
         )
     return mean
-
-
-def _reason(n_iter: int, max_iter: int) -> str:
-    if n_iter >= max_iter:
-        return f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
-    return f"no step lowered the variance after {n_iter} iterations"

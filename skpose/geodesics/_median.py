@@ -1,8 +1,9 @@
 """The geometric median of poses, which is robust to outliers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._utils.sklearn import validate_params
@@ -11,7 +12,7 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._descent import MEDIAN, descend
-from skpose.geodesics._weighted_poses import CONSTRAINTS, WeightedPoses, minimise
+from skpose.geodesics._weighted_poses import CONSTRAINTS, minimise, positive_weights
 from skpose.metrics import Metric, Position
 from skpose.metrics._registry import require_means, resolve
 from skpose.skeleton import Skeleton
@@ -44,15 +45,11 @@ class GeometricMedianResult:
     array([0.1])
     """
 
-    pose: np.ndarray
+    pose: np.ndarray = field(repr=False)
     deviation: float
     gradient_norm: float
     n_iter: int
     converged: bool
-
-    def __repr__(self) -> str:
-        state = "converged" if self.converged else "not converged"
-        return f"GeometricMedianResult(deviation={self.deviation:.4g}, {state} in {self.n_iter} iterations)"
 
 
 @validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
@@ -143,18 +140,19 @@ def geometric_median(
     """
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(None, skeleton, X=X)
-    weighted, chosen = WeightedPoses.of(X, skeleton, sample_weight), resolve(metric, skeleton, auto="position")
+    X, weights = positive_weights(X, sample_weight)
+    chosen, n_threads = resolve(metric, skeleton, auto="position"), effective_n_jobs(n_jobs)
     require_means(chosen, "geometric_median")
-    sample = weighted.sample(chosen, n_jobs)
+    sample = chosen.sample(X, weights, skeleton, n_threads)
     start, others = sample.start()
     if chosen.needs_skeleton and chosen != Position():
-        start = descend(weighted.sample(Position(), n_jobs), start, MEDIAN, max_iter, tol)[0].pose
-    spread, n_iter, reason = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
+        start = descend(Position().sample(X, weights, skeleton, n_threads), start, MEDIAN, max_iter, tol)[0].pose
+    spread, n_iter, converged = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
     pose = sample.columns(spread.pose, others)
-    median = GeometricMedianResult(pose, spread.value, spread.norm, n_iter, not reason)
-    if reason:
+    if not converged:
         warn(
-            f"the median did not converge (gradient_norm {median.gradient_norm:.2g}): {reason}",
+            f"the median did not converge in {n_iter} iterations (gradient_norm {spread.norm:.2g}): raise max_iter, or "
+            "n_steps of the metric",
             ConvergenceWarning,
         )
-    return median
+    return GeometricMedianResult(pose, spread.value, spread.norm, n_iter, converged)

@@ -14,7 +14,7 @@ HALVINGS = 12  # of a gradient step, if BFGS stops at a jump
 LEAST_DECREASE = 0.1  # relative decrease, divided by tol², below which the search stops
 
 
-def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, str]:
+def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, bool]:
     """Minimise from a pose, or from a better pose of the sample; the result is as in `descend`."""
     here = spread_from(sample, pose, power)
     candidate, objective = sample.best_pose(power)
@@ -25,9 +25,9 @@ def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, to
         if power == MEDIAN:
             here = at_pose_if_lower(sample, here, tried)
         if here.relative_norm <= tol:
-            return here, n_iter, ""
+            return here, n_iter, True
         if n_iter >= max_iter:
-            return here, n_iter, f"it was still moving after max_iter={max_iter} iterations; raise max_iter"
+            return here, n_iter, False
         sizes = (here.root**2).sum(axis=1, keepdims=True)  # eigenvalues of the metric tensor
         steps = (here.root / np.sqrt(sizes * (sizes + DAMPING * sizes.max()))).T
         found = minimize(
@@ -43,12 +43,8 @@ def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, to
         if there.objective > kept * here.objective:
             there = _across(sample, there if there.objective < here.objective else here, power)
         if there.objective > kept * here.objective:
-            break
+            return here, n_iter, here.relative_norm <= KINK
         here = there
-    if here.relative_norm <= KINK:
-        return here, n_iter, ""
-    reason = f"no step lowered the objective after {n_iter} iterations, as lines jump at half a turn"
-    return here, n_iter, f"{reason}; ball joints (Skeleton.to_rotvec) jump less"
 
 
 def _across(sample: Sample, here: Spread, power: int) -> Spread:

@@ -7,7 +7,7 @@ from joblib import effective_n_jobs
 
 from skpose._utils.parallel import in_threads
 from skpose.geodesics._descent import MEAN
-from skpose.geodesics._weighted_poses import WeightedPoses, minimise
+from skpose.geodesics._weighted_poses import minimise
 from skpose.metrics import Metric
 from skpose.skeleton import Skeleton
 
@@ -59,9 +59,8 @@ class WeightedMeans:
             mean = self._direct.mean(weights, MAX_ITER, TOL_DIRECT)
             return mean.pose, mean.converged
         counted = weights > 0.0
-        sample = WeightedPoses(self.poses[counted], weights[counted] / weights.sum(), self.skeleton).sample(
-            self.metric, self.n_jobs
-        )
+        shares, n_threads = weights[counted] / weights.sum(), effective_n_jobs(self.n_jobs)
+        sample = self.metric.sample(self.poses[counted], shares, self.skeleton, n_threads)
         start, others = sample.start()
-        spread, _, reason = minimise(self.metric, sample, start, MEAN, MAX_ITER, TOL)
-        return sample.columns(spread.pose, others), not reason
+        spread, _, converged = minimise(self.metric, sample, start, MEAN, MAX_ITER, TOL)
+        return sample.columns(spread.pose, others), converged

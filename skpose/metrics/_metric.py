@@ -12,7 +12,6 @@ from sklearn.base import BaseEstimator
 
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
-from skpose._utils.sklearn import InvalidParameterError, validate_parameter_constraints
 from skpose._utils.validation import check_integer
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._direct_means import ArithmeticMeans, ExtrinsicMeans
@@ -219,14 +218,12 @@ class Metric(BaseEstimator):
 
     def check_params(self) -> None:
         """Refuse invalid parameters, as scikit-learn's estimators do."""
-        name = type(self).__name__
-        try:
-            validate_parameter_constraints(self._parameter_constraints, self.get_params(deep=False), name)
-        except InvalidParameterError as error:  # whose text scikit-learn would change to name the calling function
-            raise ValueError(str(error)) from None
+        self._validate_params()
         for function in ("encode", "measure"):
             if not isinstance(getattr(self, function, None), _COMPILED_TYPE):
-                raise ValueError(f"{name}.{function} must be compiled: make it with metrics.compile_{function}")
+                raise ValueError(
+                    f"{type(self).__name__}.{function} must be compiled: make it with metrics.compile_{function}"
+                )
 
     def _parameters(self) -> list[tuple[str, Any]]:
         return sorted(self.get_params(deep=False).items())

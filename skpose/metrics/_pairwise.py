@@ -183,8 +183,7 @@ def pose_distances_chunked(
         Other poses; None is X.
     reduce_func : callable, default=None
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
-        index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
-        these, or None if it keeps its result elsewhere. None gives the chunks themselves.
+        index of its first row in X. It returns any object. None gives the chunks themselves.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
@@ -198,15 +197,13 @@ def pose_distances_chunked(
 
     Yields
     ------
-    D_chunk : ndarray, sparse matrix, list or tuple
+    D_chunk : ndarray or object
         A chunk of distances, or the result of `reduce_func`.
 
     Raises
     ------
     ValueError
-        As `pose_distances`; if the length of a result of `reduce_func` is not n_chunk.
-    TypeError
-        If a result of `reduce_func` has no length.
+        As `pose_distances`.
 
     See Also
     --------
@@ -246,7 +243,7 @@ def pose_distances_chunked(
             matrix = DistanceMatrix(X[batch], X if Y is None else Y, chosen, skeleton)
             chunk, parts = matrix.write(None, n_jobs)
             unconverged += parts
-            yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
+            yield chunk if reduce_func is None else reduce_func(chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
 
@@ -262,13 +259,3 @@ def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tupl
     if skeleton is not None:
         warn_of_degrees(None, skeleton, X=X, Y=Y)
     return X, Y
-
-
-def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
-    result = reduce_func(chunk, start)
-    if result is not None:
-        for part in result if isinstance(result, tuple) else (result,):
-            n = part.shape[0] if hasattr(part, "shape") else len(part)
-            if n != len(chunk):
-                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
-    return result

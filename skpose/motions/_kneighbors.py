@@ -9,13 +9,14 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import POSE_CONSTRAINTS
 from skpose._utils.sklearn import Interval, StrOptions, fit_context
+from skpose._utils.validation import check_choice
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import OF_MOTIONS
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._search import Request, find
-from skpose.neighbors._graph import check_k, check_mode, sparse_graph
+from skpose.neighbors._graph import check_k, sparse_graph
 
 
 class MotionKNeighborsTransformer(
@@ -255,7 +256,7 @@ class MotionKNeighborsTransformer(
             In CSR format, each row by distance.
         """
         check_is_fitted(self, "n_samples_fit_")
-        check_mode(mode)
+        check_choice("mode", mode, ("connectivity", "distance"))
         found = self._find(X, n_neighbors)
         n_queries, k = found.indices.shape
         data = found.distances.ravel() if mode == "distance" else np.ones(n_queries * k)

@@ -4,8 +4,6 @@ The unit of work is that of `Metric.measure_work`: adding one square to a sum in
 The times below are of CMU poses on one AVX-512 core. The choice does not change the result.
 """
 
-import numpy as np
-
 from skpose.metrics import Metric
 
 FILTER_WORK = 6  # per pair of a query and a pose. Measured: 1.1 ns
@@ -35,28 +33,19 @@ class CostModel:
         """Estimate the work of measuring pairs one at a time, the pose of each encoded anew."""
         return n_pairs * self.n_codes * (self.metric.encode_work + self.metric.measure_work)
 
-    def work_of_tile(self, n_queries: int, n_poses: int) -> float:
+    def work_of_brute_force(self, n_queries: int) -> float:
         """Estimate the work of measuring all pairs of queries and poses, each pose encoded once."""
-        return n_poses * self.n_codes * (self.metric.encode_work + n_queries * self.metric.measure_work)
-
-    def work_of_filter(self, n_queries: int, n_poses: int) -> float:
-        """Estimate the work of computing all lower bounds between queries and poses."""
-        return FILTER_WORK * n_queries * n_poses
+        return self.n_poses * self.n_codes * (self.metric.encode_work + n_queries * self.metric.measure_work)
 
     def filter_is_worth_a_trial(self, n_queries: int) -> bool:
         """Return whether brute force takes so long that a filter may save something."""
-        return self.work_of_tile(n_queries, self.n_poses) >= LEAST_WORK_TO_FILTER
+        return self.work_of_brute_force(n_queries) >= LEAST_WORK_TO_FILTER
 
     def filter_is_worth_it(self, n_queries: int, n_first: int, share: float) -> bool:
         """Return whether filter and refine takes less than brute force.
 
         n_first poses are measured for each query, and then this share of all pairs.
         """
-        brute_force = self.work_of_tile(n_queries, self.n_poses)
-        work = self.work_of_pairs(n_queries * n_first) + self.work_of_filter(n_queries, self.n_poses)
+        brute_force = self.work_of_brute_force(n_queries)
+        work = self.work_of_pairs(n_queries * n_first) + FILTER_WORK * n_queries * self.n_poses
         return work + share * brute_force < brute_force
-
-
-def sample_of(n_queries: int) -> np.ndarray:
-    """Return the queries that are searched first, evenly spaced."""
-    return np.arange(0, n_queries, QUERIES_PER_SAMPLE)

@@ -1,6 +1,5 @@
 """The common base of the transformers into graphs of neighbours: the index, its searches, and graphs of the results."""
 
-from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +9,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._utils.sklearn import StrOptions, fit_context
+from skpose._utils.validation import check_choice, check_integer
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
@@ -46,23 +46,6 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         self.n_samples_fit_ = len(X)
         return self
 
-    def fit_transform(self, X, y=None):
-        """Index the training poses and compute the graph of neighbours among them.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_samples_fit, n_dofs)
-            Poses: joint angles, rad.
-        y : Ignored
-            Not used, present for API consistency by convention.
-
-        Returns
-        -------
-        sparse matrix of shape (n_samples_fit, n_samples_fit)
-            As from `transform`: every pose is among its own neighbours.
-        """
-        return self.fit(X).transform(X)
-
     def _find(self, X, **criterion):
         """Return the neighbours of X, as in `kneighbors`, and the number of queries; `criterion` as for `Request`."""
         if X is None:
@@ -76,7 +59,7 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
     def _graph(self, X, mode, **criterion):
         """Return the graph of the neighbours of X."""
-        check_mode(mode)
+        check_choice("mode", mode, ("connectivity", "distance"))
         neighbors, n_queries = self._find(X, **criterion)
         data = neighbors.distances if mode == "distance" else np.ones(len(neighbors.indices))
         indptr = np.searchsorted(neighbors.queries, np.arange(n_queries + 1))
@@ -89,23 +72,13 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
 
 def check_k(n_neighbors, excludes_itself, n_samples_fit):
     """Return a number of neighbours, as an int, that the training data have."""
-    if not isinstance(n_neighbors, Integral):
-        raise TypeError(f"n_neighbors must be a whole number, got {n_neighbors!r}")
-    k = int(n_neighbors)
-    if k < 1:
-        raise ValueError(f"n_neighbors must be 1 or more, got {k}")
-    if k > n_samples_fit - excludes_itself:
+    check_integer(n_neighbors, 1, "n_neighbors")
+    if n_neighbors > n_samples_fit - excludes_itself:
         raise ValueError(
-            f"Expected n_neighbors {'<' if excludes_itself else '<='} n_samples_fit, but n_neighbors = {k}, "
+            f"Expected n_neighbors {'<' if excludes_itself else '<='} n_samples_fit, but n_neighbors = {n_neighbors}, "
             f"n_samples_fit = {n_samples_fit}"
         )
-    return k
-
-
-def check_mode(mode):
-    """Refuse what is no mode of a graph."""
-    if mode not in ("connectivity", "distance"):
-        raise ValueError(f'mode must be "connectivity" or "distance", got {mode!r}')
+    return int(n_neighbors)
 
 
 def sparse_graph(data, indices, indptr, shape):

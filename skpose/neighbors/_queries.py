@@ -57,7 +57,7 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
         size = min(SLOW_QUERIES, MAX_CHORDS // n_poses)
     if remote:
         size = min(size, max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers)))
-    tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, max(1, size))]
+    tasks = list(gen_batches(n_queries, max(1, size)))
     with progress(f"neighbours of {n_queries:,} poses among {n_poses:,}", len(tasks), verbose) as advance:
         if remote:
             results = from_workers(find_some, request, tasks, n_jobs)
@@ -66,9 +66,9 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
         found = {}
         with closing(results):  # on an error or Ctrl-C, the workers stop too
             for task, result in results:
-                found[task] = result
+                found[task.start] = result
                 advance()
-    parts = [found[task] for task in tasks]
+    parts = [found[task.start] for task in tasks]
     return Found(
         Neighbors.join(part.neighbors for part in parts),
         sum(part.n_measured for part in parts),
@@ -76,16 +76,15 @@ def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     )
 
 
-def find_some(request: Request, rows: tuple[int, int], n_jobs: int = 1) -> Found:
-    """Find the neighbours of the queries first:last."""
-    first, last = rows
+def find_some(request: Request, rows: slice, n_jobs: int = 1) -> Found:
+    """Find the neighbours of some queries."""
     search = search_of(request.searched, n_jobs)
-    poses, excluded = request.poses[first:last], request.excluded[first:last]
+    poses, excluded = request.poses[rows], request.excluded[rows]
     if request.k is None:
         near = search.within(poses, excluded, request.radius, measured=request.measured)
     else:
         near = search.nearest(poses, excluded, request.k)
-    return Found(near._replace(queries=near.queries + first), search.n_measured, search.unconverged)
+    return Found(near._replace(queries=near.queries + rows.start), search.n_measured, search.unconverged)
 
 
 def search_of(index: PoseIndex, n_jobs: int) -> Search | GeodesicSearch:

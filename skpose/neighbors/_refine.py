@@ -53,6 +53,8 @@ class Refinement:
     ----------
     measure : callable
         The metric's measure; up to a limit, where the search is not by brute force.
+    coarse : CoarseBound or None
+        The metric's coarse bound, None where it does not save anything.
     n_measured : int
         Pairs measured so far.
     """
@@ -61,25 +63,21 @@ class Refinement:
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
         self.tree, self.steps = metric.tree_for(index.skeleton, FLOAT64), metric.steps
         self.measure, self.n_measured = metric.measure, 0
-        self._coarse: CoarseBound | None = None
+        self.coarse: CoarseBound | None = None
         if index.filter is not None:
             self.measure = metric.measure_within or metric.measure
             if (coarse := metric.coarse_bound) is not None:
                 self._slack = coarse.slack(self.tree)
-                self._coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
-
-    @property
-    def has_coarse_bound(self) -> bool:
-        return self._coarse is not None
+                self.coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
 
     def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
         """Return queries, encoded."""
         codes, coarse = self.metric.encode_poses(poses, self.index.skeleton), np.empty((len(poses), 0))
         if largest_of(poses) > LARGEST_ANGLE:
-            self._coarse = None
-        if self._coarse is not None:
-            coarse = np.empty((len(poses), self._coarse.n_codes(self.tree)))
-            encode_poses(poses, self._coarse.encode, self.tree, self.steps, coarse)
+            self.coarse = None
+        if self.coarse is not None:
+            coarse = np.empty((len(poses), self.coarse.n_codes(self.tree)))
+            encode_poses(poses, self.coarse.encode, self.tree, self.steps, coarse)
         return Queries(codes, coarse.astype(FLOAT32), excluded, points)
 
     def measure_groups(self, queries: Queries, numbers: np.ndarray, near: np.ndarray, best: NearestSoFar) -> None:
@@ -91,12 +89,12 @@ class Refinement:
         poses = self.index.poses[np.maximum(indices, 0)].astype(FLOAT64, copy=False)
         limits = best.current_limits
         slack = np.zeros(len(queries))
-        if self._coarse is not None and np.isfinite(limits).any():
+        if self.coarse is not None and np.isfinite(limits).any():
             slack[:] = self._slack
-            self._bound(self._coarse, queries.coarse, poses, near)
+            self._bound(self.coarse, queries.coarse, poses, near)
             is_left = near <= (limits + slack)[:, np.newaxis]
             if is_left.mean() > MOST:
-                self._coarse = None
+                self.coarse = None
             left = np.flatnonzero(is_left.any(axis=0))
             near, rows = np.ascontiguousarray(near[:, left]), (LANES * left[:, np.newaxis] + np.arange(LANES)).ravel()
             poses, indices = poses[rows], indices[rows]
@@ -123,8 +121,8 @@ class Refinement:
             some, best_of_some, most = queries.take(rows), best.take(rows), candidates.counts[rows[-1:]].max(initial=0)
             cut = [part[rows, :most] for part in (candidates.indices, candidates.rows, candidates.bounds)]
             left = Candidates(cut[0], cut[1], cut[2], candidates.counts[rows])
-            if self._coarse is not None:
-                left = self._sharpen(self._coarse, some, left, best_of_some.current_limits)
+            if self.coarse is not None:
+                left = self._sharpen(self.coarse, some, left, best_of_some.current_limits)
             left, poses = self._gather(left, best_of_some.current_limits)
             codes = self._encode_rows(poses, self.metric.encode, some.codes)
             measured = self._loop_over(some.codes, codes, left, self.measure, self.tree, best_of_some, sort=False)

@@ -24,7 +24,7 @@ from skpose._compiled.pose.loops import FLOAT64_LANES
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
-from skpose.neighbors._cost import CostModel, sample_of
+from skpose.neighbors._cost import QUERIES_PER_SAMPLE, CostModel
 from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
 from skpose.neighbors._index import LANES, PoseIndex
 from skpose.neighbors._nearest_so_far import NearestSoFar
@@ -55,6 +55,7 @@ class Search:
 
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
+        self._chords = cast(ChordFilter, index.filter)  # None if there is no filter
         self._groups = Refinement(index, metric, n_jobs)
         n_poses, n_dofs = index.poses.shape
         self._cost = CostModel(metric, metric.n_codes(self._groups.tree, n_dofs), n_poses)
@@ -114,11 +115,6 @@ class Search:
             self._n_measured += n_measured
             self.unconverged.append((n_unconverged, worst))
 
-    @property
-    def _chords(self) -> ChordFilter:
-        """The filter, for callers that know that there is one."""
-        return cast(ChordFilter, self.index.filter)
-
     def _queries(self, poses: np.ndarray, excluded: np.ndarray) -> Queries:
         """Return the queries, with points of the filter if there is one and work enough to use it."""
         used = self.index.filter is not None and self._cost.filter_is_worth_a_trial(len(poses))
@@ -136,7 +132,7 @@ class Search:
         """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
         rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
         last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
-        sort = not self._groups.has_coarse_bound  # else their order is that of the coarse bounds
+        sort = self._groups.coarse is None  # else their order is that of the coarse bounds
         for n in numbers:
             some, best_of_some = queries.take(rest), best.take(rest)
             points, known = cast(FilterPoints, some.points), Known(some.excluded, last_bounds, last_indices)
@@ -178,7 +174,7 @@ class Search:
         """Search for the k nearest of a sample of the queries, and estimate the cost of the search from it."""
         if queries.points is None or 4 * n_first > len(self.index.poses):
             return False
-        sample = queries.take(sample_of(len(queries)))
+        sample = queries.take(np.arange(0, len(queries), QUERIES_PER_SAMPLE))
         best, points = NearestSoFar(np.full(len(sample), np.inf), k), cast(FilterPoints, sample.points)
         rest = self._measure_candidates(sample, (n_first,), best)
         limits = self._chords.limits(points.take(rest), best.current_limits[rest])
@@ -189,7 +185,7 @@ class Search:
         """Filter for a sample of the queries, and estimate the cost of the search from it."""
         if queries.points is None:
             return False
-        rows = sample_of(len(queries))
+        rows = np.arange(0, len(queries), QUERIES_PER_SAMPLE)
         sample = queries.take(rows)
         left = self._within_reach(sample, self._bounds(sample), limits[rows])
         return self._cost.filter_is_worth_it(len(queries), 0, left.mean())

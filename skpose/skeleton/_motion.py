@@ -16,7 +16,6 @@ from skpose._utils.validation import (
     check_integer,
     check_skeleton,
     check_up,
-    other_than_poses,
 )
 from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes
@@ -161,8 +160,7 @@ class Motion:
             given = getattr(self, name)
             array = np.zeros((n_frames, width)) if given is None else np.asarray(given, dtype=np.float64)
             if array.shape != (n_frames, width):
-                hint = other_than_poses(array.shape, self.skeleton) if name == "angles" else ""
-                raise ValueError(f"{name} must have shape ({n_frames}, {width}), got {array.shape}{hint}")
+                raise ValueError(f"{name} must have shape ({n_frames}, {width}), got {array.shape}")
             if not np.isfinite(array).all():
                 raise ValueError(f"{name} must be finite, but frame {np.argwhere(~np.isfinite(array))[0, 0]} is not")
             object.__setattr__(self, name, array)
