@@ -83,10 +83,6 @@ class ChainTangentPCA(ChainMixin, PoseTangentPCA):
 class ChainPositions(PoseFromPositions):
     """Positions of a planar chain of as many joints as columns need, the last ones zero."""
 
-    def _given_skeleton(self):
-        """Wait for the width of X."""
-        return Skeleton.chain(1)
-
     def _positions(self, X, skeleton):
         X = np.pad(X, ((0, 0), (0, -X.shape[1] % 3)))
         return super()._positions(X, Skeleton.chain(X.shape[1] // 3))
@@ -110,7 +106,7 @@ SPATIAL = [
     ChainMotionNeighbors(),
     ChainTangentPCA(),
 ]
-POSITIONS = [ChainPositions()]
+POSITIONS = [ChainPositions(Skeleton.chain(1))]
 PRECOMPUTED = [SpatialMDS(metric="precomputed"), MedoidShift(metric="precomputed")]
 
 # As docs/development.md says.

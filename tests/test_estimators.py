@@ -55,8 +55,7 @@ OTHER = {"skeleton": LONGER, "metric": "angle"}
 LEARNT = {
     PoseDistanceTransformer(ARM, kernel="rbf", psd="clip"): OTHER | {"kernel": None, "gamma": 0.1, "psd": "shift"},
     PoseDistanceTransformer(ARM): OTHER | {"kernel": "rbf", "gamma": 0.1, "psd": "clip"},
-    SpatialMDS(ARM, n_components=1): OTHER
-    | {"n_components": 3, "landmarks": 5, "landmark_selection": "random", "random_state": 1},
+    SpatialMDS(ARM, n_components=1): OTHER | {"n_components": 3, "landmarks": 5, "random_state": 1},
     MedoidShift(ARM, bandwidth=3.0): OTHER | {"bandwidth": 9.0, "n_clusters": 2},
     PoseKMeans(ARM, n_clusters=3, metric="position", random_state=0): OTHER
     | {"n_clusters": 2, "n_init": 2, "max_iter": 9, "tol": 1.0, "random_state": 1},

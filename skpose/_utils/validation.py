@@ -115,14 +115,9 @@ def check_names(X: Any, names: Sequence[str], name: str, columns: str) -> None:
     )
 
 
-def shape_of(X: Any) -> tuple[int, ...]:
-    """The shape of an array or of nested lists; empty for what only scikit-learn can convert."""
-    return np.shape(X) if isinstance(X, list | tuple) else tuple(getattr(X, "shape", ()))
-
-
 def check_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array of three or more dimensions."""
-    shape = shape_of(X)
+    shape = np.shape(X) if isinstance(X, list | tuple) else tuple(getattr(X, "shape", ()))
     if len(shape) > 2:
         raise ValueError(
             f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}: use PoseFromPositions for positions, "
@@ -165,14 +160,6 @@ def check_position_names(X: ArrayLike, skeleton: SkeletonLike, name: str) -> Non
     """Refuse a dataframe with some columns named after positions, but not all of them in order."""
     names = [f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]
     check_names(X, names, name, '[f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]')
-
-
-def check_position_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
-    """Refuse positions of three dimensions or more."""
-    shape = shape_of(X)
-    if len(shape) > 2:
-        expected = f"(n_samples, {3 * skeleton.n_joints})"
-        raise ValueError(f"{name} must have shape {expected}, got {shape}: pass {name}.reshape(len({name}), -1)")
 
 
 def check_position_width(X: Any, skeleton: SkeletonLike, name: str) -> None:

@@ -11,7 +11,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
 from skpose._utils.progress import progress
-from skpose._utils.sklearn import Interval, StrOptions, fit_context
+from skpose._utils.sklearn import Interval, fit_context
 from skpose.kinematics._forward import weighted_positions
 from skpose.manifold._scaling import classical_scaling, farthest_points
 
@@ -38,11 +38,10 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
     landmarks : int, default=None
         Number of poses to scale; the rest is placed by distances to these, in memory O(n · landmarks). None scales all
         poses, in memory O(n²).
-    landmark_selection : {"farthest", "random"}, default="farthest"
-        How to choose landmarks. "farthest" starts at a random pose and repeatedly adds the pose farthest from all
-        chosen ones, by weighted joint positions (by angles without a skeleton, by the distances if precomputed).
     random_state : int, RandomState instance or None, default=None
-        Seed of the choice of landmarks. Pass an int for reproducible results.
+        Seed of the choice of landmarks: the first is random, and then the pose farthest from all chosen ones is added
+        repeatedly, by weighted joint positions (by angles without a skeleton, by the distances if precomputed). Pass an
+        int for reproducible results.
     n_jobs : int, default=None
         Number of threads for distances, or of workers of a ``joblib.parallel_config`` context.
     verbose : int, default=0
@@ -116,7 +115,6 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
         **ESTIMATOR_CONSTRAINTS,
         "n_components": [Interval(Integral, 1, None, closed="left")],
         "landmarks": [Interval(Integral, 2, None, closed="left"), None],
-        "landmark_selection": [StrOptions(["farthest", "random"])],
         "random_state": ["random_state"],
     }
 
@@ -127,7 +125,6 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
         n_components=2,
         metric="auto",
         landmarks=None,
-        landmark_selection="farthest",
         random_state=None,
         n_jobs=None,
         verbose=0,
@@ -136,7 +133,6 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
         self.n_components = n_components
         self.metric = metric
         self.landmarks = landmarks
-        self.landmark_selection = landmark_selection
         self.random_state = random_state
         self.n_jobs = n_jobs
         self.verbose = verbose
@@ -210,8 +206,6 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
 
     def _choose_landmarks(self, X, n_scaled):
         rng = check_random_state(self.random_state)
-        if self.landmark_selection == "random":
-            return np.sort(rng.choice(len(X), n_scaled, replace=False))
         if self.metric_ is None:
             return farthest_points(X.__getitem__, len(X), n_scaled, rng)
         points = X if self.skeleton_ is None else weighted_positions(X, self.skeleton_)

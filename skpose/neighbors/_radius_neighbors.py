@@ -127,7 +127,7 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         check_is_fitted(self, "n_samples_fit_")
         return self.radius_neighbors_graph(X, mode=self.mode)
 
-    def radius_neighbors(self, X=None, radius=None, return_distance=True, sort_results=False):
+    def radius_neighbors(self, X=None, radius=None, return_distance=True):
         """Find all training poses within a radius.
 
         Parameters
@@ -138,34 +138,29 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             Neighbours are no further away than this; m, or rad for "angle". None takes the constructor's.
         return_distance : bool, default=True
             Whether to return the distances too.
-        sort_results : bool, default=False
-            A parameter of scikit-learn's method. With distances, neighbours are always sorted by distance and then by
-            index; without distances, True is an error.
 
         Returns
         -------
         distances : ndarray of shape (n_queries,) of ndarrays
             In m, or rad for "angle"; float64, also for float32 poses. Only if requested.
         indices : ndarray of shape (n_queries,) of ndarrays
-            The neighbours; without distances, sorted by index.
+            The neighbours, by distance and then by index; without distances, by index.
 
         Raises
         ------
         TypeError
             For a radius that is not one number, such as an array with one for each pose.
         ValueError
-            For a negative radius, or if `sort_results` is True and `return_distance` is not.
+            For a negative radius.
         """
         check_is_fitted(self, "n_samples_fit_")
-        if sort_results and not return_distance:
-            raise ValueError("return_distance must be True if sort_results is True.")
         near, n_queries = self._find(X, radius=self._radius(radius), measured=return_distance)
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
         distances, indices = (_object_array(np.split(part, starts)) for part in (near.distances, near.indices[order]))
         return (distances, indices) if return_distance else indices
 
-    def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity", sort_results=False):
+    def radius_neighbors_graph(self, X=None, radius=None, mode="connectivity"):
         """Compute the graph of all training poses within a radius.
 
         Parameters
@@ -176,13 +171,11 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
             As for `radius_neighbors`.
         mode : {"connectivity", "distance"}, default="connectivity"
             Whether the graph holds ones or distances.
-        sort_results : bool, default=False
-            A parameter of scikit-learn's method, not used: rows of distances are always sorted.
 
         Returns
         -------
         sparse matrix of shape (n_queries, n_samples_fit)
-            In CSR format.
+            In CSR format; rows of distances are sorted.
         """
         check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, mode, radius=self._radius(radius), measured=mode == "distance")

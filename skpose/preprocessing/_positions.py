@@ -12,7 +12,6 @@ from skpose._utils.sklearn import Interval, StrOptions, check_feature_names_in, 
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import (
     check_poses,
-    check_position_dimensions,
     check_position_names,
     check_position_width,
     limits_of,
@@ -210,24 +209,20 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         """X as positions (n_samples, n_joints, 3); with `reset` also learn the skeleton."""
         if reset:
             self._forget()
-        skeleton = self._given_skeleton() if reset else self.skeleton_
-        _check_is_positions(X)
+            if self.skeleton is None:
+                raise ValueError("PoseFromPositions needs skeleton=, got None: skpose.keypoints.fit_skeleton makes one")
+            if self.joint_limits == "enforce":
+                limits_of(self.skeleton)  # refused in fit already
+            skeleton = self.skeleton
+        else:
+            skeleton = self.skeleton_
+        if isinstance(X, Keypoints | Motion | Skeleton):
+            raise TypeError(f"X must be an array of positions, got {type(X).__name__}")
         check_position_names(X, skeleton, "X")
-        check_position_dimensions(X, skeleton, "X")
         X = validate_data(self, X, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan", reset=reset)
         positions = self._positions(X, skeleton)
-        if reset:
-            self.skeleton_ = skeleton
+        self.skeleton_ = skeleton
         return positions
-
-    def _given_skeleton(self):
-        if self.skeleton is None:
-            raise ValueError(
-                f"{type(self).__name__} needs skeleton=, got None: skpose.keypoints.fit_skeleton makes one"
-            )
-        if self.joint_limits == "enforce":
-            limits_of(self.skeleton)  # refused in fit already
-        return self.skeleton
 
     def _positions(self, X, skeleton):
         check_position_width(X, skeleton, "X")
@@ -246,11 +241,3 @@ def _clip_rounded(poses, limits):
     lower = np.where(lower < limits[:, 0], np.nextafter(lower, np.inf, dtype=lower.dtype), lower)
     upper = np.where(upper > limits[:, 1], np.nextafter(upper, -np.inf, dtype=upper.dtype), upper)
     return np.clip(poses, lower, upper)
-
-
-def _check_is_positions(X):
-    """Refuse keypoints, a motion and a skeleton instead of an array of positions."""
-    if isinstance(X, Keypoints):
-        raise TypeError("X must be an array of positions, got Keypoints: select the joints and reshape .positions")
-    if isinstance(X, Motion | Skeleton):
-        raise TypeError(f"X must be an array of positions, got a {type(X).__name__}")

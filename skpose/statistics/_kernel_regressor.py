@@ -7,14 +7,14 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.exceptions import ConvergenceWarning, UndefinedMetricWarning
-from sklearn.utils import check_array, gen_batches
+from sklearn.utils import gen_batches
 from sklearn.utils.validation import check_consistent_length, check_is_fitted, validate_data
 
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._utils.progress import progress
 from skpose._utils.sklearn import Interval, StrOptions, check_sample_weight, fit_context
 from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_column_names, check_dimensions, check_is_array, check_width
+from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._weightings import WeightedMeans
 from skpose.metrics._paired import paired_distances
@@ -158,13 +158,12 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         self._forget()
         self._learn_metric(self.skeleton)
         require_means(self.metric_, "PoseKernelRegressor")
-        _check_columns(y, self.skeleton_)
-        X, y = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
+        X, targets = validate_data(self, X, y, dtype=np.float64, multi_output=True, y_numeric=True)
         poses = self._check_y(y)
         warn_of_no_skeleton(self.metric, self.skeleton)
         weights = check_sample_weight(sample_weight, X)
         counted = weights > 0.0
-        self.y_fit_, self._is_column = poses[counted], y.ndim == 1
+        self.y_fit_, self._is_column = poses[counted], targets.ndim == 1
         self._kernel = KernelWeights(X[counted], weights[counted], self.gamma)
         self.gamma_ = self._kernel.gamma
         return self
@@ -234,7 +233,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         """
         check_is_fitted(self, "gamma_")
         predicted = self.predict(X)
-        _check_columns(y, self.skeleton_)
         y = self._check_y(y)
         check_consistent_length(predicted, y)
         if len(y) < 2:
@@ -255,10 +253,8 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
     def _check_y(self, y):
         """Targets as poses (n_samples, n_dofs)."""
-        y = check_array(y, dtype=[np.float64, np.float32], ensure_2d=False, input_name="y")
-        y = y.reshape(len(y), -1)
+        y = check_poses(np.reshape(y, (-1, 1)) if np.ndim(y) == 1 else y, self.skeleton_, "y")
         if self.skeleton_ is not None:
-            check_width(y, self.skeleton_, "y")
             warn_of_degrees(None, self.skeleton_, y=y, in_estimator=True)
         return y
 
@@ -272,13 +268,3 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
         tags = super().__sklearn_tags__()
         tags.target_tags.multi_output = True
         return tags
-
-
-def _check_columns(y, skeleton):
-    """Check that targets are an array of poses, with columns in the order of the skeleton."""
-    if y is None:
-        return  # scikit-learn raises
-    check_is_array(y, "y")
-    if skeleton is not None:
-        check_column_names(y, skeleton, "y")
-        check_dimensions(y, skeleton, "y")

@@ -7,22 +7,12 @@ the null hypothesis all splits that the design allows are equally likely.
 from collections.abc import Iterator
 from itertools import combinations, islice
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 VALUES_AT_ONCE = 2**21  # entries of a chunk of splits: 16 MB, and as much for the products
 ROUNDING = 100 * np.finfo(np.float64).eps  # relative to the largest entry of G; smaller differences are ties
-
-
-class Outcome(NamedTuple):
-    """Result of a permutation test."""
-
-    statistic: float
-    pvalue: float
-    null_distribution: np.ndarray
-    least_pvalue: float
-    exact: bool
 
 
 class Design(NamedTuple):
@@ -81,8 +71,8 @@ class Design(NamedTuple):
         return splits
 
 
-def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np.random.RandomState) -> Outcome:
-    """Test the statistic cᵀGc; large values speak against equal sets.
+def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np.random.RandomState) -> dict[str, Any]:
+    """Test the statistic cᵀGc; large values speak against equal sets. The result has fields of `TwoSampleTestResult`.
 
     The p-value is defined as in `scipy.stats.permutation_test`: the share of all splits if there are at most
     `n_permutations`, else the share of random splits plus the observed one.
@@ -95,7 +85,13 @@ def permutation_test(G: np.ndarray, design: Design, n_permutations: int, rng: np
     counted = 0 if exact else 1
     pvalue = (n_as_large + counted) / (len(null) + counted)
     least = design.n_equal / design.n_splits if exact else 1.0 / (n_permutations + 1)
-    return Outcome(float(statistic), pvalue, null, least, exact)
+    return {
+        "statistic": float(statistic),
+        "pvalue": pvalue,
+        "null_distribution": null,
+        "least_pvalue": least,
+        "exact": exact,
+    }
 
 
 def _values(splits: np.ndarray, G: np.ndarray) -> np.ndarray:

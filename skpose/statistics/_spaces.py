@@ -3,14 +3,13 @@
 The methods of a space:
 
 - `mean`: the base, a mean of poses.
-- `at`: the space at a base pose.
 - `vectors`: vectors (n_poses, n) of poses, as long as the distances from the base.
 - `steps`: directions (k, n) as steps for `move`. Directions are combinations `mixing` (n_poses, k) of the vectors of X.
 - `motions`: steps as velocities of the joints (k, 3 n_joints), or of the columns without a skeleton.
 - `move`: the poses at steps from the base.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from joblib import effective_n_jobs
@@ -27,21 +26,11 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
 
 
-class Columns(NamedTuple):
-    """Columns as they are, as in scikit-learn's PCA."""
+class Space:
+    """A vector space at a base pose."""
 
-    pose: np.ndarray
-
-    @staticmethod
-    def mean(X: np.ndarray, skeleton: Skeleton | None, metric: Angle, n_jobs: int | None) -> np.ndarray:
-        return X.mean(axis=0)
-
-    @classmethod
-    def at(cls, pose: np.ndarray, skeleton: Skeleton | None, metric: Angle, n_jobs: int | None) -> "Columns":
-        return cls(pose)
-
-    def vectors(self, X: np.ndarray) -> np.ndarray:
-        return X - self.pose
+    def __init__(self, pose: np.ndarray, skeleton: Skeleton | None, metric: Any, n_jobs: int | None):
+        self.pose, self.skeleton, self.metric, self.n_jobs = pose, skeleton, metric, n_jobs
 
     def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
         return directions
@@ -49,18 +38,28 @@ class Columns(NamedTuple):
     def motions(self, steps: np.ndarray) -> np.ndarray:
         return steps
 
+
+class Columns(Space):
+    """Columns as they are, as in scikit-learn's PCA."""
+
+    @staticmethod
+    def mean(X: np.ndarray, skeleton: Skeleton | None, metric: Angle, n_jobs: int | None) -> np.ndarray:
+        return X.mean(axis=0)
+
+    def vectors(self, X: np.ndarray) -> np.ndarray:
+        return X - self.pose
+
     def move(self, steps: np.ndarray) -> np.ndarray:
         return self.pose + steps
 
 
-class Lines(NamedTuple):
+class Lines(Space):
     """Positions to first order along straight lines from the base, F ≈ F₀ + J δ.
 
     Steps δ include twists that move no joint; components get the average twists of their poses.
     """
 
     skeleton: Skeleton
-    pose: np.ndarray
 
     @staticmethod
     def mean(X: np.ndarray, skeleton: Skeleton, metric: Position, n_jobs: int | None) -> np.ndarray:
@@ -71,10 +70,6 @@ class Lines(NamedTuple):
                 ConvergenceWarning,
             )
         return mean
-
-    @classmethod
-    def at(cls, pose: np.ndarray, skeleton: Skeleton, metric: Position, n_jobs: int | None) -> "Lines":
-        return cls(skeleton, pose)
 
     def jacobian(self) -> np.ndarray:
         """Jacobian (3 n_joints, n_dofs) of the positions with respect to steps."""
@@ -95,42 +90,38 @@ class Lines(NamedTuple):
         return move(self.skeleton.bones, self.pose, steps)
 
 
-class Geodesics(NamedTuple):
+class Geodesics(Space):
     """Logarithms at the base."""
 
-    space: TangentSpace
+    skeleton: Skeleton
 
     @staticmethod
     def mean(X: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int | None) -> np.ndarray:
         return frechet_mean(X, skeleton, metric=metric, n_jobs=n_jobs).pose
 
-    @classmethod
-    def at(cls, pose: np.ndarray, skeleton: Skeleton, metric: Geodesic, n_jobs: int | None) -> "Geodesics":
-        return cls(TangentSpace(skeleton, pose, metric.n_steps, effective_n_jobs(n_jobs)))
+    @property
+    def tangent_space(self) -> TangentSpace:
+        return TangentSpace(self.skeleton, self.pose, self.metric.n_steps, effective_n_jobs(self.n_jobs))
 
     def vectors(self, X: np.ndarray) -> np.ndarray:
-        found = self.space.logarithms(X)
+        found = self.tangent_space.logarithms(X)
         found.warn(" from the mean")
         return found.velocities
 
-    def steps(self, X: np.ndarray, mixing: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        return directions
-
     def motions(self, steps: np.ndarray) -> np.ndarray:
-        return to_joints(self.space.skeleton, steps).reshape(len(steps), -1)
+        return to_joints(self.skeleton, steps).reshape(len(steps), -1)
 
     def move(self, steps: np.ndarray) -> np.ndarray:
-        poses, n_missed = self.space.exponentials(steps)
+        poses, n_missed = self.tangent_space.exponentials(steps)
         if n_missed:
             warn(
-                f"{n_missed} of the {len(steps)} poses are too far from the mean for n_steps={self.space.n_steps}; fit "
-                "again with a larger n_steps",
+                f"{n_missed} of the {len(steps)} poses are too far from the mean for n_steps={self.metric.n_steps}: "
+                "fit with a larger n_steps",
                 ConvergenceWarning,
             )
         return poses
 
 
-Space = Columns | Lines | Geodesics
 SPACES: dict[type[Metric], Any] = {Angle: Columns, Position: Lines, Geodesic: Geodesics}
 
 

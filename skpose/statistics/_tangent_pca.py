@@ -12,7 +12,7 @@ from skpose._base import PoseEstimatorMixin
 from skpose._utils.sklearn import Interval, RealNotInt, fit_context
 from skpose.kinematics._forward import weighted_positions
 from skpose.metrics._registry import METRIC_CONSTRAINTS, require
-from skpose.statistics._spaces import SPACES, Space, has_vectors
+from skpose.statistics._spaces import SPACES, has_vectors
 
 VARIES = 1e-7  # singular values below this share of the largest count as zero
 ROUNDING = 1e-12  # root mean square of all scores, m or rad, that counts as zero
@@ -254,8 +254,8 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         super()._learn_metric(skeleton)
         require(self.metric_, "PoseTangentPCA", "tangent vectors", has_vectors(self.metric_))
 
-    def _space(self) -> Space:
-        return SPACES[type(self.metric_)].at(self.mean_, self.skeleton_, self.metric_, self.n_jobs)
+    def _space(self):
+        return SPACES[type(self.metric_)](self.mean_, self.skeleton_, self.metric_, self.n_jobs)
 
     def _choose_n_components(self, sizes, variances, shape):
         n_varying = _count_varying(sizes, shape[0])

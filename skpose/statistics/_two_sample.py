@@ -234,16 +234,17 @@ def two_sample_test(
     sequences = Sequences.join(units.encode(chosen))
     warn_of_no_skeleton(metric, skeleton)
     distances = Distances(chosen, skeleton, n_jobs)
-    means = (negative_distances if statistic == "energy" else mean_kernel)(sequences, distances)
+    mean = negative_distances if statistic == "energy" else mean_kernel
+    matrix, unconverged, width, negative_share = mean(sequences, distances)
     design = Design(units.n_x, units.n_y, paired)
-    outcome = permutation_test(means.matrix, design, n_permutations, check_random_state(random_state))
+    outcome = permutation_test(matrix, design, n_permutations, check_random_state(random_state))
     n_poses = len(sequences.poses)
-    warn_of_unconverged([means.unconverged], n_poses * (n_poses - 1) // 2)
+    warn_of_unconverged([unconverged], n_poses * (n_poses - 1) // 2)
     return TwoSampleTestResult(
-        **outcome._asdict(),
+        **outcome,
         n_x=units.n_x,
         n_y=units.n_y,
         paired=paired,
-        width=means.width,
-        negative_share=means.negative_share,
+        width=width,
+        negative_share=negative_share,
     )

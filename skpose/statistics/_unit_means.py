@@ -35,18 +35,15 @@ class Distances(NamedTuple):
         return distances.astype(np.float64, copy=False), Unconverged.join(unconverged)
 
 
-class UnitMeans(NamedTuple):
-    """The matrix G of a statistic."""
-
-    matrix: np.ndarray  # (n_units, n_units)
-    unconverged: Unconverged
-    width: float | None = None  # σ of the kernel
-    negative_share: float | None = None  # of the kernel before its repair
+# The matrix G of a statistic, how many distances did not converge, σ of the kernel, and the share of its negative
+# eigenvalues before its repair.
+UnitMeans = tuple[np.ndarray, Unconverged, float | None, float | None]
 
 
 def negative_distances(sequences: Sequences, distances: Distances) -> UnitMeans:
     """Minus the mean distance between the poses of every two units."""
-    return UnitMeans(*_means(sequences, None, distances, lambda d: np.negative(d, out=d)))
+    means, unconverged = mean_distances(sequences, None, distances)
+    return -means, unconverged, None, None
 
 
 def mean_distances(X: Sequences, Y: Sequences | None, distances: Distances) -> tuple[np.ndarray, Unconverged]:
@@ -72,7 +69,7 @@ def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     else:
         means, unconverged = _means(sequences, None, distances, kernel.of)
     matrix, repair = repair_kernel(means, np.eye(len(means), dtype=bool), "clip")
-    return UnitMeans(matrix, unconverged, width, repair.negative_share)
+    return matrix, unconverged, width, repair.negative_share
 
 
 def _spread(sequences: Sequences) -> tuple[np.ndarray, np.ndarray]:

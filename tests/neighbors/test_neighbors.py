@@ -90,9 +90,8 @@ def test_graphs_are_scikit_learns_on_joint_positions(mode, X, queries):
         assert names[0] == names[1]
         graphs = "kneighbors_graph" if hasattr(ours, "kneighbors") else "radius_neighbors_graph"
         for options in ({}, {"mode": "distance"}):
-            if graphs == "radius_neighbors_graph" and options:
-                options["sort_results"] = True
-            assert_same_graph(getattr(ours, graphs)(**options), getattr(theirs, graphs)(**options))
+            sort = {"sort_results": True} if graphs == "radius_neighbors_graph" and options else {}
+            assert_same_graph(getattr(ours, graphs)(**options), getattr(theirs, graphs)(**options, **sort))
     shared = set(KNeighborsTransformer().get_params()) - set(PoseKNeighborsTransformer().get_params())
     assert shared == {"leaf_size", "p", "metric_params"}
 
