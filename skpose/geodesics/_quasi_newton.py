@@ -4,6 +4,8 @@ The objective jumps when an angle difference passes half a turn, which breaks We
 search usually reaches a minimum (A. S. Lewis, M. L. Overton, 2013, doi:10.1007/s10107-012-0514-2).
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import minimize
 
@@ -14,8 +16,11 @@ HALVINGS = 12  # of a gradient step, if BFGS stops at a jump
 LEAST_DECREASE = 0.1  # relative decrease, divided by tol², below which the search stops
 
 
-def minimise_sum(sample: Sample, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, bool]:
-    """Minimise from a pose, or from a better pose of the sample; the result is as in `descend`."""
+def minimise_sum(sample: Any, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, bool]:
+    """Minimise from a pose, or from a better pose of the sample; the result is as in `descend`.
+
+    The sample has the methods `best_pose` and `sum_along` too, see `skpose.metrics._spatial`.
+    """
     here = spread_from(sample, pose, power)
     candidate, objective = sample.best_pose(power)
     if objective < here.objective:

@@ -173,8 +173,7 @@ def _transport(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _bases(tree: Tree, poses: np.ndarray) -> list[np.ndarray]:
-    dofs = to_tree_order(tree, poses)
-    return [tangent_space(tree, pose) for pose in dofs]
+    return [tangent_space(tree, pose) for pose in to_tree_order(tree, poses)]
 
 
 def _step(before: np.ndarray, after: np.ndarray) -> np.ndarray:

@@ -65,17 +65,6 @@ class Sample:
         """The distances from the last pose of a search, as `pose_distances` computes them."""
         return lengths
 
-    def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
-        """The sum of powers of distances, and its gradient, at a pose plus steps (n, k) times x (k,).
-
-        Only for metrics without gradients, like `best_pose`.
-        """
-        raise NotImplementedError
-
-    def best_pose(self, power: int) -> tuple[np.ndarray, float]:
-        """The pose with the least sum of distances to all, among some of the sample, and that sum."""
-        raise NotImplementedError
-
 
 class JointSample(Sample):
     """Poses with a skeleton, in the order of the tree.

@@ -130,9 +130,8 @@ def dtw_mje(
     pairs = _read_pairs(y_true, y_pred, skeleton, data_unit, root, joints)
     weights = check_sample_weight(sample_weight, np.empty((len(pairs), 1)))
     errors = np.array([_error(pair, cost, divide, align) for pair in pairs])
-    return (errors if average is None else float(np.average(errors, weights=weights))) * (
-        LENGTHS[data_unit] / LENGTHS[unit]
-    )
+    result = errors if average is None else float(np.average(errors, weights=weights))
+    return result * (LENGTHS[data_unit] / LENGTHS[unit])
 
 
 class _Pair(NamedTuple):
