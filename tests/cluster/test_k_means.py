@@ -1,6 +1,3 @@
-from contextlib import nullcontext
-from types import SimpleNamespace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -18,7 +15,6 @@ from skpose.geodesics import frechet_mean
 from skpose.geodesics._weightings import WeightedMeans
 from skpose.metrics import Angle
 
-SILENT = SimpleNamespace(step=lambda name: nullcontext())
 ARM = Skeleton.chain(3)
 METRICS = ["angle", "position", "rotation", "spatial", "geodesic"]
 
@@ -46,7 +42,7 @@ def run(X, centers, weights=None, skeleton=None, metric="angle", max_iter=300, t
     def squared(centers):
         return pose_distances(X, centers, skeleton=skeleton, metric=metric) ** 2
 
-    return lloyd(centers.copy(), weights, squared, means, max_iter, tol, SILENT)
+    return lloyd(centers.copy(), weights, squared, means, max_iter, tol)
 
 
 # --- against scikit-learn --------------------------------------------------------------------------------------------
