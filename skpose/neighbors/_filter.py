@@ -36,7 +36,6 @@ SAMPLE = 4096  # poses from which the axes are computed
 GROUPS_PER_SAMPLE = 512  # from which it is estimated what the filter leaves
 ROUNDING = 64 * 2.0**-24
 IN_RANGE = 1e15  # largest coordinate, in units of the filter; float32 cannot sum the squares of much larger ones
-LARGEST_SCALE = 1e100  # float64 cannot sum the squares of much larger lengths, nor show those of the inverse
 FLOAT32 = np.dtype(np.float32)
 NO_TREE, NO_WRAP = tree_of(None, FLOAT32), Steps.of(1, wrap=False)
 
@@ -94,8 +93,6 @@ class ChordFilter:
             first, last = start // width, -(-(start + len(coordinates)) // width)
             self.groups[first * self.n_coordinates : last * self.n_coordinates] = loops.in_lanes(coordinates)
             self.norm = max(self.norm, norms.max())
-        if not 1.0 / LARGEST_SCALE <= self.scale <= LARGEST_SCALE:
-            self.norm = np.inf
         self.boxes = self._enclose()
 
     def coordinates(self, poses: np.ndarray) -> np.ndarray:

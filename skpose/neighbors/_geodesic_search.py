@@ -86,4 +86,4 @@ class GeodesicSearch:
                 np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)
             )
             candidates = Candidates(some, some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
-            self.geodesics.refine(codes, candidates, best, at_once=1)
+            self.geodesics.refine(codes, candidates, best)

@@ -20,7 +20,6 @@ from typing import cast
 import numpy as np
 
 from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates_loop
-from skpose._compiled.pose.loops import FLOAT64_LANES
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
@@ -99,14 +98,12 @@ class Search:
             parts.append(found.entries())
         return Neighbors.sort(parts or [NearestSoFar(limits, 1).entries()])
 
-    def refine(
-        self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar, at_once: int = FLOAT64_LANES
-    ) -> None:
+    def refine(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
         index, loop = self.index, nearest_of_candidates_loop(self.index.poses.dtype)
         tail = self.metric.encode, self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
-            lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, at_once, False), *tail),
+            lambda first, last: loop(codes, index.poses, candidates, Batch(first, last, 1, False), *tail),
             len(codes),
             self._cost.work_of_pairs(candidates.counts.sum()),
             self.n_jobs,
