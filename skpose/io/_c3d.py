@@ -8,10 +8,11 @@ import numpy as np
 from skpose._utils.units import complaint_of_extent
 from skpose.io._arguments import Readable
 from skpose.io._c3d_file import Parameters, Recording, read_recording
-from skpose.io._conventions import UPS, Up, Zeros, check_options, number_names, read_unit, stand_markers
+from skpose.io._conventions import Up, Zeros, check_options, number_names, read_unit, stand_markers
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source, open_source
 from skpose.keypoints import Keypoints
+from skpose.keypoints._checks import UPS
 
 # The parameters of the group POINT that list labels of points that are not positions. POINT:TYPE_GROUPS names more of
 # them, each with the singular of its name, by which its unit is found.

@@ -11,16 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import check_choice, check_frame_rate, check_positive
 from skpose.io._source import Source
-from skpose.keypoints._checks import complaint_of_origin, find_lost, find_up
+from skpose.keypoints._checks import UPS, complaint_of_origin, turn_up
 from skpose.keypoints._checks import complaint_of_up as complaint_of_up_of_points
-from skpose.keypoints._pictures import complaint_of_picture
 from skpose.skeleton import Motion
 from skpose.skeleton._root import root_angles_of, root_orientations
 from skpose.skeleton._upright import complaint_of_up
 
 Axis = Literal["x", "y", "z"]
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
-UPS = ("x", "y", "z", "-x", "-y", "-z")
 # Half a turn that makes an axis point up that points down.
 HALF_TURNS = {"-x": Rotation.from_rotvec([0.0, np.pi, 0.0]), "-y": Rotation.from_rotvec([np.pi, 0.0, 0.0])}
 HALF_TURNS["-z"] = HALF_TURNS["-y"]
@@ -122,34 +120,6 @@ def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -
     return replace(motion, up=axis)
 
 
-def turn_up(positions: np.ndarray, up: Up) -> tuple[np.ndarray, Axis]:
-    """Positions in a world turned as by `stand`, and the axis that points up."""
-    if up.startswith("-"):
-        positions = positions * ([-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0])
-    axis: Any = up[-1]
-    return positions, axis
-
-
-def warn_of_up(source: Source, positions: np.ndarray, names: Sequence[str], usual: Up, why: str, what: str) -> None:
-    """Warn if people stand along another axis than the usual one."""
-    found = find_up(positions, names, usual)
-    if found != usual:
-        state = "is upside down" if found[-1] == usual[-1] else "lies"
-        remedy = f"up={found!r}, or up={usual!r} if the person {state}"
-        source.warn(complaint_of_up_of_points(found, usual, why, what, remedy))
-
-
-def drop_lost(
-    source: Source, positions: np.ndarray, lost: np.ndarray, names: Sequence[str], zeros: Zeros | None, what: str
-) -> None:
-    """Make positions (n_frames, n_points, 3) NaN where they are lost (n_frames, n_points), or warn of these."""
-    remedy = "zeros='missing' reads them as not seen, zeros='seen' as they are"
-    if zeros == "missing":
-        positions[lost] = np.nan
-    elif zeros is None:
-        source.warn(complaint_of_origin(lost, names, what, remedy))
-
-
 def stand_markers(
     source: Source,
     positions: np.ndarray,
@@ -160,35 +130,14 @@ def stand_markers(
     usual: tuple[Up, str],
 ) -> tuple[np.ndarray, Axis]:
     """Positions of markers in m without lost ones, and the axis that points up; `usual` has a reason with it."""
-    drop_lost(source, positions, (positions == 0.0).all(axis=2), names, zeros, "markers")
-    positions = positions * scale
+    lost = (positions == 0.0).all(axis=2)
+    if zeros == "missing":
+        positions[lost] = np.nan
+    elif zeros is None and lost.any():
+        source.warn(complaint_of_origin(lost, names))
     if up is None:
-        warn_of_up(source, positions, names, *usual, "markers")
-    return turn_up(positions, up or usual[0])
-
-
-def check_points(
-    source: Source,
-    positions: np.ndarray,
-    confidences: np.ndarray | None,
-    names: Sequence[str],
-    zeros: Zeros | None,
-    up: Up | None,
-    usual: tuple[Up, str],
-) -> None:
-    """Make lost keypoints NaN, and warn if they may be in units of a picture, or people stand along another axis."""
-    if len(names) != positions.shape[1]:
-        return  # an error later
-    seen = positions.copy()
-    if confidences is not None:
-        seen[confidences == 0.0] = np.nan
-    lost = find_lost(seen)
-    drop_lost(source, positions, lost, names, zeros, "points")
-    if zeros != "seen":
-        seen[lost] = np.nan
-    source.warn(complaint := complaint_of_picture(seen, names))
-    if not complaint and up is None:
-        warn_of_up(source, seen, names, *usual, "points")
+        source.warn(complaint_of_up_of_points(positions, names, *usual, "up={}"))
+    return turn_up(positions * scale, up or usual[0])
 
 
 def number_names(source: Source, names: list[str]) -> list[str]:

@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 
 from skpose._utils.units import complaint_of_extent
-from skpose._utils.validation import check_choice, refuse_infinite
+from skpose._utils.validation import refuse_infinite
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
-from skpose.io._conventions import Up, Zeros, check_options, check_points, turn_up
-from skpose.io._error import MocapFormatError
+from skpose.io._conventions import Up, Zeros, check_options
 from skpose.io._keypoints_csv import is_csv, read_csv
-from skpose.io._keypoints_json import is_json, json_files, read_folder, read_json
+from skpose.io._keypoints_json import is_json, read_folder, read_json
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
-from skpose.keypoints import Keypoints, Layout, layouts
-from skpose.keypoints._layout import name_points, remedy_without
-from skpose.keypoints._names import find_names
+from skpose.keypoints import Keypoints
+from skpose.keypoints._checks import complaints_of, turn_up
+from skpose.keypoints._layouts import check_layout
 from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
@@ -133,43 +132,40 @@ def load_keypoints(
     Keypoints(2 frames at 30 Hz, 0.1 s, 1 points)
     """
     check_options(scale=scale, frame_rate=frame_rate, up=up, zeros=zeros)
-    if isinstance(layout, str):
-        check_choice("layout", layout, tuple(sorted(layouts)))
-        layout = layouts[layout]
-    if layout is not None and not isinstance(layout, Layout):
-        raise TypeError(f"layout must be a Layout or the name of one, got {type(layout).__name__}")
-    names = None if names is None else list(names)
-    n_points = len(names) if names is not None else len(layout.names) if layout is not None else None
+    layout = None if layout is None else check_layout(layout)
+    of_layout = None if layout is None else list(layout.names)
+    given = None if names is None else list(names)
+    n_points = len(given or of_layout or ()) or None
     if isinstance(path, str | os.PathLike) and Path(path).is_dir():
-        files = json_files(path)
-        if not files:
-            raise MocapFormatError(path, None, "expected a JSON file for each frame in the folder, found none")
-        source = Source(files[0], "a JSON file")
-        source.name = os.fspath(path)
-        stored = read_folder(source, files, n_points)
+        source, stored = read_folder(path, n_points)
     else:
         source = open_source(path, EXPECTED, binary=True)
         stored = _read(source, n_points)
-    rate = _rate(source, stored, frame_rate)
-    up = stored.up if up is None else up  # type: ignore[assignment]
-    names = stored.names if names is None else names
-    if layout is None and names is None:
-        raise ValueError(f"{source.name} does not name its points: pass layout= or names=")
+    rate = stored.frame_rate if frame_rate is None else frame_rate
+    if rate is None:
+        hint = f"; by {stored.times.key!r} it is {stored.times.rate():.4g} Hz" if stored.times else ""
+        raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{hint}")
+    found_names = given or stored.names or of_layout
     with source.format_errors():
-        _check_positions(stored, names)
-        positions, confidences = stored.positions * scale, stored.confidences
-        if layout is None:
-            check_points(source, positions, confidences, names or (), zeros, up, ("y", "as is usual"))
-            positions, axis = turn_up(positions, up or "y")
-            found = Keypoints(positions, names or (), rate, confidences, axis)
-        else:
-            if names is not None:
-                order = _order(source, names, positions.shape[1], layout)
-                positions = positions[:, order]
-                confidences = None if confidences is None else confidences[:, order]
-            usual = layout.up, f"as the layout {layout.name!r} says"
-            check_points(source, positions, confidences, layout.names, zeros, up, usual)
-            found = name_points(layout if up is None else replace(layout, up=up), positions, rate, confidences)
+        refuse_infinite(stored.positions, "positions")
+        refuse_pictures(stored.positions, found_names or (), "positions")
+    if found_names is None:
+        raise ValueError(f"{source.name} does not name its points: pass layout= or names=")
+    usual: Any = "y" if layout is None else layout.up
+    why = "as is usual" if layout is None else f"as the layout {layout.name!r} says"
+    if up or stored.up:
+        usual, why = up or stored.up, ""
+    with source.format_errors():
+        check_options(up=usual)
+        found = Keypoints(stored.positions * scale, found_names, rate, stored.confidences)
+        for complaint in complaints_of(found.positions, found.names, usual, why, "up={}", zeros):
+            source.warn(complaint)
+        if stored.times is not None:
+            source.warn(stored.times.complaint(found.frame_rate))
+        positions, axis = turn_up(found.positions, usual)
+        found = replace(found, positions=positions, up=axis)
+        if layout is not None:
+            found = layout.keypoints(found)
     if layout is None or layout.pairs:
         source.warn(complaint_of_extent(found.positions, scale))
     return found
@@ -193,24 +189,6 @@ def _read(source: Source, n_points: int | None) -> Stored:
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")
 
 
-def _check_positions(stored: Stored, names: list[str] | None) -> None:
-    refuse_infinite(stored.positions, "positions")
-    refuse_pictures(stored.positions, names or (), "positions")
-
-
-def _rate(source: Source, stored: Stored, frame_rate: float | None) -> float:
-    """`frame_rate`, or the file's own, with a warning if the times of frames contradict it."""
-    rate = stored.frame_rate if frame_rate is None else frame_rate
-    if rate is None:
-        likely = ""
-        if stored.times is not None and not np.isnan(stored.times.rate()):
-            likely = f"; {stored.times.key!r} has {stored.times.rate():.4g} Hz"
-        raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{likely}")
-    if stored.times is not None:
-        source.warn(stored.times.complaint(rate))
-    return rate
-
-
 def _from_array(source: Source, array: np.ndarray) -> Stored:
     """Positions of three coordinates, and the fourth as confidences."""
     if array.shape[2] == 2:
@@ -230,17 +208,11 @@ def _from_archive(source: Source) -> Stored:
         scores = file.numbers(found, stored.positions.shape[:2], finite=False)
         stored = stored._replace(confidences=as_confidences(source, scores))
     if found := _one_of(file, RATES):
-        rate = float(file.numbers(found, (), (1,)).item())
-        if not (rate > 0 and np.isfinite(1.0 / rate)):
-            raise source.error(f"{found}: expected a positive number, found {rate:g}")
-        stored = stored._replace(frame_rate=rate)
+        stored = stored._replace(frame_rate=float(file.numbers(found, (), (1,)).item()))
     if "names" in file.keys:
         stored = stored._replace(names=file.texts("names", (None,)))
     if "up" in file.keys:
-        (up,) = file.texts("up", ())
-        if up not in ("x", "y", "z"):
-            raise source.error(f"up: expected x, y or z, found {up[:40]!r}")
-        stored = stored._replace(up=up)
+        stored = stored._replace(up=file.texts("up", ())[0])
     return stored
 
 
@@ -249,17 +221,3 @@ def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
     if len(found) > 1:
         raise file.source.error(f"expected one of the keys {found[0]} and {found[1]}, found both")
     return found[0] if found else None
-
-
-def _order(source: Source, names: list[str], n_points: int, layout: Layout) -> list[int]:
-    """The columns of the points of a layout, by the names of the file's points."""
-    if len(names) != n_points:
-        raise source.error(f"there are {len(names)} names, and {n_points} points")
-    found = find_names(layout.names, names)
-    missing = [name for name in layout.names if name not in found]
-    if missing:
-        raise source.error(
-            f"expected the point {missing[0]!r} of the layout {layout.name!r}, found {', '.join(names[:50])}: "
-            f"pass another layout, or {remedy_without(layout, missing)}"
-        )
-    return [names.index(found[name]) for name in layout.names]

@@ -6,15 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.io._source import NUMBER, Source, complaint
+from skpose.io._source import NUMBER, Source
 from skpose.io._stored import (
-    LONGEST,
     Stored,
     Times,
     as_confidences,
     at_frames,
     frame_key,
-    numbers_of,
+    frame_numbers,
     positions_only,
     time_key,
 )
@@ -29,7 +28,7 @@ SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
 AXES = "x", "y", "z", "w"  # the last one of rotations
 LETTERS = "|".join(AXES + SURE)
-AFTER = re.compile(rf"(.*[^\s_.:-])(?:[\s_.:-]+({LETTERS})|(?-i:(?<=[a-z0-9])([XYZW])))", re.IGNORECASE)
+AFTER = re.compile(rf"(.{{0,99}}[^\s_.:-])(?:[\s_.:-]+({LETTERS})|(?-i:(?<=[a-z0-9])([XYZW])))", re.IGNORECASE)
 BEFORE = re.compile(rf"({LETTERS})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
 NUMBERED = re.compile(r"([^\d]*)(\d{1,9})")  # landmark_7, 7: not names, but the order of the points
 
@@ -62,13 +61,10 @@ def read_csv(source: Source) -> Stored:
     columns = _columns(source, header, lines[0][0])
     wanted = columns.positions + columns.confidences
     array = np.empty((len(rows), len(wanted)))
-    for (number, _), row, numbers in zip(lines[1:], rows, array, strict=True):
+    for i, ((line, _), row) in enumerate(zip(lines[1:], rows, strict=True)):
         if len(row) != len(header):
-            raise source.error(f"expected {len(header)} cells, as in the header, found {len(row)}", number)
-        for k, i in enumerate(wanted):
-            if row[i] and not NUMBER.fullmatch(row[i]):
-                raise source.error(f"{header[i][:40]}: {complaint(row[i])}", number)
-            numbers[k] = row[i] or np.nan
+            raise source.error(f"expected {len(header)} cells, as in the header, found {len(row)}", line)
+        array[i] = [source.number(row[k] or "nan", header[k][:40], line, finite=False, nan=True) for k in wanted]
     if not rows:
         raise source.error("expected a row for each frame after the header, found none")
     n = len(columns.positions)
@@ -79,17 +75,15 @@ def read_csv(source: Source) -> Stored:
     frame_rate = float(rate) if NUMBER.fullmatch(rate) and 0.0 < float(rate) < np.inf else None
     up = stated.get("up") if stated.get("up") in ("x", "y", "z") else None
     stored = Stored(array[:, :n].reshape(len(rows), -1, 3), confidences, columns.names, frame_rate, up)
-    numbers_of_frames = None
-    if (key := frame_key(header)) is not None:
-        values = [row[header.index(key)] for row in rows]
-        numbers_of_frames = numbers_of(values)
-        if numbers_of_frames is None and ("image" not in key.lower() or len(set(values)) < len(values)):
-            raise source.error(f"{key}: expected the numbers of frames, or each image once, with one person")
-    if (time := time_key(header)) is not None:
+    key, time = frame_key(header), time_key(header)
+    numbers: list[float] | None = None
+    if key is not None:
+        numbers = frame_numbers(source, key, [row[header.index(key)] for row in rows])
+    if time is not None:
         cells = [row[header.index(time)] for row in rows]
         times = np.array([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
-        stored = stored._replace(times=Times(time, times, numbers_of_frames))
-    return at_frames(source, stored, numbers_of_frames)
+        stored = stored._replace(times=Times(time, times, numbers))
+    return at_frames(source, stored, numbers)
 
 
 def _rows(lines: list[str]) -> list[list[str]]:
@@ -109,7 +103,7 @@ def find_points(header: list[str]) -> dict[str, dict[str, int]]:
     for pattern, of_name, of_axis in ((AFTER, (1,), (2, 3)), (BEFORE, (2, 3), (1,))):
         found: dict[str, dict[str, int]] = {}
         for i, cell in enumerate(header):
-            if len(cell) <= LONGEST and (match := pattern.fullmatch(cell)):
+            if match := pattern.fullmatch(cell):
                 name, axis = (next(match[g] for g in groups if match[g]) for groups in (of_name, of_axis))
                 found.setdefault(name, {}).setdefault(axis.lower(), i)
         kept = {name: columns for name, columns in found.items() if {"x", "y"} <= columns.keys()}

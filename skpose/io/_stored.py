@@ -1,7 +1,7 @@
 """Keypoints as a file states them, before a layout or names are given, and which frames they are of, and when."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +26,7 @@ TIME = re.compile(
     r"|ns|nanoseconds?)[)\]]?)?\s*",
     re.IGNORECASE,
 )
-SECONDS = {"s": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by its first letter, except microseconds
+SECONDS = {"s": 1.0, "micro": 1e-6, "m": 1e-3, "u": 1e-6, "n": 1e-9}  # of a unit, by how it begins
 CLOSE, DRIFT = 0.02, 0.4  # relative difference of rates, and the resulting shift in frames: less may be jitter
 LONG = 1.5  # steps of time over the usual one: a frame is left out
 
@@ -38,50 +38,38 @@ class Times(NamedTuple):
     values: np.ndarray  # (n_stored,)
     numbers: Sequence[float] | None
 
-    @property
-    def steps(self) -> np.ndarray:
-        """The known times from one frame to the next."""
+    def _steps(self) -> tuple[np.ndarray, bool]:
+        """The times from one frame to the next, without gaps and steps back, and whether there are none of these."""
         with np.errstate(all="ignore"):
             steps = np.diff(self.values) / (1.0 if self.numbers is None else np.diff(self.numbers))
-        return steps[np.abs(steps) < 1e100]  # sums of others may overflow
-
-    @property
-    def is_even(self) -> bool:
-        """Whether times increase without gaps, or are all the same, which says nothing."""
-        steps = self.steps
-        return not steps.any() or bool((steps > 0.0).all() and (steps <= LONG * np.median(steps)).all())
+        steps = steps[np.abs(steps) < 1e100]  # sums of others may overflow
+        if not steps.any():  # times that are all the same say nothing
+            return steps[:0], True
+        usual = (steps > 0.0) & (steps <= LONG * np.median(steps))
+        return steps[usual], bool(usual.all())
 
     def rate(self, near: float = 50.0) -> float:
         """The frame rate, Hz, in the unit of the key, or the one nearest to a rate; NaN if not known."""
-        return self._rate(np.mean if self.is_even else np.median, near)
-
-    def _rate(self, average: Callable[[np.ndarray], Any], near: float) -> float:
-        steps = self.steps
-        interval = float(average(steps)) if len(steps) else np.nan
+        steps, _ = self._steps()
+        interval = float(steps.mean()) if len(steps) else np.nan
         if not 1e-12 < interval < 1e12 or (steps == 1.0).all():  # times that count frames have no unit
             return np.nan
         match = TIME.fullmatch(self.key)
-        unit = match[1].lower() if match and match[1] else ""
-        units = list(SECONDS.values())
-        if unit:
-            units = [1e-6 if unit.startswith("micro") else SECONDS[unit[0]]]
+        unit = (match[1] or "").lower() if match else ""
+        units = [seconds for start, seconds in SECONDS.items() if unit.startswith(start)][:1] or SECONDS.values()
         return float(min((1.0 / (interval * seconds) for seconds in units), key=lambda rate: abs(np.log(rate / near))))
 
     def complaint(self, frame_rate: float) -> str:
         """Say that the times contradict a frame rate, by more than jitter, or have gaps; empty if they do not."""
         rate = self.rate(frame_rate)
-        apart = [abs(frame_rate / one - 1.0) for one in (rate, self._rate(np.mean, frame_rate))]
-        if all(one > CLOSE and one * len(self.values) > DRIFT for one in apart):
+        apart = abs(frame_rate / rate - 1.0)
+        if apart > CLOSE and apart * len(self.values) > DRIFT:
             return (
                 f"frames are at {rate:.4g} Hz by {self.key!r}, but {frame_rate:g} Hz is taken: "
                 f"pass frame_rate={rate:.4g} if these times are right"
             )
-        if not self.is_even:
-            return (
-                f"frames are taken as equally spaced, but {self.key!r} has gaps or goes back: "
-                "number the frames if some are missing"
-            )
-        return ""
+        is_even = self._steps()[1]
+        return "" if is_even else f"frames are taken as equally spaced, but {self.key!r} has gaps or goes back"
 
 
 class Stored(NamedTuple):
@@ -91,7 +79,7 @@ class Stored(NamedTuple):
     confidences: np.ndarray | None  # (n_frames, n_points)
     names: list[str] | None
     frame_rate: float | None = None
-    up: str | None = None
+    up: Any = None
     times: Times | None = None
 
 
@@ -107,25 +95,29 @@ def frame_key(keys: Iterable[str]) -> str | None:
 
 
 def numbers_of(values: Sequence[Any]) -> list[float] | None:
-    """Numbers, of frames or images, from numbers or from texts by which they differ; None if they have none."""
+    """Numbers, of frames or images, from numbers or from texts by which they differ; None if they have none.
+
+    Of walk_08.png and walk_09.png they are 8 and 9. Numbers that are the same in all texts, as of a camera, play no
+    part, and neither does what follows the number.
+    """
     texts = [str(value) for value in values]
     if all(map(NUMBER.fullmatch, texts)):
         return [float(text) for text in texts]
-    return _numbers_in(texts) if len(texts) > 1 and all(isinstance(value, str) for value in values) else None
+    if len(set(texts)) < 2 or not all(isinstance(value, str) for value in values):
+        return None
+    differ = (i for i, letters in enumerate(zip(*texts, strict=False)) if len(set(letters)) > 1)
+    start = len(re.sub(r"\d+$", "", texts[0][: next(differ, min(map(len, texts)))]))
+    found = [match for text in texts if (match := re.match(r"\d{1,300}", text[start:]))]
+    return [float(match[0]) for match in found] if len(found) == len(texts) else None
 
 
-def _numbers_in(names: Sequence[str]) -> list[float] | None:
-    """The number by which names differ, as of walk_08.png and walk_09.png; None if they have none.
-
-    Numbers that are the same in all names, as of a camera, play no part, and neither does what follows the number.
-    """
-    if len(set(names)) < 2:
-        return [0.0] * len(names)
-    first, last = min(names), max(names)  # which differ first where some differ
-    same = next((i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))
-    start = len(re.sub(r"\d+$", "", first[:same]))
-    found = [match for name in names if (match := re.match(r"\d{1,300}", name[start:]))]
-    return [float(match[0]) for match in found] if len(found) == len(names) else None
+def frame_numbers(source: Source, key: str, values: Sequence[Any]) -> list[float] | None:
+    """The numbers of frames by the values of their key; None for images without numbers."""
+    numbers = numbers_of(values)
+    is_image = "image" in key.lower() and all(isinstance(value, str) for value in values)
+    if (numbers is None and not is_image) or len(set(numbers or values)) < len(values):
+        raise source.error(f"{key}: expected a number or an image of each frame, each once: keep one person")
+    return numbers
 
 
 def at_frames(source: Source, stored: Stored, numbers: Sequence[float] | None) -> Stored:

@@ -1,13 +1,14 @@
 """Checks of positions in memory: lost points at the origin, units of a picture, another axis that points up."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
-from skpose._utils.warnings import warn
 from skpose.keypoints._pictures import complaint_of_picture
 from skpose.skeleton._upright import HIGH, LOW
 
+UPS = ("x", "y", "z", "-x", "-y", "-z")
 FEW_OTHERS = 3  # other points needed to locate the person
 NEAR = 0.5  # largest distance of an origin in the person from the other points, relative to their extent
 N_FRAMES = 32  # checked, evenly spaced
@@ -18,24 +19,27 @@ MIDDLE = "hip", "pelvis", "asi", "psi", "sacr"
 TRUNK = 0.25  # length of the trunk over the extent below which it is not used
 
 
-def warn_of_positions(positions: np.ndarray, names: Sequence[str], up: str, layout: str | None = None) -> None:
-    """Warn about positions (n, points, 3), NaN if not seen, of a layout by name or of none."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        lost = find_lost(positions)
-        seen = np.where(lost[:, :, None], np.nan, positions)
-        found, picture = find_up(seen, names, up), complaint_of_picture(seen, names)
-    if lost_words := complaint_of_origin(lost, names, "points", "Make them NaN"):
-        warn(lost_words)
-    if picture:
-        warn(picture)
-    elif found != up:
-        remedy = f"dataclasses.replace(layout, up={found!r})" if layout is not None else f"up={found!r}"
-        if layout is None and len(found) > 1:
-            remedy = f"positions * {[-1, 1, -1] if found == '-x' else [1, -1, -1]} and up={found[-1]!r}"
-        why = "by up=" if layout is None else f"as the layout {layout!r} says"
-        warn(complaint_of_up(found, up, why, "points", f"{remedy}, unless the person lies or is upside down"))
+def complaints_of(
+    positions: np.ndarray, names: Sequence[str], up: str, why: str, remedy: str, zeros: str | None = None
+) -> Iterator[str]:
+    """Yield the warnings about positions (n, points, 3), NaN if not seen: lost points, a picture, another axis up.
+
+    Lost ones become NaN if `zeros` is "missing", and are positions if it is "seen". The other arguments are those of
+    `complaint_of_up`, which is left out if nothing says why.
+    """
+    lost = find_lost(positions)
+    if zeros == "missing":
+        positions[lost] = np.nan
+    elif zeros is None and lost.any():
+        yield complaint_of_origin(lost, names)
+    seen = positions if zeros == "seen" else np.where(lost[:, :, None], np.nan, positions)
+    if picture := complaint_of_picture(seen, names):
+        yield picture
+    elif why and (complaint := complaint_of_up(seen, names, up, why, remedy)):
+        yield complaint
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def find_lost(positions: np.ndarray) -> np.ndarray:
     """Which positions (n, points, 3), NaN if not seen, are at the origin and may be lost.
 
@@ -57,12 +61,13 @@ def find_lost(positions: np.ndarray) -> np.ndarray:
     return at_origin
 
 
-def complaint_of_origin(lost: np.ndarray, names: Sequence[str], what: str, remedy: str) -> str:
-    """The warning about positions (n, points) at the origin; empty if there are none."""
-    if not lost.any():
-        return ""
+def complaint_of_origin(lost: np.ndarray, names: Sequence[str]) -> str:
+    """The warning about some positions (n, points) at the origin."""
     name = names[int(lost.any(axis=0).argmax())]
-    return f"{np.count_nonzero(lost)} positions are exactly (0, 0, 0), such as of {name!r}: lost {what}? {remedy}"
+    return (
+        f"{np.count_nonzero(lost)} positions are exactly (0, 0, 0), such as of {name!r}: if points are lost, make them "
+        "NaN, or read files with zeros='missing', otherwise with zeros='seen'"
+    )
 
 
 def _is_amid(positions: np.ndarray, elsewhere: np.ndarray) -> bool:
@@ -75,6 +80,22 @@ def _is_amid(positions: np.ndarray, elsewhere: np.ndarray) -> bool:
     return bool(np.median(outside) <= NEAR * np.median((high - low).max(axis=1)))
 
 
+def complaint_of_up(positions: np.ndarray, names: Sequence[str], up: str, why: str, remedy: str) -> str:
+    """The warning about points that stand along another axis than `up`; empty if they do not.
+
+    `why` says why that is taken, and `remedy` takes the axis that is found.
+    """
+    found = find_up(positions, names, up)
+    if found == up:
+        return ""
+    stand = f"points stand along {found[-1]}{', head down' if len(found) > 1 else ''}"
+    return (
+        f"{up} is taken as the axis that points up, {why}, but {stand} in nearly all frames: "
+        f"pass {remedy.format(repr(found))}, unless the person lies or is upside down"
+    )
+
+
+@np.errstate(over="ignore", invalid="ignore")
 def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
     """The direction from feet to head in nearly all frames; the usual one if there is none."""
     lower = [name.lower() for name in names]
@@ -83,28 +104,32 @@ def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> str:
         _mean_of_seen(frames[:, [i for i, name in enumerate(lower) if any(part in name for part in parts)]])
         for parts in (HIGH, MIDDLE, LOW)
     )
-    heights, trunks = top - bottom, top - middle
-    is_seen = ~np.isnan(heights).any(axis=1)
-    heights, trunks = heights[is_seen], trunks[is_seen]
-    extent = np.abs(heights).max(axis=1, initial=0.0)
-    length = np.abs(trunks).max(axis=1, initial=0.0)
-    no_trunk = ~(length > TRUNK * extent)
+    is_seen = ~np.isnan(top - bottom).any(axis=1)
+    heights, trunks = (top - bottom)[is_seen], (top - middle)[is_seen]
+    extent, length = (np.abs(vectors).max(axis=1, initial=0.0) for vectors in (heights, trunks))
     if not extent.any():
         return usual
-    level = heights[:, "xyz".index(usual[-1])] * (-1.0 if usual.startswith("-") else 1.0) < FLAT * extent
-    for i, axis in enumerate("xyz"):
-        for sign, direction in ((1.0, axis), (-1.0, f"-{axis}")):
-            stands = (sign * heights[:, i] == extent) & (extent > 0.0) & level
-            stands &= no_trunk | (sign * trunks[:, i] == length)
-            if direction != usual and stands.mean() >= NEARLY_ALL:
-                return direction
+    no_trunk = ~(length > TRUNK * extent)
+    level = (extent > 0.0) & (_along(heights, usual) < FLAT * extent)
+    for up in UPS:
+        stands = level & (_along(heights, up) == extent) & (no_trunk | (_along(trunks, up) == length))
+        if stands.mean() >= NEARLY_ALL:
+            return up
     return usual
 
 
-def complaint_of_up(found: str, usual: str, why: str, points: str, remedy: str) -> str:
-    """The warning about points that stand along another axis than the one taken as up, and why it is."""
-    stand = f"{points} stand along {found[-1]}{', head down' if len(found) > 1 else ''}"
-    return f"{usual} is taken as the axis that points up, {why}, but {stand} in nearly all frames: pass {remedy}"
+def _along(vectors: np.ndarray, direction: str) -> np.ndarray:
+    return vectors[:, "xyz".index(direction[-1])] * (-1.0 if direction.startswith("-") else 1.0)
+
+
+def turn_up(positions: np.ndarray, up: str) -> tuple[np.ndarray, Any]:
+    """Positions (..., 3) in a world in which no axis points down, and the axis that points up.
+
+    If one does, the world is turned by half a turn: about x for y and z, about y for x.
+    """
+    if up.startswith("-"):
+        positions = positions * ([-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0])
+    return positions, up[-1]
 
 
 def _mean_of_seen(positions: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ import numpy as np
 from skpose._utils.displays import Page, displays
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import as_numbers, check_frame_rate, check_positions, check_up, near_names
-from skpose._utils.warnings import is_called_by_user
-from skpose.keypoints._checks import warn_of_positions
+from skpose._utils.warnings import is_called_by_user, warn
+from skpose.keypoints._checks import complaints_of
 from skpose.keypoints._pictures import refuse_pictures
 
 if TYPE_CHECKING:
@@ -112,7 +112,9 @@ class Keypoints:
         positions[confidences == 0.0] = np.nan
         refuse_pictures(positions, names, "positions")
         if is_called_by_user(0):
-            warn_of_positions(positions, names, self.up)
+            remedy = "up={}, with the world turned by half a turn if it has a minus sign"
+            for complaint in complaints_of(positions, names, self.up, "by up=", remedy):
+                warn(complaint)
         for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():
             object.__setattr__(self, name, value)
 

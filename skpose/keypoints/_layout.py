@@ -3,20 +3,19 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import as_numbers, check_choice, check_positions
-from skpose.keypoints._checks import warn_of_positions
+from skpose._utils.warnings import warn
+from skpose.keypoints._checks import UPS, complaints_of, turn_up
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
 from skpose.keypoints._pictures import refuse_pictures
 from skpose.keypoints._tables import TABLES
 from skpose.skeleton._sides import others, partners, sides
-
-UPS = ("x", "y", "z", "-x", "-y", "-z")
 
 
 @dataclass(frozen=True, repr=False)
@@ -233,8 +232,12 @@ class Layout:
         if frame_rate is None:
             raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
         array, confidence = self._check(positions, confidences)
-        warn_of_positions(np.where(confidence[:, :, None] > 0.0, array, np.nan), self.names, self.up, self.name)
-        return self._of_array(array, confidence, frame_rate)
+        seen = np.where(confidence[:, :, None] > 0.0, array, np.nan)
+        why, remedy = f"as the layout {self.name!r} says", "dataclasses.replace(layout, up={})"
+        for complaint in complaints_of(seen, self.names, self.up, why, remedy):
+            warn(complaint)
+        columns = {name: (array[:, i], confidence[:, i]) for i, name in enumerate(self.names)}
+        return self._of_columns(columns, frame_rate, self.up)
 
     def _check(self, positions: ArrayLike, confidences: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
         """Check positions (n, n_points, 3) and confidences (n, n_points)."""
@@ -253,18 +256,14 @@ class Layout:
             raise ValueError(f"confidences must have shape {array.shape[:2]}, got {confidence.shape}")
         return array, confidence
 
-    def _of_array(self, array: np.ndarray, confidence: np.ndarray, frame_rate: float) -> Keypoints:
-        columns = {name: (array[:, i], confidence[:, i]) for i, name in enumerate(self.names)}
-        return self._of_columns(columns, frame_rate, self.up)
-
     def _of_keypoints(self, given: Keypoints, absent: str) -> Keypoints:
         found = find_names(self.names, given.names)
         # Not from among all names: the midpoint "left_knee" is not the point "L_knee".
         found |= find_names(self.midpoints, [name for name in given.names if name not in found.values()])
         missing = [name for name in self.names if name not in found]
         if missing and (absent == "refuse" or not found):
-            remedy = remedy_without(self, missing)
-            raise ValueError(f"keypoints have no {missing[0]!r} of {self.name!r}: use {remedy} or absent='unseen'")
+            remedy = f"layout.without({missing}), absent='unseen' or a Layout of your own"
+            raise ValueError(f"keypoints have no {missing[0]!r} of {self.name!r}: use {remedy}")
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
         columns |= {name: (np.full((len(given), 3), np.nan), np.zeros(len(given))) for name in missing}
@@ -277,9 +276,7 @@ class Layout:
                 parts, confidence = zip(*(columns[end] for end in ends), strict=True)
                 columns[name] = np.mean(parts, axis=0), np.min(confidence, axis=0)
         array, confidences = (np.stack([columns[name][i] for name in self.points], axis=1) for i in (0, 1))
-        if up.startswith("-"):
-            array *= [-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0]
-        axis: Any = up[-1]
+        array, axis = turn_up(array, up)
         return Keypoints(array, self.points, frame_rate, confidences=confidences, up=axis)
 
     def without(self, names: Iterable[str]) -> "Layout":
@@ -328,17 +325,3 @@ class Layout:
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
-
-
-def name_points(layout: Layout, positions: ArrayLike, frame_rate: float, confidences: ArrayLike | None) -> Keypoints:
-    """Convert an array to keypoints of a layout, as `Layout.keypoints`, without its warnings."""
-    return layout._of_array(*layout._check(positions, confidences), frame_rate)
-
-
-def remedy_without(layout: Layout, missing: list[str]) -> str:
-    """How to get a layout without missing points."""
-    try:
-        layout.without(missing)
-    except ValueError:  # the root, or a part of a midpoint
-        return "a Layout of your own"
-    return f"layout.without({missing})"

@@ -39,6 +39,7 @@ def refuse_pictures(positions: np.ndarray, names: Sequence[str], what: str) -> N
         raise ValueError(f"{what} look like keypoints in two dimensions, {sign}: lift them to 3-D first")
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def complaint_of_picture(positions: np.ndarray, names: Sequence[str]) -> str:
     """The warning about positions (n, points, 3), NaN if not seen, that may be in units of a picture."""
     if not _is_person(positions, names):
@@ -55,26 +56,6 @@ def complaint_of_picture(positions: np.ndarray, names: Sequence[str]) -> str:
     low, high = points.min(axis=0), points.max(axis=0)
     if PIXELS < wide <= CENTIMETRES and (low >= 0.0).all() and 2.0 < high[2] <= PERCENT:
         return "x and y may be pixels and the third numbers scores in percent, which are not positions"
-    return ""
-
-
-def complaint_of_flat(frames: Sequence[Sequence[Sequence[float]]]) -> str:
-    """Why the third numbers of the points (n, 3) of each frame may not be z; empty if they are."""
-    arrays = [np.array(frame) for frame in frames]
-    seen = [points[~np.isnan(points).any(axis=1) & points.any(axis=1)] for points in arrays]
-    points = np.concatenate([np.empty((0, 3)), *seen])
-    if not len(points):
-        return ""
-    low, high = points[:, 2].min(), points[:, 2].max()
-    if low >= 0.0 and high <= OVERSHOOT:
-        return f"the third numbers are from {low:.3g} to {high:.3g}"
-    if low >= 0.0 and high <= 2.0 and not (points[:, 2] % 1.0).any():
-        return "the third numbers are 0, 1 or 2"
-    extents = np.array([np.ptp(one, axis=0) for one in seen if len(one)])
-    wide, deep = np.median(extents[:, :2].max(axis=1)), np.median(extents[:, 2])
-    may_be_percent = low >= 0.0 and high <= PERCENT and (wide > PIXELS or (wide <= UPRIGHT and high > LARGEST))
-    if may_be_percent or (wide > PIXELS and deep <= min(SHALLOW * wide, SCORES)):
-        return f"points are spread over {wide:.4g} in x or y, and the third numbers are from {low:.3g} to {high:.3g}"
     return ""
 
 
