@@ -6,6 +6,7 @@ A frame is a line for its number, and one for the name and the numbers of each b
 import os
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -15,7 +16,7 @@ from skpose._utils.warnings import warn
 from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile
 from skpose.io._conventions import Up, check_options, stand
-from skpose.io._numbers import drop_not_finite
+from skpose.io._numbers import drop_not_finite, parse
 from skpose.io._source import WHOLE, Source, open_source
 from skpose.skeleton import Motion
 
@@ -111,7 +112,7 @@ def load_amc(
                 raise source.error(f"angles in {keyword[1:]}, but {asf.name} has the other unit", line)
         elif keyword == ":force-all-joints-be-3dof":
             asf = asf.with_three_dofs()
-    rows = _Rows(source, asf, fill=missing == "rest", finite=on_nan == "raise").read(lines[n_keywords:])
+    rows = _read_rows(source, asf, lines[n_keywords:], fill=missing == "rest", finite=on_nan == "raise")
     numbers, frames = drop_not_finite(rows, np.arange(len(rows)), source)
     with source.format_errors():
         motion = _motion(numbers, frames, asf, in_radians, frame_rate or USUAL_RATE)
@@ -178,78 +179,53 @@ def _lines(source: Source) -> Iterator[Line]:
             yield number, text
 
 
-class _Rows:
-    """Reads the numbers of each frame, at the same places among the words as in the frame before if they fit.
+def _read_rows(source: Source, asf: AsfFile, lines: list[Line], *, fill: bool, finite: bool) -> np.ndarray:
+    """The numbers of all frames, (n_frames, n_channels), zero for bones that a frame does not mention if `fill`."""
+    words = [text.split() for _, text in lines]
+    starts = [i for i, line in enumerate(words) if len(line) == 1 and line[0].isdecimal()]
+    if not starts or starts[0] > 0:
+        line = lines[0][0] if lines else len(source.lines)
+        raise source.error("expected the number of a frame, found none; not AMC, or cut short", line)
+    frames, columns_of = list[np.ndarray](), dict[tuple, np.ndarray]()
+    for expected, (start, stop) in enumerate(pairwise([*starts, len(lines)]), int(words[0][0][:18])):
+        number = words[start][0]
+        if not WHOLE.fullmatch(number) or int(number) != expected:
+            raise source.error(f"expected frame {expected}, found frame {number[:40]}", lines[start][0])
+        form = tuple((name, len(values)) for name, *values in words[start + 1 : stop])
+        if form not in columns_of:  # most files have one form
+            columns_of[form] = _columns(source, asf, form, [line for line, _ in lines[start:stop]], fill)
+        frames.append(columns_of[form])
+    numbers = parse("\n".join(" ".join(values) for _, *values in words).encode())
+    if numbers is None or (finite and not np.isfinite(numbers).all()):
+        numbers = np.array(
+            [
+                source.number(value, name, line, finite=finite, nan=not finite)  # which raises for one of them
+                for (line, _), (name, *values) in zip(lines, words, strict=True)
+                for value in values
+            ]
+        )
+    columns, n_channels = np.concatenate(frames), sum(map(len, asf.channels.values()))
+    wrong = (columns == n_channels) & np.isfinite(numbers) & (numbers != 0.0)
+    if wrong.any():
+        line = np.repeat([line for line, _ in lines], [len(line) - 1 for line in words])[wrong.argmax()]
+        raise source.error("expected zeros of a bone without dofs; is it the right skeleton?", int(line))
+    rows = np.zeros((len(frames), n_channels + 1))
+    rows[np.repeat(np.arange(len(frames)), [len(each) for each in frames]), columns] = numbers
+    return rows[:, :-1]
 
-    Parameters
-    ----------
-    source, asf : Source, AsfFile
-        The file and its skeleton, whose `channels` have the order of the numbers in a row.
-    fill : bool
-        Whether the numbers of a bone that a frame does not mention are zero.
-    finite : bool
-        Whether numbers must be finite.
-    """
 
-    def __init__(self, source: Source, asf: AsfFile, *, fill: bool, finite: bool):
-        self.source, self.asf, self.channels, self.fill, self.finite = source, asf, asf.channels, fill, finite
-        self.n_words = -1
-        self.names: dict[int, str] = {}  # bones by the index of their name
-        self.places: list[int] = []  # index of each number; -1 is a zero appended to the words
-
-    def read(self, lines: list[Line]) -> np.ndarray:
-        """The numbers of all frames, (n_frames, n_channels)."""
-        starts = [i for i, (_, text) in enumerate(lines) if text.strip().isdecimal()]
-        if not starts or starts[0] > 0:
-            line = lines[0][0] if lines else len(self.source.lines)
-            raise self.source.error("expected the number of a frame, found none; not AMC, or cut short", line)
-        rows, first = list[np.ndarray](), int(lines[0][1].strip()[:18])
-        for expected, (start, stop) in enumerate(zip(starts, [*starts[1:], len(lines)], strict=True), first):
-            line, number = lines[start]
-            if not WHOLE.fullmatch(number.strip()) or int(number) != expected:
-                raise self.source.error(f"expected frame {expected}, found frame {number.strip()[:40]}", line)
-            rows.append(self._row(line, lines[start + 1 : stop]))
-        return np.array(rows)
-
-    def _row(self, line: int, frame: list[Line]) -> np.ndarray:
-        text = " ".join([text for _, text in frame])
-        words = text.split()
-        if len(words) == self.n_words and all(words[i] == name for i, name in self.names.items()):
-            words.append("0")
-            try:
-                row = np.array([words[i] for i in self.places], dtype=np.float64)
-                if np.isfinite(row).all() and "_" not in text and text.isascii():  # "1_0" is a number to Python
-                    return row
-            except ValueError:
-                pass  # the other way names the word
-        return self._read_new(line, frame)
-
-    def _read_new(self, line: int, frame: list[Line]) -> np.ndarray:
-        """The numbers of a frame, NaN where one is not finite, and learn their places for the next frames."""
-        found: dict[str, list[float]] = {}
-        starts: dict[str, int] = {}
-        self.names, n_words = {}, 0
-        for at, text in frame:
-            name, *values = text.split()
-            is_rigid = name in self.asf.bones and name not in self.channels
-            is_known = is_rigid or len(values) == len(self.channels.get(name, ()))
-            if not is_known or name in found or name not in {**self.asf.bones, **self.channels}:
-                raise self.source.error(
-                    f"expected a bone of {self.asf.name} with its numbers, found {name[:40]!r} with {len(values)}", at
-                )
-            numbers = [self.source.number(value, name, at, finite=self.finite, nan=not self.finite) for value in values]
-            if is_rigid and any(np.isfinite(number) and number != 0.0 for number in numbers):
-                raise self.source.error(f"expected zeros of {name!r}, which has no dofs; is it the right skeleton?", at)
-            self.names[n_words], found[name], starts[name] = name, numbers, n_words + 1
-            n_words += 1 + len(values)
-        absent = [name for name in self.channels if name not in found]
-        if absent and not self.fill:
-            at = frame[-1][0] if frame else line
-            raise self.source.error(f"expected {', '.join(absent[:5])} in the frame: missing='rest' takes zeros", at)
-        has_rigid = len(found) + len(absent) > len(self.channels)  # whose zeros are checked in every frame
-        self.n_words = -1 if has_rigid else n_words
-        channels = [(name, k) for name, its in self.channels.items() for k in range(len(its))]
-        self.places = [starts[name] + k if name in found else -1 for name, k in channels]
-        row = np.array([found[name][k] if name in found else 0.0 for name, k in channels])
-        is_whole = all(np.isfinite(numbers).all() for numbers in found.values())
-        return row if is_whole else np.full_like(row, np.nan)
+def _columns(source: Source, asf: AsfFile, form: tuple, lines: list[int], fill: bool) -> np.ndarray:
+    """The column of each number of a frame, by its bones and how many numbers each has; the last for rigid bones."""
+    channels = asf.channels
+    first = dict(zip([*channels, ""], np.cumsum([0, *map(len, channels.values())]).tolist(), strict=True))
+    columns, names = list[int](), [name for name, _ in form]
+    for i, (name, n) in enumerate(form):
+        is_rigid = name in asf.bones and name not in channels
+        if name in names[:i] or not (is_rigid or (name in channels and n == len(channels[name]))):
+            what = f"a bone of {asf.name} with its numbers, found {name[:40]!r} with {n}"
+            raise source.error(f"expected {what}", lines[i + 1])
+        columns += [first[""]] * n if is_rigid else range(first[name], first[name] + n)
+    absent = [name for name in channels if name not in names]
+    if absent and not fill:
+        raise source.error(f"expected {', '.join(absent[:5])} in the frame: missing='rest' takes zeros", lines[-1])
+    return np.array(columns, dtype=int)

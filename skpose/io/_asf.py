@@ -81,7 +81,11 @@ class AsfFile:
         self.name = Path(source.name).name
         sections = _sections(source)
         units = {tokens[0].lower(): tokens for tokens in sections["units"]}
-        self.radians = _is_radians(source, units.get("angle"))  # None if the file does not state the unit
+        angle = units.get("angle", [])
+        unit = angle[-1].lower()[:3] if angle else ""
+        if angle and unit not in ("deg", "rad"):
+            raise source.error(f"angle: expected deg or rad, found {angle[-1][:40]!r}", angle[-1])
+        self.radians = unit == "rad" if angle else None  # None if the file does not state the unit
         if scale is None:
             if "length" not in units:
                 raise source.error("expected a length under :units, found none: pass scale=")
@@ -89,9 +93,9 @@ class AsfFile:
             scale = INCH / source.positive(units["length"][1], "length")
         self.scale = scale
         self.root = _read_root(source, sections["root"])
-        self.bones = _read_bones(source, sections["bonedata"], bool(self.radians))
-        self.parents = _read_hierarchy(source, sections["hierarchy"], self.bones)
         with source.format_errors():
+            self.bones = _read_bones(source, sections["bonedata"], bool(self.radians))
+            self.parents = _read_hierarchy(source, sections["hierarchy"], self.bones)
             self.skeleton = self._skeleton()
             source.warn(complaint_of_size(size_of(self.skeleton), scale))
 
@@ -195,15 +199,6 @@ def _sections(source: Source) -> dict[str, Statements]:
     return sections
 
 
-def _is_radians(source: Source, tokens: list[Token] | None) -> bool | None:
-    if tokens is None:
-        return None
-    unit = tokens[1].lower() if len(tokens) > 1 else ""
-    if not unit.startswith(("deg", "rad")):
-        raise source.error(f"angle: expected deg or rad, found {unit[:40]!r}", tokens[-1])
-    return unit.startswith("rad")
-
-
 def _read_root(source: Source, section: Statements) -> AcclaimRoot:
     root = AcclaimRoot()
     for tokens in section:
@@ -218,29 +213,22 @@ def _read_root(source: Source, section: Statements) -> AcclaimRoot:
 
 
 def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str, AcclaimBone]:
+    """The bones, of statements from begin to end."""
     bones: dict[str, AcclaimBone] = {}
-    given: dict[str, list[Token]] | None = None  # the statements of the block that is open, by their keys
-    key = ""
+    given, key = dict[str, list[Token]](), ""  # the statements of a block by their keys
     for tokens in section:
         word = tokens[0].lower()
-        if word == "begin" and given is None:
-            given, key = {}, ""
-        elif given is None or word == "begin":
-            raise source.error(f"expected {'begin' if given is None else 'end'}, found {tokens[0][:40]!r}", tokens[0])
-        elif word == "end":
+        if word == "end":
             name, bone = _read_bone(source, given, tokens[0], radians)
             if name in bones:
                 raise source.error(f"bone {name!r} is defined twice", tokens[0])
-            bones[name], given = bone, None
-        elif key == "limits" and (NUMBER.fullmatch(word) or not word[0].isalpha()):  # one pair a line, or all in one
-            given[key] += tokens
+            bones[name], given = bone, {}
+        elif NUMBER.fullmatch(word):  # limits, one pair a line, or all in one
+            given[key] = [*given.get(key, ()), *tokens]
         else:
-            key = word
-            given[key] = (given.get(key) or tokens[:1]) + tokens[1:] if key == "limits" else tokens
-    if given is not None or not bones:
-        raise source.error(
-            "expected begin … end of each bone; is the file cut short?", section[-1][0] if section else None
-        )
+            key, given[word] = word, tokens
+    if not bones:
+        raise source.error("expected begin … end of each bone; is the file cut short?")
     return bones
 
 
@@ -254,8 +242,7 @@ def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radian
         raise source.error("expected a name of one word other than 'root'", given["name"][1])
     direction = np.array(_numbers(source, given["direction"], 3, f"direction of bone {name!r}"))
     (length,) = _numbers(source, given["length"], 1, f"length of bone {name!r}")
-    with np.errstate(over="ignore"):
-        norm = np.linalg.norm(direction)
+    norm = np.linalg.norm(direction)
     if not np.isfinite(norm) or (norm == 0 and length != 0):
         raise source.error(f"bone {name!r} has a length but no direction", given["direction"][0])
     axis, order = Rotation.identity(), "xyz"
@@ -299,14 +286,9 @@ def _read_hierarchy(source: Source, section: Statements, bones: dict[str, Acclai
     """The parent of every bone, None for the root."""
     parents: dict[str, str | None] = {}
     for parent, *children in section:
-        if not children and parent.lower() in ("begin", "end"):
-            continue
-        for name in (parent, *children):
-            if name not in bones and (name != "root" or name is not parent):
-                raise source.error(f"expected a bone of :bonedata, found {name[:40]!r}", name)
         for child in children:
-            if child in parents:
-                raise source.error(f"bone {child!r} is a child of {parents[child] or 'root'!r} already", child)
+            if parent not in {"root", *bones} or child not in bones or child in parents:
+                raise source.error(f"expected bones of :bonedata, each with one parent, found {parent} {child}", child)
             parents[str(child)] = None if parent == "root" else str(parent)
     if missing := bones.keys() - parents.keys():
         raise source.error(f"bone {sorted(missing)[0]!r} does not appear under :hierarchy")

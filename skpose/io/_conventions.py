@@ -77,7 +77,7 @@ def choose_rate(source: Source, given: float | None, stated: float, where: str) 
     """The frame rate, Hz: `given`, with a warning if the file states another, or the file's own."""
     if given is None:
         return stated
-    if SLOWEST <= stated <= FASTEST and differ(given, stated):
+    if SLOWEST <= stated <= FASTEST and not agree(given, stated):
         source.warn(
             f"frame_rate={given:g} replaces the {stated:g} Hz of {where}, so that it lasts {stated / given:.3g} times "
             "as long; Motion.resample changes the rate"
@@ -85,9 +85,9 @@ def choose_rate(source: Source, given: float | None, stated: float, where: str) 
     return given
 
 
-def differ(one: float, other: float) -> bool:
-    """Whether two rates, Hz, differ by more than rounding."""
-    return abs(one - other) > SAME * other
+def agree(one: float, other: float) -> bool:
+    """Whether two rates, Hz, differ by no more than rounding."""
+    return abs(one - other) <= SAME * other
 
 
 def complaint_of_frame_time(seconds: float) -> str:

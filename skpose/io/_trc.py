@@ -5,10 +5,7 @@ empty cell shifts no other and names may have blanks in them.
 """
 
 import re
-from collections.abc import Iterator
-from itertools import chain
-from math import isfinite
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -17,32 +14,25 @@ from skpose.io._arguments import Readable
 from skpose.io._conventions import (
     Up,
     Zeros,
+    agree,
     check_options,
     choose_rate,
-    differ,
     number_names,
     read_unit,
     stand_markers,
 )
+from skpose.io._numbers import parse
 from skpose.io._source import NUMBER, WHOLE, Source, complaint, open_source
 from skpose.keypoints import Keypoints
 
-FRAME = r"\s*frame\s?#?"
-COLUMNS = re.compile(rf"{FRAME}\s+times?(?: *[(\[][^)\]\t]*[)\]])?(?=\s|$)", re.IGNORECASE)  # "Time (s)", "Time[s]"
-CELLS = re.compile(rf"{FRAME} *\t *time[^\t]*(?=\t)", re.IGNORECASE)  # "Time s" between tabs
-ORDER = re.compile(r"\(([xyz])/([xyz])/([xyz])\)", re.IGNORECASE)  # in the first line
-AXIS = re.compile(r"([XYZ])\d*", re.IGNORECASE)
+# Frame# and Time, with a unit as in "Time (s)" or, before a tab, "Time s".
+COLUMNS = re.compile(
+    r"\s*frame\s?#?\s+times?(?: *[(\[][^)\]\t]*[)\]]| +s(?:ec(?:onds?)?)?(?=\t))?(?=\s|$)", re.IGNORECASE
+)
+ORDER = re.compile(r"\s\((?!X/Y/Z)[XYZ]/[XYZ]/[XYZ]\)(?=\s|$)", re.IGNORECASE)  # of the axes, in the first line
+AXES = re.compile(r"(?:\s*X\d*\s+Y\d*\s+Z\d*(?=\s|$))+\s*", re.IGNORECASE)
 
 Line = tuple[int, str]  # and its number
-
-
-class Head(NamedTuple):
-    """The numbers and names above the frames."""
-
-    frame_rate: float | None  # Hz, by DataRate; None where that is 0, or is not needed and not a rate
-    n_frames: int | None  # stated by the file; None if it does not matter
-    scale: float  # metres of one unit
-    names: list[str]  # of the markers that have columns
 
 
 def load_trc(
@@ -128,100 +118,71 @@ def load_trc(
     check_options(trust=trust, up=up, zeros=zeros, scale=scale, frame_rate=frame_rate)
     source = open_source(path, "a TRC file")
     lines = _lines(source)
-    head, first = _read_head(source, lines, frame_rate, scale, trust)
-    rows = _read_rows(source, head, chain(first, lines))
-    rate = _rate(source, rows[:, 0], head.frame_rate, frame_rate)
-    with source.format_errors():
-        positions = rows[:, 1:].reshape(len(rows), len(head.names), 3)
-        usual: tuple[Up, str] = "y", "as is usual"
-        positions, axis = stand_markers(source, positions, head.names, head.scale, zeros, up, usual)
-        found = Keypoints(positions, head.names, rate, up=axis)
-    source.warn(complaint_of_extent(found.positions, head.scale))
-    return found
-
-
-def _lines(source: Source) -> Iterator[Line]:
-    commas = source.head[:13].lower() == "pathfiletype,"
-    for line, text in enumerate(source.lines, 1):
-        text = text.rstrip("\r")
-        yield line, text.replace(",", "\t") if commas else text
-
-
-def _read_head(
-    source: Source, lines: Iterator[Line], frame_rate: float | None, scale: float | None, trust: str
-) -> tuple[Head, list[Line]]:
-    """The head, and the first row; what the arguments say need not be in the file."""
-    _, title = next(lines)
-    words = title.split()
-    if not words or words[0].lower() != "pathfiletype":
-        raise source.error("expected a TRC file, which begins with PathFileType", 1)
-    _, keys = next(lines, (2, ""))
-    _, values = next(lines, (3, ""))
+    if len(lines) < 4 or not lines[0][1].lower().startswith("pathfiletype"):
+        raise source.error("expected a TRC file, which begins with PathFileType and three more lines", 1)
+    title, keys, values = (text for _, text in lines[:3])
+    if order := ORDER.search(title):
+        source.warn(f"line 1 says {order[0].strip()}, but the three numbers of each marker are read as x, y and z")
     pairs = keys.split(), values.split()
     if len(pairs[0]) != len(pairs[1]):  # a value is missing
         pairs = keys.split("\t"), values.split("\t")
     stated = {key.strip().lower(): value.strip() for key, value in zip(*pairs, strict=False)}
-    given = {"datarate": frame_rate, "units": scale, "numframes": None if trust == "header" else trust}
-    for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
-        if not stated.get(key.lower()) and given.get(key.lower()) is None:
-            raise source.error(f"expected a value of {key} below the keys, found none", 3)
-    n_markers = _count(source, stated["nummarkers"], "NumMarkers")
-    n_frames = _count(source, stated["numframes"], "NumFrames") if trust == "header" else None
     scale = read_unit(source, "Units", stated.get("units", ""), scale, 3)
-    rate, word = None, stated.get("datarate", "")
-    is_number = NUMBER.fullmatch(word) is not None
-    if not (is_number and float(word) == 0.0) and (frame_rate is None or (is_number and 0.0 < float(word) < np.inf)):
-        rate = source.positive(word, "DataRate", 3)
-    order = ORDER.fullmatch(words[2]) if len(words) > 2 else None
-    if order and "".join(order.groups()).upper() != "XYZ":
-        source.warn(f"line 1 says {words[2]}, but the three numbers of each marker are read as x, y and z")
-    names, first = _read_names(source, lines, n_markers)
-    return Head(rate, n_frames, scale, names), first
+    names, first = _read_names(source, lines, _count(source, stated, "NumMarkers"))
+    rows = _read_rows(source, lines[first:], len(names))
+    if trust == "header" and (n_frames := _count(source, stated, "NumFrames")) != len(rows):
+        raise source.error(f"NumFrames: expected {n_frames} rows, found {len(rows)}; trust='rows' reads the rows", 3)
+    rate = _rate(source, rows[:, 0], stated.get("datarate", ""), frame_rate)
+    with source.format_errors():
+        positions = rows[:, 1:].reshape(len(rows), len(names), 3)
+        usual: tuple[Up, str] = "y", "as is usual"
+        positions, axis = stand_markers(source, positions, names, scale, zeros, up, usual)
+        found = Keypoints(positions, names, rate, up=axis)
+    source.warn(complaint_of_extent(found.positions, scale))
+    return found
 
 
-def _count(source: Source, word: str, key: str) -> int:
+def _lines(source: Source) -> list[Line]:
+    """The lines with their numbers; of those below the third, the ones that are not blank."""
+    commas = source.head[:13].lower() == "pathfiletype,"
+    texts = (text.rstrip("\r").replace(",", "\t") if commas else text.rstrip("\r") for text in source.lines)
+    return [(line, text) for line, text in enumerate(texts, 1) if line <= 3 or text.strip()]
+
+
+def _count(source: Source, stated: dict[str, str], key: str) -> int:
+    word = stated.get(key.lower(), "")
     if not WHOLE.fullmatch(word):
         raise source.error(f"{key}: expected a whole number, found {word[:40]!r}", 3)
     return int(word)
 
 
-def _read_names(source: Source, lines: Iterator[Line], n_markers: int) -> tuple[list[str], list[Line]]:
-    """The names of the markers that have columns, and the first row, if there is any."""
-    line, text = next(lines, (4, ""))
-    columns, cells = COLUMNS.match(text), CELLS.match(text)
-    if cells and (not columns or len(text[cells.end() :].split()) == n_markers):
-        columns = cells  # the cell of the time is what is between two tabs
+def _read_names(source: Source, lines: list[Line], n_markers: int) -> tuple[list[str], int]:
+    """The names of the markers that have columns, and the index of the first row."""
+    line, text = lines[3]
+    second, row = lines[4] if len(lines) > 4 else (line, "")
+    columns = COLUMNS.match(text)
     if not columns:
         raise source.error("expected Frame#, Time and the markers' names", line)
+    if has_axes := row != "" and not NUMBER.fullmatch(row.split()[0]):
+        if not AXES.fullmatch(row):
+            raise source.error("expected the columns X, Y, Z of each marker", second)
+        n = len(row.split()) // 3
+    else:
+        n = (len(_cells(row.rstrip())) - 2) // 3 if row else n_markers
     rest = text[columns.end() :]
-    names = [cell.strip() for cell in rest.split("\t") if cell.strip()] if "\t" in rest else rest.split()
+    words, cells = rest.split(), [cell.strip() for cell in rest.split("\t") if cell.strip()]
+    cells = cells if "\t" in rest else words
     thirds = [cell.strip() for cell in rest.rstrip().split("\t")[1::3]]  # the first is empty, after the column Time
-    row = next(((number, text) for number, text in lines if text.strip()), None)
-    n: float = n_markers  # markers by the columns
-    if row is not None and NUMBER.fullmatch(row[1].split()[0]):
-        n = (len(_cells(row[1].rstrip())) - 2) / 3
-    elif row is not None:
-        axes = row[1].split()
-        n = len(axes) / 3
-        for i, cell in enumerate(axes):
-            if not (match := AXIS.fullmatch(cell)) or match[1].upper() != "XYZ"[i % 3]:
-                raise source.error(f"expected the columns X, Y, Z of each marker, found {cell[:40]!r}", row[0])
-        row = next(((number, text) for number, text in lines if text.strip()), None)
-    if len(names) != n and len(rest.split()) == n:
-        names = rest.split()
-    elif len(names) < n == len(thirds) and [cell for cell in thirds if cell] == names:
-        source.warn(f"line {line} names {len(names)} of {len(thirds)} markers: the others are called by their numbers")
-        names = [cell or str(i + 1) for i, cell in enumerate(thirds)]
-    if len(names) > n == n_markers:
-        source.warn(f"line {line} names {len(names)} markers, and there are columns of {n}: the last are left out")
-        names = names[:n_markers]
-    elif len(names) != n or not names:
-        raise source.error(f"expected {n_markers} names of markers and as many columns, found {len(names)}", line)
-    elif n != n_markers:
+    numbered = [cell or str(i + 1) for i, cell in enumerate(thirds)] if [*filter(None, thirds)] == cells else []
+    names = next((some for some in (cells, words, numbered, cells[:n_markers]) if len(some) == n), [])
+    if not names:
+        raise source.error(f"expected names and columns of {n_markers} markers, found {len(cells)} and {n}", line)
+    if n != n_markers or n not in (len(cells), len(words)):
         source.warn(
-            f"NumMarkers is {n_markers}, but there are names and columns of {len(names)} markers: they are read"
+            f"NumMarkers is {n_markers}, line {line} names {len(cells)} markers, and there are columns of {n}, which "
+            "are read; markers without a name are called by their numbers"
         )
-    return number_names(source, names), [] if row is None else [row]
+    return number_names(source, names), 4 + has_axes
 
 
 def _cells(text: str) -> list[str]:
@@ -230,80 +191,56 @@ def _cells(text: str) -> list[str]:
     return text.split() if any(len(cell.split()) > 1 for cell in cells) else cells
 
 
-def _read_rows(source: Source, head: Head, lines: Iterator[Line]) -> np.ndarray:
+def _read_rows(source: Source, lines: list[Line], n_markers: int) -> np.ndarray:
     """The columns but the first, Frame#, as an array (n_frames, 1 + 3 n_markers), NaN for lost markers."""
-    rows, frame, no_frames = list[np.ndarray](), None, list[int]()
-    for line, text in lines:
-        if not text.strip():
-            continue  # at the end
-        if head.n_frames in (None, len(rows)) and not "".join(text.split("\t", 2)[:2]).strip():
-            no_frames.append(line)
-            continue
-        row = _numbers(source, text, line, head.names)
-        if no_frames:
-            raise source.error("expected a frame, found a row without Frame# and Time", no_frames[0])
-        if frame is not None and row[0] != frame + 1:
-            raise source.error(f"expected frame {frame + 1:.0f}, found {row[0]:g}", line)
-        frame = row[0]
-        rows.append(row[1:])
-    if head.n_frames is not None and len(rows) != head.n_frames:
-        raise source.error(
-            f"NumFrames: expected {head.n_frames} rows, found {len(rows)}; trust='rows' reads the rows", 3
-        )
-    if no_frames:
-        source.warn(f"{len(no_frames)} rows from line {no_frames[0]} on have no Frame# and Time and are left out")
-    return np.array(rows) if rows else np.empty((0, 1 + 3 * len(head.names)))
+    width = 2 + 3 * n_markers
+    n = next((i for i, (_, text) in enumerate(lines) if not "".join(text.split("\t", 2)[:2]).strip()), len(lines))
+    if any("".join(text.split("\t", 2)[:2]).strip() for _, text in lines[n:]):
+        raise source.error("expected a frame, found a row without Frame# and Time", lines[n][0])
+    if n < len(lines):
+        source.warn(f"{len(lines) - n} rows from line {lines[n][0]} on have no Frame# and Time and are left out")
+    words = list[str]()
+    for line, text in lines[:n]:
+        cells = text.split("\t")
+        if len(cells) < width:
+            cells = _cells(text)
+        while len(cells) > width and not cells[-1].strip():
+            cells.pop()
+        if len(cells) != width:
+            raise source.error(f"expected {width} cells, three for each marker, found {len(cells)}", line)
+        words += [cell.strip() or "nan" for cell in cells]
+    numbers = parse(" ".join(words).encode())
+    if numbers is None or len(numbers) != len(words):
+        i = next(i for i, word in enumerate(words) if not NUMBER.fullmatch(word))
+        raise source.error(complaint(words[i]), lines[i // width][0])
+    rows = numbers.reshape(n, width)
+    lost = np.isnan(rows[:, 2:]).reshape(n, n_markers, 3)
+    faults = {
+        "finite numbers": np.isinf(rows).any(axis=1) | np.isnan(rows[:, 1]),
+        "3 coordinates of each marker or none": (lost.any(axis=2) & ~lost.all(axis=2)).any(axis=1),
+        "frames in their order, without gaps": np.diff(rows[:, 0], prepend=rows[:1, 0] - 1.0) != 1.0,
+    }
+    for expected, is_wrong in faults.items():
+        if is_wrong.any():
+            raise source.error(f"expected {expected}, found others", lines[int(is_wrong.argmax())][0])
+    return rows[:, 1:]
 
 
-def _numbers(source: Source, text: str, line: int, names: list[str]) -> np.ndarray:
-    """The numbers of a row, NaN for empty cells."""
-    cells, width = text.split("\t"), 2 + 3 * len(names)
-    if len(cells) < width:
-        cells = _cells(text)
-    while len(cells) > width and not cells[-1].strip():
-        cells.pop()
-    if len(cells) != width:
-        raise source.error(f"expected {width} cells, three for each marker, found {len(cells)}", line)
-    try:
-        row = np.array([float(cell) if cell and not cell.isspace() else np.nan for cell in cells])
-    except ValueError:
-        row = np.full(width, np.inf)
-    if "_" in text or not text.isascii() or np.isinf(row).any() or np.isnan(row[:2]).any():
-        for i, cell in enumerate(map(str.strip, cells)):
-            is_lost = i > 1 and cell.lower() in ("", "nan")
-            if not is_lost and not (NUMBER.fullmatch(cell) and isfinite(float(cell))):
-                raise source.error(complaint(cell), line)
-        raise source.error("expected numbers, found other characters between them", line)
-    lost = np.isnan(row[2:]).reshape(-1, 3)
-    partly = lost.any(axis=1) & ~lost.all(axis=1)
-    if partly.any():
-        raise source.error(f"expected 3 coordinates of {names[int(np.argmax(partly))]!r}, found fewer", line)
-    return row
-
-
-def _rate(source: Source, times: np.ndarray, stated: float | None, given: float | None) -> float:
+def _rate(source: Source, times: np.ndarray, word: str, given: float | None) -> float:
     """The frame rate, Hz: `given`, or DataRate, which the column Time must not contradict, or by that column."""
+    stated = float(word) if NUMBER.fullmatch(word) else np.nan
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         by_time = float((len(times) - 1) / (times[-1] - times[0])) if len(times) > 1 else np.nan
-    has_times = by_time > 0 and isfinite(by_time)
-    if given is not None:
-        if has_times and (stated is None or not differ(given, by_time)):
-            return choose_rate(source, given, by_time, "the column Time")
-        return given if stated is None else choose_rate(source, given, stated, "DataRate")
-    rate = stated
-    if rate is None:
-        if not has_times:
-            raise source.error("expected a rate by DataRate or by the column Time: pass frame_rate=", 3)
-        source.warn(f"DataRate is 0: {by_time:g} Hz is the rate of the column Time; frame_rate= chooses another")
-        rate = by_time
-    frames = np.arange(len(times))
-    with np.errstate(over="ignore", invalid="ignore"):
-        # Rounded, or up to 1 % faster or slower.
-        wrong = ~(np.abs((times - times[:1]) * rate - frames) <= 0.5 + 0.01 * frames)
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        raise source.error(
-            f"expected frame {k} after {k / rate:.6g} s at {rate:g} Hz, but Time says {times[k] - times[0]:.6g} s: "
-            "pass frame_rate="
-        )
+        if given is not None:
+            is_by_time = agree(given, by_time) or not 0.0 < stated < np.inf
+            return choose_rate(source, given, by_time if is_by_time else stated, "the file")
+        rate = stated
+        if stated == 0.0 and 0.0 < by_time < np.inf:
+            source.warn(f"DataRate is 0: {by_time:g} Hz is the rate of the column Time; frame_rate= chooses another")
+            rate = by_time
+        if not 0.0 < rate < np.inf:
+            raise source.error(f"DataRate: expected a positive number, found {word[:40]!r}: pass frame_rate=", 3)
+        frames = np.arange(len(times))  # times may be rounded, or up to 1 % faster or slower
+        if not (np.abs((times - times[:1]) * rate - frames) <= 0.5 + 0.01 * frames).all():
+            raise source.error(f"the column Time, with {by_time:.4g} Hz, contradicts {rate:g} Hz: pass frame_rate=")
     return rate
