@@ -181,45 +181,49 @@ def _lines(source: Source) -> Iterator[Line]:
 
 def _read_rows(source: Source, asf: AsfFile, lines: list[Line], *, fill: bool, finite: bool) -> np.ndarray:
     """The numbers of all frames, (n_frames, n_channels), zero for bones that a frame does not mention if `fill`."""
-    words = [text.split() for _, text in lines]
-    starts = [i for i, line in enumerate(words) if len(line) == 1 and line[0].isdecimal()]
+    starts = [i for i, (_, text) in enumerate(lines) if text.strip().isdecimal()]
     if not starts or starts[0] > 0:
         line = lines[0][0] if lines else len(source.lines)
         raise source.error("expected the number of a frame, found none; not AMC, or cut short", line)
-    frames, columns_of = list[np.ndarray](), dict[tuple, np.ndarray]()
-    for expected, (start, stop) in enumerate(pairwise([*starts, len(lines)]), int(words[0][0][:18])):
-        number = words[start][0]
-        if not WHOLE.fullmatch(number) or int(number) != expected:
-            raise source.error(f"expected frame {expected}, found frame {number[:40]}", lines[start][0])
-        form = tuple((name, len(values)) for name, *values in words[start + 1 : stop])
+    columns_of, frames, texts = dict[tuple, np.ndarray](), list[np.ndarray](), list[str]()
+    for expected, (start, stop) in enumerate(pairwise([*starts, len(lines)]), int(lines[0][1].strip()[:18])):
+        line, number = lines[start]
+        if not WHOLE.fullmatch(number.strip()) or int(number) != expected:
+            raise source.error(f"expected frame {expected}, found frame {number.strip()[:40]}", line)
+        frame = [text.split() for _, text in lines[start + 1 : stop]]
+        form = tuple([words[0] for words in frame]), tuple(map(len, frame))
         if form not in columns_of:  # most files have one form
             columns_of[form] = _columns(source, asf, form, [line for line, _ in lines[start:stop]], fill)
         frames.append(columns_of[form])
-    numbers = parse("\n".join(" ".join(values) for _, *values in words).encode())
+        texts.append(" ".join([word for words in frame for word in words[1:]]))
+    numbers = parse("\n".join(texts).encode())
     if numbers is None or (finite and not np.isfinite(numbers).all()):
+        words_at = ((line, text.split()) for line, text in lines)
         numbers = np.array(
             [
-                source.number(value, name, line, finite=finite, nan=not finite)  # which raises for one of them
-                for (line, _), (name, *values) in zip(lines, words, strict=True)
-                for value in values
+                source.number(word, words[0], line, finite=finite, nan=not finite)  # which raises for one of them
+                for line, words in words_at
+                for word in words[1:]
             ]
         )
-    columns, n_channels = np.concatenate(frames), sum(map(len, asf.channels.values()))
+    columns, at = np.concatenate(frames), np.repeat(np.arange(len(frames)), [len(each) for each in frames])
+    n_channels = sum(map(len, asf.channels.values()))
     wrong = (columns == n_channels) & np.isfinite(numbers) & (numbers != 0.0)
     if wrong.any():
-        line = np.repeat([line for line, _ in lines], [len(line) - 1 for line in words])[wrong.argmax()]
-        raise source.error("expected zeros of a bone without dofs; is it the right skeleton?", int(line))
+        line, _ = lines[starts[at[wrong.argmax()]]]
+        raise source.error("expected zeros of the bones without dofs in this frame; is it the right skeleton?", line)
     rows = np.zeros((len(frames), n_channels + 1))
-    rows[np.repeat(np.arange(len(frames)), [len(each) for each in frames]), columns] = numbers
+    rows[at, columns] = numbers
     return rows[:, :-1]
 
 
 def _columns(source: Source, asf: AsfFile, form: tuple, lines: list[int], fill: bool) -> np.ndarray:
-    """The column of each number of a frame, by its bones and how many numbers each has; the last for rigid bones."""
+    """The column of each number of a frame, by the first words of its lines and their lengths; the last if rigid."""
     channels = asf.channels
     first = dict(zip([*channels, ""], np.cumsum([0, *map(len, channels.values())]).tolist(), strict=True))
-    columns, names = list[int](), [name for name, _ in form]
-    for i, (name, n) in enumerate(form):
+    columns, names = list[int](), form[0]
+    for i, (name, n_words) in enumerate(zip(*form, strict=True)):
+        n = n_words - 1
         is_rigid = name in asf.bones and name not in channels
         if name in names[:i] or not (is_rigid or (name in channels and n == len(channels[name]))):
             what = f"a bone of {asf.name} with its numbers, found {name[:40]!r} with {n}"

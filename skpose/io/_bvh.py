@@ -15,10 +15,11 @@ from skpose._utils.units import complaint_of_size
 from skpose.io._arguments import Readable
 from skpose.io._bvh_skeleton import Joint, bone_offsets, choose_root, root_movement
 from skpose.io._conventions import (
+    FASTEST,
+    SLOWEST,
     Up,
     check_options,
     choose_rate,
-    complaint_of_frame_time,
     stand,
     unused_name,
     warn_of_renamed,
@@ -29,7 +30,8 @@ from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._rest import size_of
 
 WORD = re.compile(rb"[{}]|[^\s{}]+")
-WORD_OR_COLON = re.compile(rb"[^\s:]+")  # after MOTION, as "Frames:12" and "Frames : 12" mean the same
+# After MOTION; "Frames:12" and "Frames : 12" mean the same.
+HEAD = re.compile(rb"\s*Frames\s*:?\s*(\d{1,18})\s+Frame\s+Time\s*:?\s*([^\s:]+)", re.IGNORECASE)
 NAME = re.compile(rb"[^{}\r\n]*")
 CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
 
@@ -126,12 +128,20 @@ def load_bvh(
     source = open_source(path, "a BVH file")
     lexer = Lexer(source)
     joints = _read_hierarchy(lexer)
-    claimed, frame_time = _read_motion_head(lexer)
-    rate = _rate_of(source, frame_time, frame_rate)
-    numbers, frames = _read_rows(source, lexer.at, sum(len(joint.channels) for joint in joints), claimed, trust, on_nan)
-    if frame_rate is None and len(numbers) > 1:
-        source.warn(complaint_of_frame_time(1.0 / rate))
-
+    head = HEAD.match(source.data, lexer.at)
+    if head is None:
+        word = lexer.next("Frames:")
+        raise source.error(f"expected Frames: and Frame Time: after MOTION, found {word[:40]!r}", word)
+    claimed, frame_time = Token(head, 1), Token(head, 2)
+    seconds = source.number(frame_time, "Frame Time", finite=False, nan=True)
+    stated = 1.0 / seconds if seconds > 0.0 else np.nan
+    if frame_rate is None and not 0.0 < stated < np.inf:
+        raise source.error(f"Frame Time: expected a positive number, found {frame_time}: pass frame_rate=", frame_time)
+    rate = choose_rate(source, frame_rate, stated, "Frame Time")
+    width = sum(len(joint.channels) for joint in joints)
+    numbers, frames = _read_rows(source, head.end(), width, claimed, trust, on_nan)
+    if frame_rate is None and len(numbers) > 1 and not SLOWEST <= rate <= FASTEST:
+        source.warn(f"Frame Time is {seconds:g} s, which is {rate:.3g} frames a second: is it in ms? pass frame_rate=")
     with source.format_errors():
         names = _unique_names(joints[1:], source)
         chain, below = choose_root(joints, numbers, root, names, source)
@@ -249,33 +259,6 @@ def _channels(lexer: Lexer, joint: Joint) -> list[str]:
     return channels
 
 
-def _read_motion_head(lexer: Lexer) -> tuple[Token, Token]:
-    """The number of frames that the file states, and the duration of each, as words."""
-    found: dict[str, Token] = {}
-    while len(found) < 2:
-        missing = "Frame Time:" if "frames" in found else "Frames:"
-        word = lexer.next(missing, WORD_OR_COLON)
-        key = word.lower()
-        if key == "frame":
-            key += " " + lexer.next("Time:", WORD_OR_COLON).lower()
-        if key not in ("frames", "frame time") or key in found:
-            raise lexer.source.error(f"expected {missing} after MOTION, found {word[:40]!r}", word)
-        found[key] = lexer.next("a number", WORD_OR_COLON)
-    if not WHOLE.fullmatch(found["frames"]):
-        raise lexer.source.error(f"Frames: expected a whole number, found {found['frames'][:40]!r}", found["frames"])
-    return found["frames"], found["frame time"]
-
-
-def _rate_of(source: Source, word: Token, given: float | None) -> float:
-    """The frame rate, Hz: `given`, or by the word after "Frame Time:"."""
-    seconds = source.number(word, "Frame Time", finite=False)
-    if given is None and not (seconds > 0 and np.isfinite(seconds) and np.isfinite(1.0 / seconds)):
-        raise source.error(f"Frame Time: expected a positive number, found {word[:40]!r}: pass frame_rate=", word)
-    if given is not None and not seconds > 0:
-        return given
-    return choose_rate(source, given, 1.0 / seconds, "Frame Time")
-
-
 def _read_rows(
     source: Source, start: int, width: int, claimed: Token, trust: str, on_nan: str
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -283,7 +266,7 @@ def _read_rows(
     if width == 0:
         raise source.error("no joint has CHANNELS, so nothing moves; is the file cut short?")
     numbers = read_numbers(source, start, finite=on_nan == "raise")
-    n_frames, frames = len(numbers) // width, np.arange(len(numbers) // width)
+    frames = np.arange(len(numbers) // width)
     if len(numbers) != int(claimed) * width:
         if trust == "header":
             raise source.error(
@@ -295,10 +278,9 @@ def _read_rows(
         is_frame = counts == width
         if 2 * np.count_nonzero(is_frame) > len(counts):  # a number that is missing in a line shifts no other line
             numbers, frames = numbers[np.repeat(is_frame, counts)], np.flatnonzero(is_frame)
-            n_frames = len(frames)
-        if left := counts.sum() - n_frames * width:
+        if left := counts.sum() - len(frames) * width:
             source.warn(f"{left} numbers that are not a whole frame of {width} are left out")
-    return drop_not_finite(numbers[: n_frames * width].reshape(-1, width), frames, source)
+    return drop_not_finite(numbers[: len(frames) * width].reshape(-1, width), frames, source)
 
 
 def _unique_names(joints: list[Joint], source: Source) -> dict[Joint, str]:

@@ -45,7 +45,6 @@ FEWEST = 4  # letters of a name that is cut short, as in C3D files without room 
 
 SAME = 0.01  # relative difference between two roundings of one rate
 SLOWEST, FASTEST = 2.0, 2000.0  # Hz, of recordings of people
-LIKELY = 10.0, 500.0  # Hz, of another reading of a number
 
 
 def check_options(**options: Any) -> None:
@@ -88,17 +87,6 @@ def choose_rate(source: Source, given: float | None, stated: float, where: str) 
 def agree(one: float, other: float) -> bool:
     """Whether two rates, Hz, differ by no more than rounding."""
     return abs(one - other) <= SAME * other
-
-
-def complaint_of_frame_time(seconds: float) -> str:
-    """Say that the duration of a frame is unlikely, and which rates may be meant; empty if it is likely."""
-    rate = 1.0 / seconds
-    if SLOWEST <= rate <= FASTEST:
-        return ""
-    readings = {1000.0 * rate, seconds} if rate < SLOWEST else {rate / 1000.0}  # in ms, or frames a second
-    likely = [f"frame_rate={hertz:.4g}" for hertz in sorted(readings) if LIKELY[0] <= hertz <= LIKELY[1]]
-    remedy = " or ".join(likely) or "frame_rate="
-    return f"Frame Time is {seconds:.6g} s, which is {rate:.3g} frames a second: pass {remedy}"
 
 
 def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -> Motion:

@@ -7,6 +7,7 @@ import re
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Literal, Self
 
@@ -19,8 +20,6 @@ from skpose.io._error import MocapFormatError
 REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
 WHOLE = re.compile(r"\d{1,18}", re.ASCII)  # fits 64 bits
-GLUED = re.compile(rf"{REAL}(?:[+-](?:\d|\.)[\d.eE+-]*)+", re.ASCII)
-DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
 WORD, UNBRACKETED = re.compile(rb"\S+"), re.compile(rb"[^\s()]+")
 LINE = re.compile(rb"([^\n#]*)(?:#[^\n]*)?\n?")  # and its comment
 
@@ -51,9 +50,9 @@ class Token(str):
 
     at: int
 
-    def __new__(cls, match: re.Match[bytes]) -> Self:
-        token = super().__new__(cls, match[0].decode(errors="replace"))
-        token.at = match.start()
+    def __new__(cls, match: re.Match[bytes], group: int = 0) -> Self:
+        token = super().__new__(cls, match[group].decode(errors="replace"))
+        token.at = match.start(group)
         return token
 
 
@@ -90,17 +89,15 @@ class Source:
             raise self.error(f"expected {expected}, found {self.describe()}")
 
     def _unpack(self, data: bytes) -> bytes:
-        parts, n_bytes = list[bytes](), 0
         try:
             with gzip.open(io.BytesIO(data)) as file:
-                while part := file.read(1 << 24):
-                    parts.append(part)
-                    n_bytes += len(part)
-                    if n_bytes > LARGEST:
-                        raise self.error(f"gzip: expected at most {LARGEST >> 20} MB, found more: decompress it first")
+                parts = iter(lambda: file.read(1 << 24), b"")
+                unpacked = b"".join(islice(parts, 1 + (LARGEST >> 24)))
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
             raise self.error(f"its gzip compression is damaged or cut short: {error}") from None
-        return b"".join(parts)
+        if len(unpacked) > LARGEST:
+            raise self.error(f"gzip: expected at most {LARGEST >> 20} MB, found more: decompress it first")
+        return unpacked
 
     @property
     def lines(self) -> list[str]:
@@ -121,15 +118,12 @@ class Source:
 
     def describe(self) -> str:
         """Describe the file in an error message, with the function that reads it."""
-        readers = {"hierarchy": "load_bvh", "pathfiletype": "load_trc", ":": "load_motion"}
-        reader = next((name for start, name in readers.items() if self.first_word.startswith(start)), None)
-        found = {
+        return {
             "C3D": "a C3D file, positions of markers: load_c3d reads it",
             "npy": "an array (.npy): load_keypoints reads keypoints",
             "zip": "a zip archive",
-            "text": f"{self.first_word[:40]!r}",
+            "text": f"{self.first_word[:40]!r}; load_bvh, load_amc, load_trc and load_keypoints read text",
         }[self.kind]
-        return f"{found}: {reader} reads it" if reader else found
 
     def error(self, message: str, at: Token | int | None = None) -> MocapFormatError:
         """The error that names this file, and a word or the number of a line."""
@@ -178,10 +172,5 @@ def open_source(file: Readable | Source, expected: str, *, binary: bool = False)
 
 
 def complaint(token: str) -> str:
-    """Say why a word is not accepted as a number, with the likely cause."""
-    shown = repr(str(token[:40]))
-    if NUMBER.fullmatch(token):
-        return f"expected a finite number, found {shown}"
-    cause = ": write the decimal comma as a point" if DECIMAL_COMMA.fullmatch(token) else ""
-    cause = ": numbers without a blank between them" if GLUED.fullmatch(token) else cause
-    return f"expected a number, found {shown}{cause}"
+    """Say that a word is not accepted as a number."""
+    return f"expected a finite number such as -0.5, found {str(token[:40])!r}"
