@@ -160,17 +160,12 @@ def _poses(file: Archive, n_frames: int, finite: bool) -> tuple[str, np.ndarray]
 
 def _frame_rate(file: Archive, given: float | None) -> float:
     """The frames per second, Hz, which the two generations of files have under different keys."""
-    key = next((key for key in RATES if key in file.keys), None)
-    if key is None:
-        if given is None:
-            raise file.source.error(f"expected {RATES[0]}, found {file.list_keys()}: pass frame_rate=")
-        return given
-    rate = float(file.numbers(key, (), (1,), finite=given is None).item())
-    if rate > 0 and np.isfinite(rate) and np.isfinite(1.0 / rate):
-        return choose_rate(file.source, given, rate, key)
-    if given is None:
-        raise file.source.error(f"{key}: expected a positive number, found {rate}: pass frame_rate=")
-    return given
+    key = next((key for key in RATES if key in file.keys), "")
+    rate = float(file.numbers(key, (), (1,), finite=given is None).item()) if key else np.nan
+    if given is None and not (rate > 0.0 and np.isfinite(1.0 / rate)):
+        found = f"{key} of {rate:g}" if key else file.list_keys()
+        raise file.source.error(f"expected {RATES[0]}, a positive number, found {found}: pass frame_rate=")
+    return choose_rate(file.source, given, rate, key)
 
 
 def is_amass(source: Source) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 
 from skpose._utils.units import complaint_of_extent
 from skpose.io._arguments import Readable
-from skpose.io._c3d_file import Parameters, Recording, read_recording
+from skpose.io._c3d_file import Parameters, read_recording
 from skpose.io._conventions import Up, Zeros, check_options, number_names, read_unit, stand_markers
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source, open_source
@@ -101,7 +101,7 @@ def load_c3d(
     check_options(up=up, zeros=zeros, scale=scale)
     source = open_source(path, "a C3D file", binary=True)
     with source.format_errors():
-        recording, names, kinds = _read(source)
+        parameters, rate, all_positions, names, kinds = _read(source)
         chosen = [i for i in names if i not in kinds]
         if kinds:
             shown = ", ".join([names[i] for i in kinds][:5]) + (" and others" if len(kinds) > 5 else "")
@@ -109,12 +109,12 @@ def load_c3d(
             if not chosen:
                 raise source.error(f"{message}: load_c3d_quantities reads them")
             source.warn(f"{message} and are left out; load_c3d_quantities reads them by their names")
-        labels, parameters = [names[i] for i in chosen], recording.parameters
+        labels = [names[i] for i in chosen]
         units = parameters.texts("POINT:UNITS") if scale is None else _texts_if_any(parameters, "POINT:UNITS")
         scale = read_unit(source, "POINT:UNITS", units[0] if units else "", scale)
         usual: tuple[Up, str] = ("z", "") if up is not None else _up(source, parameters)
-        positions, axis = stand_markers(source, recording.positions[:, chosen], labels, scale, zeros, up, usual)
-        found = Keypoints(positions, labels, recording.frame_rate, up=axis)
+        positions, axis = stand_markers(source, all_positions[:, chosen], labels, scale, zeros, up, usual)
+        found = Keypoints(positions, labels, rate, up=axis)
         source.warn(complaint_of_extent(found.positions, scale))
         return found
 
@@ -157,31 +157,31 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     """
     source = open_source(path, "a C3D file", binary=True)
     with source.format_errors():
-        recording, names, kinds = _read(source)
+        parameters, _, positions, names, kinds = _read(source)
         found = dict[str, C3DQuantity]()
         for i, kind in kinds.items():
-            units = recording.parameters.texts(f"POINT:{kind.removesuffix('S')}_UNITS")
-            found[names[i]] = C3DQuantity(kind.lower(), next(iter(units), ""), recording.positions[:, i])
+            units = parameters.texts(f"POINT:{kind.removesuffix('S')}_UNITS")
+            found[names[i]] = C3DQuantity(kind.lower(), next(iter(units), ""), positions[:, i])
         return found
 
 
-def _read(source: Source) -> tuple[Recording, dict[int, str], dict[int, str]]:
-    """A file, and by the indices of its points the names, where they have one, and the kinds of quantities."""
+def _read(source: Source) -> tuple[Parameters, float, np.ndarray, dict[int, str], dict[int, str]]:
+    """A recording, and by the indices of its points the names, where they have one, and the kinds of quantities."""
     if source.kind != "C3D":
         raise source.error("expected a C3D file, whose second byte is 80")
-    recording = read_recording(source)
-    n_points = recording.positions.shape[1]
-    labels = recording.parameters.texts("POINT:LABELS")[:n_points]
+    parameters, rate, positions = read_recording(source)
+    n_points = positions.shape[1]
+    labels = parameters.texts("POINT:LABELS")[:n_points]
     named = [i for i, label in enumerate(labels) if label]
     if not named:
         source.warn(f"none of its {n_points} points has a name (POINT:LABELS): they are called by their numbers")
-        return recording, {i: str(i + 1) for i in range(n_points)}, {}
+        return parameters, rate, positions, {i: str(i + 1) for i in range(n_points)}, {}
     if without := n_points - len(named):
         source.warn(f"{without} of {n_points} points have no label and are left out")
     names = number_names(source, [labels[i] for i in named])
-    groups = _list_groups(recording.parameters)
+    groups = _list_groups(parameters)
     kinds = {i: kind for i in named if (kind := _kind_of(labels[i], groups))}
-    return recording, dict(zip(named, names, strict=True)), kinds
+    return parameters, rate, positions, dict(zip(named, names, strict=True)), kinds
 
 
 def _list_groups(parameters: Parameters) -> Groups:

@@ -36,14 +36,6 @@ class Frames(NamedTuple):
         return (4 * self.n_points + self.n_analog) * (4 if self.is_float else 2)
 
 
-class Recording(NamedTuple):
-    """Parameters, frame rate in Hz, and positions in the file's unit, NaN for lost markers."""
-
-    parameters: "Parameters"
-    frame_rate: float
-    positions: np.ndarray  # (n_frames, n_points, 3)
-
-
 class Parameters:
     """The parameters of a C3D file, by `GROUP:NAME`; each is decoded when it is requested.
 
@@ -125,8 +117,8 @@ class Parameters:
         return (words >> 16 | words << 16).view(np.float32).astype(np.float64) / 4
 
 
-def read_recording(source: Source) -> Recording:
-    """Parameters, frame rate, and positions (n_frames, n_points, 3) of a file."""
+def read_recording(source: Source) -> tuple[Parameters, float, np.ndarray]:
+    """Parameters, frame rate, Hz, and positions (n_frames, n_points, 3) in the file's unit, NaN for lost markers."""
     data = source.data
     at = BLOCK * (data[0] - 1) + 3
     if len(data) < BLOCK or len(data) <= at:
@@ -162,7 +154,7 @@ def read_recording(source: Source) -> Recording:
         source.warn("all residuals are negative, but the positions differ: all markers are read as seen")
     else:
         positions[lost] = np.nan
-    return Recording(parameters, rate, positions)
+    return parameters, rate, positions
 
 
 def _find_frames(

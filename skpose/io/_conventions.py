@@ -23,14 +23,14 @@ Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 HALF_TURNS = {"-x": Rotation.from_rotvec([0.0, np.pi, 0.0]), "-y": Rotation.from_rotvec([np.pi, 0.0, 0.0])}
 HALF_TURNS["-z"] = HALF_TURNS["-y"]
 Zeros = Literal["seen", "missing"]
-CHOICES = {
+CHOICES: dict[str, tuple] = {
     "on_nan": ("raise", "drop"),
     "trust": ("header", "rows"),
     "stretch": ("raise", "mean"),
     "missing": ("raise", "rest"),
     "root_offset": ("replace", "add"),
-    "up": UPS,
-    "zeros": ("seen", "missing"),
+    "up": (None, *UPS),
+    "zeros": (None, "seen", "missing"),
 }
 
 METRES = {
@@ -50,11 +50,9 @@ SLOWEST, FASTEST = 2.0, 2000.0  # Hz, of recordings of people
 def check_options(**options: Any) -> None:
     """Check the options that several readers have, by their names."""
     for name, value in options.items():
-        if value is None and name in ("up", "zeros", "scale", "frame_rate"):
-            continue
         if name in CHOICES:
             check_choice(name, value, CHOICES[name])
-        else:
+        elif value is not None:
             check_frame_rate(value) if name == "frame_rate" else check_positive(name, value)
 
 

@@ -69,10 +69,27 @@ FORMATS = (
     Format("CSV", "points", (".csv", ".tsv"), is_csv, load_keypoints),
     Format("AMC", "motion", (".amc",), is_amc, load_amc),
 )
-# Files that no loader reads, and what to do with them.
+
+
 OPENSIM = re.compile(
     r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b.*^[ \t]*endheader\b", re.I | re.M | re.S
 )
+
+
+def is_numbers(source: Source) -> bool:
+    """Whether the first lines are numbers alone, some of them several on a line, as Kinect's text of joints."""
+    lines = [line.replace(",", " ").split() for line in source.head.splitlines()[:50] if line.strip()]
+    return any(len(words) > 1 for words in lines) and all(NUMBER.fullmatch(word) for words in lines for word in words)
+
+
+# Files that no loader reads, and what to do with them.
+UNREADABLE: dict[str, Callable[[Source], object]] = {
+    ANGLES: is_angles,
+    "this is a table of OpenSim (.mot, .sto): load_trc reads the markers of the same trial": (
+        lambda source: OPENSIM.search(source.head)
+    ),
+    "this is a table of numbers: numpy.loadtxt reads it, and skpose.keypoints.Keypoints names it": is_numbers,
+}
 
 
 def format_of(path: Readable | Source) -> Format:
@@ -86,24 +103,13 @@ def format_of(path: Readable | Source) -> Format:
         If it cannot be read.
     """
     source = path if isinstance(path, Source) else Source(path, EXPECTED, binary=True)
-    if is_angles(source):
-        raise source.error(ANGLES)
-    if OPENSIM.search(source.head):
-        raise source.error("this is a table of OpenSim (.mot, .sto): load_trc reads the markers of the same trial")
-    if is_numbers(source.head):
-        raise source.error(
-            "this is a table of numbers: numpy.loadtxt reads it, and skpose.keypoints.Keypoints names it"
-        )
+    for message, recognizes in UNREADABLE.items():
+        if recognizes(source):
+            raise source.error(message)
     for one in FORMATS:
         if one.recognizes(source):
             return one
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")
-
-
-def is_numbers(head: str) -> bool:
-    """Whether the first lines are numbers alone, some of them several on a line, as Kinect's text of joints."""
-    lines = [line.replace(",", " ").split() for line in head.splitlines()[:50] if line.strip()]
-    return any(len(words) > 1 for words in lines) and all(NUMBER.fullmatch(word) for words in lines for word in words)
 
 
 def load_motion(path: Readable, **options: Any) -> Motion:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.files import check_new, new_file
-from skpose._utils.validation import check_choice, check_positive
+from skpose._utils.validation import check_choice, check_kind, check_positive
 from skpose.io._arguments import PathLike
 from skpose.skeleton import Bone, Motion
 from skpose.skeleton._bone import is_axes
@@ -79,9 +79,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     >>> path = geodesic([0, 0, 0], [0.5, 1, 1.5], arm).path
     >>> save_bvh("reach.bvh", Motion(arm, path, frame_rate=10))  # doctest: +SKIP
     """
-    if not isinstance(motion, Motion):
-        remedy = ": Motion(skeleton, poses, frame_rate) makes one of poses" if hasattr(motion, "shape") else ""
-        raise TypeError(f"motion must be a skpose.Motion, got {type(motion).__name__}{remedy}")
+    check_kind(motion, Motion, "motion", "Motion(skeleton, poses, frame_rate) makes one of poses")
     check_new(path)
     check_positive("scale", scale)
     check_choice("up", up, ("x", "y", "z"))
@@ -94,10 +92,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     for name in (motion.root_name, *skeleton.joint_names):
         if name != name.strip() or set(name) & set("{}\r\n"):
             raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")
-    if (gaps := np.flatnonzero(np.diff(motion.frame_numbers) > 1)).size:
-        before, after = motion.frame_numbers[gaps[0] : gaps[0] + 2]
+    if (np.diff(motion.frame_numbers) > 1).any():
         raise ValueError(
-            f"frames between {before} and {after} are missing, and BVH has one time between all frames: "
+            "some frame_numbers are left out, and BVH has one time between all frames: "
             "dataclasses.replace(motion, frame_numbers=None) writes the frames without regard to their times"
         )
     columns = [motion.root_positions / scale]

@@ -1,6 +1,6 @@
 """The skeleton of a layout that fits positions of its points."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any, Literal
 
 import numpy as np
@@ -133,7 +133,9 @@ def fit_skeleton(
         lengths = symmetric_lengths(lengths, partners_of(layout), frames)
     rest = rest_pose(points, layout, up, symmetric)
     warn_of_lengths(lengths)
-    _warn_of_mirror(rest.forward)
+    if rest.forward and max(rest.forward.values()) < BACKWARD:  # bones that point forward in people
+        names = ", ".join(rest.forward)
+        warn(f"{names} point backward: left and right are exchanged, or an axis has the wrong sign")
     bones = [Bone(layout.root, None, (0.0, 0.0, 0.0))]
     for name, parent in children:
         length = lengths[name].value
@@ -144,7 +146,11 @@ def fit_skeleton(
             bones.append(Bone(name, parent, (length, 0.0, 0.0), BALL, rest.axes[parent].T @ rest.axes[name]))
     skeleton = Skeleton(bones)
     if layout.pairs:  # a hand or an arm has not the size of a person
-        _warn_of_size(skeleton)
+        size = size_of(skeleton)
+        unit = likely_unit(size)
+        if not (SMALLEST <= size <= LARGEST or unit == "metres"):
+            remedy = f"if positions are in {unit}, multiply by {UNITS[unit]:.4g}"
+            warn(f"the skeleton is {size:.3g} m from end to end: {remedy}")
     return skeleton
 
 
@@ -163,8 +169,6 @@ def is_of_layout(skeleton: Skeleton) -> bool:
 
 def _recordings(keypoints: Any, layout: Layout) -> list[Keypoints]:
     """One or several recordings as keypoints."""
-    if isinstance(keypoints, Mapping):
-        raise TypeError("keypoints must be one recording or a sequence of them, got a mapping: pass its values")
     if isinstance(keypoints, Keypoints) or hasattr(keypoints, "__array__"):
         keypoints = [keypoints]
     keypoints = list(keypoints)
@@ -213,18 +217,3 @@ def _points(recordings: list[Keypoints], layout: Layout) -> tuple[Points, Litera
         {name: confidences[:, i] for i, name in enumerate(layout.points)},
     )
     return points, up
-
-
-def _warn_of_mirror(forward: dict[str, float]) -> None:
-    """Warn if bones that point forward in people point backward."""
-    if forward and max(forward.values()) < BACKWARD:
-        names = ", ".join(forward)
-        warn(f"{names} point backward: left and right are exchanged, or an axis has the wrong sign")
-
-
-def _warn_of_size(skeleton: Skeleton) -> None:
-    """Warn if the skeleton has the size of a person in another unit than metres."""
-    size = size_of(skeleton)
-    unit = likely_unit(size)
-    if not (SMALLEST <= size <= LARGEST or unit == "metres"):
-        warn(f"the skeleton is {size:.3g} m from end to end: if positions are in {unit}, multiply by {UNITS[unit]:.4g}")

@@ -180,16 +180,9 @@ class Keypoints:
         Keypoints(25 frames at 25 Hz, 1.0 s, 1 points)
         """
         parts = list(recordings)
-        if not parts:
-            raise ValueError("concatenate needs at least one recording, got none")
+        if len({(frozenset(part.names), part.frame_rate, part.up) for part in parts}) != 1:
+            raise ValueError("concatenate needs recordings, at least one, with the same points, frame rate and up axis")
         first = parts[0]
-        for i, part in enumerate(parts):
-            if alone := sorted(set(first.names) ^ set(part.names)):
-                raise ValueError(
-                    f"recordings[{i}] has other points than recordings[0], such as {alone[0]!r}: use select"
-                )
-            if (part.frame_rate, part.up) != (first.frame_rate, first.up):
-                raise ValueError(f"recordings[{i}] differs from recordings[0] in frame_rate or up")
         chosen = [part.select(first.names) for part in parts]
         positions, confidences = (
             np.concatenate([getattr(part, name) for part in chosen]) for name in ("positions", "confidences")

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
-from skpose._utils.validation import as_numbers, check_choice, check_positions
+from skpose._utils.validation import check_choice
 from skpose._utils.warnings import warn
 from skpose.keypoints._checks import UPS, complaints_of, turn_up
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
-from skpose.keypoints._pictures import refuse_pictures
 from skpose.keypoints._tables import TABLES
 from skpose.skeleton._sides import others, partners, sides
 
@@ -228,35 +227,20 @@ class Layout:
         if isinstance(positions, Keypoints):
             if frame_rate is not None or confidences is not None:
                 raise ValueError("frame_rate and confidences must be None for keypoints, which have their own")
-            return self._of_keypoints(positions, absent)
+            return self._of_keypoints(positions, positions.up, absent)
+        n_points = np.shape(positions)[1:2]
+        likely = [table.name for table in TABLES if (len(table.names),) == n_points != (len(self.names),)]
+        if likely:
+            raise ValueError(f"positions have {n_points[0]} points, those of {' or '.join(likely)}, not {self.name!r}")
         if frame_rate is None:
             raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
-        array, confidence = self._check(positions, confidences)
-        seen = np.where(confidence[:, :, None] > 0.0, array, np.nan)
+        given = Keypoints(positions, self.names, frame_rate, confidences)
         why, remedy = f"as the layout {self.name!r} says", "dataclasses.replace(layout, up={})"
-        for complaint in complaints_of(seen, self.names, self.up, why, remedy):
+        for complaint in complaints_of(given.positions, self.names, self.up, why, remedy):
             warn(complaint)
-        columns = {name: (array[:, i], confidence[:, i]) for i, name in enumerate(self.names)}
-        return self._of_columns(columns, frame_rate, self.up)
+        return self._of_keypoints(given, self.up, absent)
 
-    def _check(self, positions: ArrayLike, confidences: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
-        """Check positions (n, n_points, 3) and confidences (n, n_points)."""
-        array = as_numbers(positions, "positions")
-        n = len(self.names)
-        if array.ndim == 3 and array.shape[1] != n and array.shape[2] == 3:
-            likely = [table.name for table in TABLES if len(table.names) == array.shape[1]]
-            hint = f": is it {' or '.join(likely)}?" if likely else ""
-            raise ValueError(f"positions have {array.shape[1]} points, but {self.name!r} has {n}{hint}")
-        array = check_positions(array, n, "positions")
-        refuse_pictures(array, self.names, "positions")
-        confidence = np.where(np.isnan(array).any(axis=2), 0.0, 1.0)
-        if confidences is not None:
-            confidence = as_numbers(confidences, "confidences", masked=0.0)
-        if confidence.shape != array.shape[:2]:
-            raise ValueError(f"confidences must have shape {array.shape[:2]}, got {confidence.shape}")
-        return array, confidence
-
-    def _of_keypoints(self, given: Keypoints, absent: str) -> Keypoints:
+    def _of_keypoints(self, given: Keypoints, up: str, absent: str) -> Keypoints:
         found = find_names(self.names, given.names)
         # Not from among all names: the midpoint "left_knee" is not the point "L_knee".
         found |= find_names(self.midpoints, [name for name in given.names if name not in found.values()])
@@ -267,17 +251,13 @@ class Layout:
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
         columns |= {name: (np.full((len(given), 3), np.nan), np.zeros(len(given))) for name in missing}
-        return self._of_columns(columns, given.frame_rate, given.up)
-
-    def _of_columns(self, columns: dict[str, tuple[np.ndarray, np.ndarray]], frame_rate: float, up: str) -> Keypoints:
-        """Keypoints of positions (n, 3) and confidences (n,) by name, with missing midpoints added."""
         for name, ends in self.midpoints.items():
             if name not in columns:
                 parts, confidence = zip(*(columns[end] for end in ends), strict=True)
                 columns[name] = np.mean(parts, axis=0), np.min(confidence, axis=0)
         array, confidences = (np.stack([columns[name][i] for name in self.points], axis=1) for i in (0, 1))
         array, axis = turn_up(array, up)
-        return Keypoints(array, self.points, frame_rate, confidences=confidences, up=axis)
+        return Keypoints(array, self.points, given.frame_rate, confidences=confidences, up=axis)
 
     def without(self, names: Iterable[str]) -> "Layout":
         """Remove points from the layout, such as points that are never seen.
