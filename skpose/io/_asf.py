@@ -89,8 +89,10 @@ class AsfFile:
         if scale is None:
             if "length" not in units:
                 raise source.error("expected a length under :units, found none: pass scale=")
-            _numbers(source, units["length"], 1, "length")
-            scale = INCH / source.positive(units["length"][1], "length")
+            (length,) = _numbers(source, units["length"], 1, "length")
+            if not 0.0 < length < np.inf:
+                raise source.error(f"length: expected a positive number, found {length:g}", units["length"][1])
+            scale = INCH / length
         self.scale = scale
         self.root = _read_root(source, sections["root"])
         with source.format_errors():
@@ -223,7 +225,7 @@ def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str,
             if name in bones:
                 raise source.error(f"bone {name!r} is defined twice", tokens[0])
             bones[name], given = bone, {}
-        elif NUMBER.fullmatch(word):  # limits, one pair a line, or all in one
+        elif NUMBER.fullmatch(word) or not word[0].isalpha():  # limits, one pair a line, or all in one
             given[key] = [*given.get(key, ()), *tokens]
         else:
             key, given[word] = word, tokens

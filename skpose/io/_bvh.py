@@ -201,8 +201,8 @@ def _read_hierarchy(lexer: Lexer) -> list[Joint]:
     while True:
         word = lexer.next(f"the end of {joint}" if joint else "MOTION" if joints else "ROOT")
         keyword = word.upper()
-        if keyword in ("ROOT", "JOINT", "END"):
-            joint = _open(lexer, word, joint, joints)
+        if (joint is not None and keyword in ("JOINT", "END")) or (not joints and keyword == "ROOT"):
+            joint = _open(lexer, word, joint)
             joints.append(joint)
         elif joint is not None and keyword == "OFFSET" and not joint.offset:
             joint.offset = [source.number(lexer.next("3 numbers"), f"OFFSET of {joint}") for _ in range(3)]
@@ -212,36 +212,22 @@ def _read_hierarchy(lexer: Lexer) -> list[Joint]:
             if not joint.offset:
                 raise source.error(f"expected an OFFSET of {joint}, found none", word)
             joint = joint.parent
-        elif joint is not None:
-            raise source.error(
-                f"expected OFFSET, CHANNELS, JOINT, End Site or }} in {joint}, found {word[:40]!r}", word
-            )
-        elif keyword == "MOTION" and joints:
+        elif joint is None and joints and keyword == "MOTION":
             for before, one in pairwise(joints):
                 one.first = before.first + len(before.channels)
             return joints
         else:
-            raise source.error(f"expected {'MOTION' if joints else 'ROOT'}, found {word[:40]!r}", word)
+            outside = "MOTION, as a file has one skeleton" if joints else "ROOT"
+            expected = f"OFFSET, CHANNELS, JOINT, End Site or }} in {joint}" if joint else outside
+            raise source.error(f"expected {expected}, found {word[:40]!r}", word)
 
 
-def _open(lexer: Lexer, word: Token, parent: Joint | None, joints: list[Joint]) -> Joint:
+def _open(lexer: Lexer, word: Token, parent: Joint | None) -> Joint:
     """The block that a keyword begins, read up to its brace."""
-    source, keyword = lexer.source, word.upper()
-    if keyword == "ROOT" and joints:
-        raise source.error("expected one skeleton in a file, found a second ROOT", word)
-    if keyword != "ROOT" and parent is None:
-        raise source.error(f"found {word} outside a joint", word)
-    name = lexer.name()
-    brace = lexer.next("{")
-    if keyword == "END":
-        name = ""
-        if brace.upper() == "SITE":
-            brace = lexer.next("{")
-    elif not name:
-        raise source.error(f"expected a name after {word}, found none", word)
-    if brace != "{":
-        raise source.error(f"expected {{ after {name or 'End Site'!r}, found {brace[:40]!r}", brace)
-    return Joint(name, parent, word)
+    name, brace = lexer.name(), lexer.next("{")
+    if brace != "{" or not name:
+        raise lexer.source.error(f"expected a name and {{ after {word}, found {name} {brace[:40]}", brace)
+    return Joint("" if word.upper() == "END" else name, parent, word)
 
 
 def _channels(lexer: Lexer, joint: Joint) -> list[str]:

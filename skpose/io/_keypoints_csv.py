@@ -69,11 +69,10 @@ def read_csv(source: Source) -> Stored:
         raise source.error("expected a row for each frame after the header, found none")
     n = len(columns.positions)
     confidences = as_confidences(source, array[:, n:]) if columns.confidences else None
-    same = {word: {row[header.index(word)] for row in rows} for word in ("frame_rate", "up") if word in header}
-    stated = {word: cells.pop() for word, cells in same.items() if len(cells) == 1}  # else they hold something else
-    rate = stated.get("frame_rate", "")
-    frame_rate = float(rate) if NUMBER.fullmatch(rate) and 0.0 < float(rate) < np.inf else None
-    up = stated.get("up") if stated.get("up") in ("x", "y", "z") else None
+    first = dict(zip(header, rows[0], strict=True))
+    frame_rate = up = None
+    if set(POINTS_HEAD) <= first.keys():
+        frame_rate, up = source.number(first["frame_rate"], "frame_rate", lines[1][0]), first["up"]
     stored = Stored(array[:, :n].reshape(len(rows), -1, 3), confidences, columns.names, frame_rate, up)
     key, time = frame_key(header), time_key(header)
     numbers: list[float] | None = None

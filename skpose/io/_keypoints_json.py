@@ -6,7 +6,9 @@ or is the points themselves.
 
 import json
 import re
+from operator import itemgetter
 from pathlib import Path
+from reprlib import repr  # abbreviates
 from typing import Any
 
 import numpy as np
@@ -95,21 +97,20 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
     if isinstance(document, dict):
         if "annotations" in document and "images" in document:
             return _coco_entries(source, document)
-        frames = document.get("frames", document.get("instance_info"))  # the latter of MMPose
-        if isinstance(frames, list):
-            return _with_numbers(source, frames)
-        if isinstance(frames, dict):
-            return _sort(list(frames.values()), frame_numbers(source, "frames", list(frames)))
-        listed: list = next((document[key] for key in POINTS if isinstance(document.get(key), list)), [])
-        if any(isinstance(document.get(key), list) and len(document[key]) == len(listed) > 0 for key in TIMES):
-            return [(frame, None) for frame in listed]
         numbered = {key: value for key, value in document.items() if key.isdecimal() and len(key) < 100}
         others = [value for key, value in document.items() if key not in numbered and isinstance(value, dict | list)]
-        if not numbered or others or any(map(_is_point, numbered.values())):
-            return [(document, None)]
-        return _sort(list(numbered.values()), [float(key) for key in numbered])
+        frames = document.get("frames", document.get("instance_info"))  # the latter of MMPose
+        if numbered and not others and not any(map(_is_point, numbered.values())):
+            frames = numbered
+        if isinstance(frames, dict):
+            numbers = frame_numbers(source, "frames", list(frames))
+            return sorted(zip(frames.values(), numbers or (), strict=True), key=itemgetter(1))
+        listed: list = next((document[key] for key in POINTS if isinstance(document.get(key), list)), [])
+        if any(isinstance(document.get(key), list) and len(document[key]) == len(listed) > 0 for key in TIMES):
+            frames = listed
+        return _with_numbers(source, frames) if isinstance(frames, list) else [(document, None)]
     if not isinstance(document, list) or not document:
-        raise source.error(f"expected keypoints, found {_kind(document)}")
+        raise source.error(f"expected keypoints, found {repr(document)}")
     first = document[0]
     if isinstance(first, list) and first and _is_number(first[0]):
         is_frame = n_points and len(first) in (3 * n_points, 4 * n_points) and (n_points > 1 or len(document) > 1)
@@ -121,17 +122,11 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
 def _with_numbers(source: Source, frames: list) -> list[Entry]:
     """The frames with their numbers, if they have any; then those that are null are where no number is."""
     seen = [frame for frame in frames if frame is not None]
-    keys = [frame_key(frame) if isinstance(frame, dict) else None for frame in seen]
-    if not any(keys):
+    key = next((key for frame in seen if isinstance(frame, dict) and (key := frame_key(frame))), None)
+    if key is None:
         return [(frame, None) for frame in frames]
-    if len(set(keys)) > 1:
-        raise source.error("expected the number of a frame in each of them, or in none")
-    numbers = frame_numbers(source, str(keys[0]), [frame[keys[0]] for frame in seen])
+    numbers = frame_numbers(source, key, [frame.get(key) if isinstance(frame, dict) else None for frame in seen])
     return [(frame, None) for frame in frames] if numbers is None else list(zip(seen, numbers, strict=True))
-
-
-def _sort(frames: list, numbers: Any) -> list[Entry]:
-    return sorted(zip(frames, numbers, strict=True), key=lambda entry: entry[1])
 
 
 def _coco_entries(source: Source, document: dict) -> list[Entry]:
@@ -149,7 +144,7 @@ def _coco_entries(source: Source, document: dict) -> list[Entry]:
     for name in (key, "file_name", "id"):
         numbers = numbers_of([image.get(name) for image in images])
         if numbers is not None and len(set(numbers)) == len(images):
-            return _sort(list(people.values()), numbers)
+            return sorted(zip(people.values(), numbers, strict=True), key=itemgetter(1))
     return [(frame, None) for frame in people.values()]
 
 
@@ -226,7 +221,7 @@ class _Reader:
     def one(self, people: Any) -> Points:
         """The points of the only person of a list."""
         if not isinstance(people, list) or len(people) > 1:
-            raise self.source.error(f"expected one person, the same one in every frame, found {_kind(people)}")
+            raise self.source.error(f"expected one person, the same one in every frame, found {repr(people)}")
         return self.frame(people[0])
 
     def points(self, points: Any, key: str) -> Points:
@@ -238,7 +233,7 @@ class _Reader:
         if isinstance(points, dict):
             return {name: self.point(point) for name, point in points.items() if isinstance(point, dict | list)}
         if not isinstance(points, list):
-            raise self.source.error(f"expected points, found {_kind(points)}")
+            raise self.source.error(f"expected points, found {repr(points)}")
         first = points[0]
         if _is_number(first):
             points = self.split(points, key)
@@ -271,7 +266,7 @@ class _Reader:
                 return [lower["x"], lower["y"], lower["z"], next((lower[key] for key in SURE if key in lower), None)]
         elif isinstance(point, list) and len(point) in (3, 4):
             return [*point, None][:4]
-        what = f"{_kind(point)}. {REMEDY}" if _is_point(point) else f"{_kind(point)}: pass layout= or names=?"
+        what = f"{repr(point)}. {REMEDY}" if _is_point(point) else f"{repr(point)}: pass layout= or names=?"
         raise self.source.error(f"expected a point with x, y and z, found {what}")
 
 
@@ -292,9 +287,3 @@ def _is_point(value: Any) -> bool:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _kind(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"an object with {', '.join(map(repr, list(value)[:6])) or 'nothing'}"
-    return f"a list of {len(value)}" if isinstance(value, list) else repr(value)[:40]

@@ -141,14 +141,6 @@ class Source:
             raise self.error(f"{what}: {complaint(token)}", token if isinstance(token, Token) else at)
         return value
 
-    def positive(self, token: str, what: str, at: int | None = None) -> float:
-        """A word as a number above zero whose inverse is finite."""
-        value = self.number(token, what, at)
-        if value <= 0 or not np.isfinite(1.0 / value):
-            place = token if isinstance(token, Token) else at
-            raise self.error(f"{what}: expected a positive number, found {str(token)!r}", place)
-        return value
-
     def warn(self, message: str | None) -> None:
         """Emit a warning, if there is a message, that names this file, at the caller's line outside this library."""
         if message:
