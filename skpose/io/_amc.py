@@ -5,7 +5,6 @@ A frame is a line for its number, and one for the name and the numbers of each b
 
 import os
 import re
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -100,8 +99,9 @@ def load_amc(
     if not isinstance(asf, AsfFile):
         asf = AsfFile(asf, scale=scale)
     elif scale not in (None, asf.scale):
-        raise ValueError(f"scale must be that of {asf!r}, {asf.scale}, or None, got {scale!r}")
-    lines = list(_lines(source))
+        raise ValueError(f"scale must be that of {asf.name}, {asf.scale}, or None, got {scale!r}")
+    texts = (line.partition("#")[0] for line in source.lines)
+    lines = [(number, text) for number, text in enumerate(texts, 1) if text and not text.isspace()]
     n_keywords = next((i for i, (_, text) in enumerate(lines) if not text.lstrip().startswith(":")), len(lines))
     in_radians = bool(asf.radians)
     for line, text in lines[:n_keywords]:
@@ -168,15 +168,6 @@ def _motion(numbers: np.ndarray, frames: np.ndarray, asf: AsfFile, in_radians: b
         if f"root_t{axis}" in column:
             positions[:, i] += numbers[:, column[f"root_t{axis}"]]
     return Motion(skeleton, angles, frame_rate, asf.scale * positions, root_angles, root.axes, frames)
-
-
-def _lines(source: Source) -> Iterator[Line]:
-    """Yield the lines that are not empty, without comments."""
-    for number, text in enumerate(source.lines, 1):
-        if "#" in text:
-            text = text.partition("#")[0]
-        if text and not text.isspace():
-            yield number, text
 
 
 def _read_rows(source: Source, asf: AsfFile, lines: list[Line], *, fill: bool, finite: bool) -> np.ndarray:

@@ -69,13 +69,10 @@ def _check(source: Source, key: str, array: Any, kinds: str, shapes: Sequence[Sh
     if array.dtype.kind not in kinds:
         what = "numbers" if "f" in kinds else "texts"
         raise source.error(f"{key}: expected {what}, found an array of dtype {array.dtype}")
-    if not any(_fits(array.shape, shape) for shape in shapes):
+    possible = [shape for shape in shapes if len(shape) == array.ndim]
+    if not any(all(n in (None, m) for n, m in zip(shape, array.shape, strict=True)) for shape in possible):
         expected = " or ".join(str(tuple(n or "n" for n in shape)).replace("'", "") for shape in shapes)
         raise source.error(f"{key}: expected shape {expected}, found {array.shape}")
-
-
-def _fits(shape: tuple[int, ...], expected: Shape) -> bool:
-    return len(shape) == len(expected) and all(wanted in (None, n) for n, wanted in zip(shape, expected, strict=True))
 
 
 @contextmanager

@@ -133,9 +133,6 @@ class AsfFile:
         offset = bone.axis.inv().apply(bone.direction * (bone.length * self.scale))
         return Bone(name, parent, tuple(offset), "".join(order), rest, limits)
 
-    def __repr__(self) -> str:
-        return f"AsfFile({self.name!r}, {self.skeleton})"
-
 
 def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     """Read a skeleton from an Acclaim ASF file.
@@ -187,12 +184,10 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
 def _sections(source: Source) -> dict[str, Statements]:
     """The file's statements by the keyword of their section."""
     sections: dict[str, Statements] = {}
-    section: Statements | None = None
+    section: Statements = []  # of what is before the first keyword
     for tokens in source.statements():
         if tokens[0].startswith(":"):
             section = sections.setdefault(tokens[0][1:].lower(), [])
-        elif section is None:
-            raise source.error(f"expected a keyword such as :version, found {tokens[0][:40]!r}", tokens[0])
         else:
             section.append(tokens)
     for keyword in ("units", "root", "bonedata", "hierarchy"):

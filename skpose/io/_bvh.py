@@ -25,7 +25,7 @@ from skpose.io._conventions import (
     warn_of_renamed,
 )
 from skpose.io._numbers import drop_not_finite, read_numbers
-from skpose.io._source import WHOLE, Source, Token, open_source
+from skpose.io._source import Source, Token, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._rest import size_of
 
@@ -33,7 +33,7 @@ WORD = re.compile(rb"[{}]|[^\s{}]+")
 # After MOTION; "Frames:12" and "Frames : 12" mean the same.
 HEAD = re.compile(rb"\s*Frames\s*:?\s*(\d{1,18})\s+Frame\s+Time\s*:?\s*([^\s:]+)", re.IGNORECASE)
 NAME = re.compile(rb"[^{}\r\n]*")
-CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
+CHANNELS = re.compile(rb"\s*(\d)((?:\s+[xyz](?:position|rotation)(?![^\s{}]))*)", re.IGNORECASE)
 
 
 def load_bvh(
@@ -231,17 +231,12 @@ def _open(lexer: Lexer, word: Token, parent: Joint | None) -> Joint:
 
 
 def _channels(lexer: Lexer, joint: Joint) -> list[str]:
-    source, what = lexer.source, f"CHANNELS of {joint}"
-    count = lexer.next("a number")
-    if not WHOLE.fullmatch(count):
-        raise source.error(f"{what}: expected how many there are, found {count[:40]!r}", count)
-    channels: list[str] = []
-    while len(channels) < int(count):  # at most seven times, as a seventh channel is an error
-        word = lexer.next("a channel")
-        channel = word.lower()
-        if channel not in CHANNELS or channel in channels:
-            raise source.error(f"{what}: expected {count} of Xposition … Zrotation, found {word[:40]!r}", word)
-        channels.append(channel)
+    match = CHANNELS.match(lexer.source.data, lexer.at)
+    channels = match[2].decode().lower().split() if match else []
+    if match is None or len(set(channels)) != int(match[1]) or len(channels) > len(set(channels)):
+        what = "their number, and as many of Xposition … Zrotation, each once"
+        raise lexer.source.error(f"CHANNELS of {joint}: expected {what}", lexer.next(what))
+    lexer.at = match.end()
     return channels
 
 

@@ -64,8 +64,7 @@ def choose_root(
             kept.add(joint)
     left = [str(joint) for joint in joints if joint not in kept and joint not in chain]
     if left:
-        more = f" and {len(left) - 5} more" if len(left) > 5 else ""
-        source.warn(f"root={name!r} leaves out {', '.join(left[:5])}{more}, which are not below it")
+        source.warn(f"root={name!r} leaves out {', '.join(left[:5])}: {len(left)} joints that are not below it")
     return chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]]
 
 
@@ -117,11 +116,9 @@ def bone_offsets(joints: list[Joint], numbers: np.ndarray, source: Source, stret
     longest = _longest(stated, offsets)
     if not len(numbers):
         return offsets, longest
-    vary, largest = np.zeros((2, len(joints)))
-    for i, joint in enumerate(joints):
-        positions = joint.numbers("position", numbers)
-        vary[i] = np.ptp(positions, axis=0).max(initial=0.0)
-        largest[i] = np.abs(positions).max(initial=0.0)
+    positions = [joint.numbers("position", numbers) for joint in joints]
+    vary = np.array([np.ptp(each, axis=0).max(initial=0.0) for each in positions])
+    largest = np.array([np.abs(each).max(initial=0.0) for each in positions])
     unused = largest <= UNUSED * longest
     moved = np.flatnonzero((vary > ROUNDING * longest) & ~unused)
     if len(moved) and stretch == "raise":
@@ -146,15 +143,11 @@ def root_movement(
 
     They are those of its own channels if nothing above it is moved or rotated, and its movement in space otherwise.
     """
-    first, *more = chain
-    positions = np.tile(first.offset, (len(numbers), 1))
-    for axis, column in first.columns("position").items():
-        start = positions[:, "xyz".index(axis)] if root_offset == "add" else 0.0
-        positions[:, "xyz".index(axis)] = start + numbers[:, column]
+    positions = _positions(chain[0], numbers, -1.0, 1.0 if root_offset == "add" else 0.0)
     above: Rotation | None = None
-    for parent, joint in zip(chain, more, strict=False):
+    for parent, joint in pairwise(chain):
         above = _product(above, _rotation(parent, numbers))
-        local = _local_positions(joint, numbers, longest)
+        local = _positions(joint, numbers, UNUSED * longest, 0.0)
         positions += local if above is None else above.apply(local)
     axes = "".join(chain[-1].columns("rotation")).upper()
     if above is None:
@@ -168,16 +161,16 @@ def _product(first: Rotation | None, second: Rotation | None) -> Rotation | None
     return second if first is None else first if second is None else first * second
 
 
-def _local_positions(joint: Joint, numbers: np.ndarray, longest: float) -> np.ndarray:
+def _positions(joint: Joint, numbers: np.ndarray, least: float, share: float) -> np.ndarray:
     """The positions (n_frames, 3) of a joint relative to its parent, in the file's unit.
 
-    Position channels replace OFFSET, unless all are nearly zero: a program writes them for every joint and does not use
-    them.
+    Position channels, with a share of OFFSET added, replace it unless all are at most `least`: programs write them
+    for every joint without using them.
     """
     positions = np.tile(joint.offset, (len(numbers), 1))
-    if (np.abs(joint.numbers("position", numbers)) > UNUSED * longest).any():
+    if (np.abs(joint.numbers("position", numbers)) > least).any():
         for axis, column in joint.columns("position").items():
-            positions[:, "xyz".index(axis)] = numbers[:, column]
+            positions[:, "xyz".index(axis)] = share * joint.offset["xyz".index(axis)] + numbers[:, column]
     return positions
 
 

@@ -145,10 +145,8 @@ def read_recording(source: Source) -> tuple[Parameters, float, np.ndarray]:
         source.warn(f"POINT:SCALE is {scale:g}, which is taken, but the header states {header_scale:g}")
     rows = np.frombuffer(data, np.uint8, frames.n_frames * frames.n_bytes, frames.start).reshape(frames.n_frames, -1)
     points_data = rows[:, : 4 * frames.n_points * (4 if frames.is_float else 2)].tobytes()  # without analog samples
-    if frames.is_float:
-        points = parameters.floats(points_data).reshape(frames.n_frames, frames.n_points, 4)
-    else:
-        points = np.frombuffer(points_data, f"{parameters.order}i2").reshape(frames.n_frames, frames.n_points, 4)
+    numbers = parameters.floats(points_data) if frames.is_float else np.frombuffer(points_data, f"{parameters.order}i2")
+    points = numbers.reshape(frames.n_frames, frames.n_points, 4)
     positions, lost = points[:, :, :3] * (1.0 if frames.is_float else abs(scale)), points[:, :, 3] < 0
     if lost.all() and (positions != positions[0, 0]).any():
         source.warn("all residuals are negative, but the positions differ: all markers are read as seen")

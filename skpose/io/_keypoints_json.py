@@ -112,10 +112,7 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
     if not isinstance(document, list) or not document:
         raise source.error(f"expected keypoints, found {repr(document)}")
     first = document[0]
-    if isinstance(first, list) and first and _is_number(first[0]):
-        is_frame = n_points and len(first) in (3 * n_points, 4 * n_points) and (n_points > 1 or len(document) > 1)
-    else:
-        is_frame = not _is_number(first) and not _is_point(first)
+    is_frame = not _is_number(first) and not _is_point(first)
     return _with_numbers(source, document) if is_frame else [(document, None)]
 
 

@@ -120,9 +120,7 @@ def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarr
         return motion, np.eye(3)
     before, after = "xyz".index(motion.up), "xyz".index(up)
     about = "xyz"[3 - before - after]
-    matrix = np.zeros((3, 3))
-    matrix[after, before], matrix[before, after] = 1.0, -1.0
-    matrix[3 - before - after, 3 - before - after] = 1.0
+    matrix = np.round(Rotation.from_rotvec(np.pi / 2 * np.cross(np.eye(3)[before], np.eye(3)[after])).as_matrix()) + 0.0
     turn = Rotation.from_matrix(matrix)
     extent = np.ptp(positions_at_zero(motion.skeleton), axis=0)
     own = matrix if extent[before] > STANDS * extent[after] else np.eye(3)

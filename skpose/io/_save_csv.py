@@ -29,7 +29,7 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     TypeError
         If it is neither a motion nor keypoints.
     ValueError
-        If names have line breaks; for names of points that would be others where the file is read.
+        For names of points that would be others where the file is read.
     OSError
         If the file exists, or cannot be written.
 
@@ -82,8 +82,6 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
         header, same, numbers, columns = _of_keypoints(content)
     else:
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
-    if broken := [name for name in header if set(name) & set("\r\n")]:
-        raise ValueError(f"expected names of one line, got {broken[0]!r}")
     check_new(path)
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

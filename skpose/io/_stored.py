@@ -129,13 +129,14 @@ def at_frames(source: Source, stored: Stored, numbers: Sequence[float] | None) -
     if not ((given % 1.0 == 0.0).all() and (np.diff(given) > 0.0).all() and n <= MOST * len(given)):
         raise source.error("expected whole numbers of frames, each once, in order, without large gaps")
     at = (given - given[0]).astype(np.int64)
-    positions = np.full((int(n), *stored.positions.shape[1:]), np.nan)
-    positions[at] = stored.positions
-    confidences = stored.confidences
-    if confidences is not None:
-        confidences = np.zeros(positions.shape[:2])
-        confidences[at] = stored.confidences
-    return stored._replace(positions=positions, confidences=confidences)
+
+    def place(array: np.ndarray, otherwise: float) -> np.ndarray:
+        found = np.full((int(n), *array.shape[1:]), otherwise)
+        found[at] = array
+        return found
+
+    confidences = None if stored.confidences is None else place(stored.confidences, 0.0)
+    return stored._replace(positions=place(stored.positions, np.nan), confidences=confidences)
 
 
 def positions_only(source: Source, names: Sequence[str]) -> list[str]:

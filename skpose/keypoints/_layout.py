@@ -13,7 +13,6 @@ from skpose._utils.warnings import warn
 from skpose.keypoints._checks import UPS, complaints_of, turn_up
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
-from skpose.keypoints._tables import TABLES
 from skpose.skeleton._sides import others, partners, sides
 
 
@@ -128,12 +127,11 @@ class Layout:
         roots = [name for name in self.points if self.parents[name] is None]
         if len(roots) != 1:
             raise ValueError(f"{layout}: one point must be the root, with the parent None, got {roots}")
-        for name in self.points:
-            chain = [name]
-            while (parent := self.parents[chain[-1]]) is not None:
-                if parent in chain or parent not in points:
-                    raise ValueError(f"{layout}: parent {parent!r} of {chain[-1]!r} is unknown or makes a cycle")
-                chain.append(parent)
+        reached = list(roots)
+        for name in reached:
+            reached += [child for child, parent in self.parents.items() if parent == name]
+        if unknown := sorted(points - set(reached)):
+            raise ValueError(f"{layout}: the parents of {unknown} are unknown or make a cycle")
         if points - self.rigid <= set(roots):
             raise ValueError(f"{layout}: at least one point besides the root must not be rigid")
 
@@ -228,10 +226,6 @@ class Layout:
             if frame_rate is not None or confidences is not None:
                 raise ValueError("frame_rate and confidences must be None for keypoints, which have their own")
             return self._of_keypoints(positions, positions.up, absent)
-        n_points = np.shape(positions)[1:2]
-        likely = [table.name for table in TABLES if (len(table.names),) == n_points != (len(self.names),)]
-        if likely:
-            raise ValueError(f"positions have {n_points[0]} points, those of {' or '.join(likely)}, not {self.name!r}")
         if frame_rate is None:
             raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
         given = Keypoints(positions, self.names, frame_rate, confidences)

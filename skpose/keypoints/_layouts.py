@@ -6,23 +6,9 @@ from typing import Any
 from skpose._utils.validation import check_choice
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._names import find_names
-from skpose.keypoints._table import RIGID, Table
-from skpose.keypoints._tables import TABLES
+from skpose.keypoints._tables import LAYOUTS
 
-
-def _layout(table: Table) -> Layout:
-    return Layout(
-        table.name,
-        names=table.names,
-        parents={row[0]: row[1] for row in table.rows},
-        midpoints=table.midpoints,
-        rigid=[row[0] for row in table.rows if row[2:] == (RIGID,)],
-        up=table.up,
-        source=table.source,
-    )
-
-
-_BY_NAME = {table.name: _layout(table) for table in TABLES}
+_BY_NAME = {layout.name: layout for layout in LAYOUTS}
 
 
 class _Layouts(Mapping[str, Layout]):

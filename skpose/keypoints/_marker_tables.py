@@ -1,9 +1,9 @@
 """Sets of markers, and of the points that Pose2Sim has in their place, as tables: points, and means of them."""
 
-from skpose.keypoints._table import RIGID, Table
+from skpose.keypoints._table import RIGID, layout_of
 
 # As Pose2Sim writes them, y up. Some of its files have a point Hip, which is then taken, and some have none.
-POSE2SIM21 = Table(
+POSE2SIM21 = layout_of(
     "pose2sim21",
     (
         ("right_hip", "hip", RIGID),
@@ -36,7 +36,7 @@ POSE2SIM21 = Table(
 )
 
 # The 43 markers that OpenCap estimates besides its keypoints, y up; files write r_knee_study and L_knee_study.
-OPENCAP43 = Table(
+OPENCAP43 = layout_of(
     "opencap43",
     (
         ("R.ASIS_study", "pelvis", RIGID),
@@ -111,7 +111,7 @@ OPENCAP43 = Table(
 # files state, y up; files write r_knee and L_knee. _HJC are found from movements, _HJC_reg by regression. The other
 # joint centres, _KJC of knees, _AJC, _EJC and _WJC, are amid two markers; the files of movements lack the
 # medial ones of knees and ankles. _toe is at the head of the second metatarsal. Clusters of left and right differ.
-OPENCAP_MOCAP55 = Table(
+OPENCAP_MOCAP55 = layout_of(
     "opencap_mocap55",
     (
         ("C7", "pelvis"),
@@ -195,7 +195,7 @@ OPENCAP_MOCAP55 = Table(
 )
 
 # Means of the markers of the pelvis stand for the hips: some 8 cm above the joints.
-PLUG_IN_GAIT39 = Table(
+PLUG_IN_GAIT39 = layout_of(
     "plug_in_gait39",
     (
         ("LFHD", "head", RIGID),

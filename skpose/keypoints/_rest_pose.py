@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._lengths import bone_length
@@ -61,7 +62,8 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
             still = rest.axes[parent].T @ rest.directions[name]
             swings = shortest_rotations(still, np.where(known[name][:, None], seen[name].directions, still))
             axes[name] = axes[parent] @ swings @ rest.axes[parent].T @ rest.axes[name]
-            axes[name] = axes[name] @ _about_x(_twists(points, layout, name, axes[name], known[name], rest.axes[name]))
+            twists = _twists(points, layout, name, axes[name], known[name], rest.axes[name])
+            axes[name] = axes[name] @ Rotation.from_euler("x", twists).as_matrix()
     return rest
 
 
@@ -217,12 +219,3 @@ def _twists(
     if abs(across) > ACROSS * np.abs(shape).max() and abs(left) > ACROSS:
         middle = left / across
     return np.where(shown, np.angle(turns * middle.conjugate()), 0.0)
-
-
-def _about_x(angles: np.ndarray) -> np.ndarray:
-    """Rotations (n, 3, 3) about x by angles (n,), rad."""
-    rotations = np.tile(np.eye(3), (len(angles), 1, 1))
-    rotations[:, 1, 1] = rotations[:, 2, 2] = np.cos(angles)
-    rotations[:, 2, 1] = np.sin(angles)
-    rotations[:, 1, 2] = -rotations[:, 2, 1]
-    return rotations

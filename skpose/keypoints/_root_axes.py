@@ -71,8 +71,6 @@ def _shape(layout: Layout) -> tuple[list[str], list[tuple[str, str]], list[str]]
     if not pairs:
         pairs = [pair for pair in layout.pairs if set(pair) <= set(balls)]
         names += [name for pair in pairs for name in pair]
-    if not layout.pairs and len(rigid) > 1:
-        return rigid, [(rigid[0], rigid[-1])], rigid
     middle = [name for name in names if name not in sided]
     if not middle:
         middle = [""]

@@ -1,4 +1,4 @@
-"""Tables of layouts: the points, their parents, and the source.
+"""Layouts from tables: the points, their parents, and the source.
 
 A table has a row for each point of the array, in its order, and then one for each midpoint: name, parent, whether the
 point is rigid. Names follow the source in snake case; OpenPose, Kinect and Pose2Sim names have their sides first,
@@ -6,21 +6,27 @@ and marker names are as in files, with the letters of both sides in capitals.
 """
 
 from collections.abc import Mapping
-from typing import Literal, NamedTuple
+from typing import Literal
+
+from skpose.keypoints._layout import Layout
 
 RIGID = True
 Row = tuple[str, str | None] | tuple[str, str | None, bool]
 
 
-class Table(NamedTuple):
-    """The points of a layout."""
-
-    name: str
-    rows: tuple[Row, ...]
-    source: str
-    up: Literal["y", "z", "-y"] = "y"
-    midpoints: Mapping[str, tuple[str, ...]] = {}
-
-    @property
-    def names(self) -> list[str]:
-        return [row[0] for row in self.rows if row[0] not in self.midpoints]
+def layout_of(
+    name: str,
+    rows: tuple[Row, ...],
+    source: str,
+    up: Literal["y", "z", "-y"] = "y",
+    midpoints: Mapping[str, tuple[str, ...]] = {},
+) -> Layout:
+    return Layout(
+        name,
+        names=[row[0] for row in rows if row[0] not in midpoints],
+        parents={row[0]: row[1] for row in rows},
+        midpoints=midpoints,
+        rigid=[row[0] for row in rows if row[2:] == (RIGID,)],
+        up=up,
+        source=source,
+    )

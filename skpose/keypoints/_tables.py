@@ -1,12 +1,12 @@
 """The layouts that come with the library as tables, each with the source of the order of its points."""
 
 from skpose.keypoints._marker_tables import OPENCAP43, OPENCAP_MOCAP55, PLUG_IN_GAIT39, POSE2SIM21
-from skpose.keypoints._table import RIGID, Table
+from skpose.keypoints._table import RIGID, layout_of
 
 HIPS, SHOULDERS = ("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")
 
 # Keypoints lifted to 3-D have the axes of the program that lifts them: y up is a choice, see `replace(..., up=...)`.
-COCO17 = Table(
+COCO17 = layout_of(
     "coco17",
     (
         ("nose", "neck"),
@@ -34,7 +34,7 @@ COCO17 = Table(
 )
 
 # World landmarks: metres, the origin between the hips, x to the right of the picture, y down, z away from the camera.
-MEDIAPIPE33 = Table(
+MEDIAPIPE33 = layout_of(
     "mediapipe33",
     (
         ("nose", "neck"),
@@ -81,7 +81,7 @@ MEDIAPIPE33 = Table(
 
 # Of the 32 joints of the data set, 17 move. World coordinates have z up; the data set is in millimetres. Its joints at
 # the ends of the shanks are named feet, and stand at the ankles. Some tables of others exchange the legs.
-H36M17 = Table(
+H36M17 = layout_of(
     "h36m17",
     (
         ("pelvis", None),
@@ -107,7 +107,7 @@ H36M17 = Table(
 )
 
 # In 3-D, as OpenPose triangulates them: the axes of one camera, metres, y down. The network estimates neck and mid_hip.
-BODY25 = Table(
+BODY25 = layout_of(
     "body25",
     (
         ("nose", "neck"),
@@ -142,7 +142,7 @@ BODY25 = Table(
 )
 
 # Camera space: metres, y up, z away from the sensor, which stands still and may be tilted.
-KINECT25 = Table(
+KINECT25 = layout_of(
     "kinect25",
     (
         ("spine_base", None),
@@ -176,7 +176,7 @@ KINECT25 = Table(
 )
 
 # The first Kinect: skeleton space, metres, y up, z away from the sensor, which stands still and may be tilted.
-KINECT20 = Table(
+KINECT20 = layout_of(
     "kinect20",
     (
         ("hip_center", None),
@@ -205,7 +205,7 @@ KINECT20 = Table(
 )
 
 # World landmarks of one hand: metres, the axes of the picture, y down. The knuckles move little within the palm.
-MEDIAPIPE_HAND21 = Table(
+MEDIAPIPE_HAND21 = layout_of(
     "mediapipe_hand21",
     (
         ("wrist", None),
@@ -236,7 +236,7 @@ MEDIAPIPE_HAND21 = Table(
 
 # Hips and the first joint of the spine turn with the pelvis, as in SMPL. There neck and collars turn together too, with
 # spine3; here each has a ball joint, as a bone is turned by the joint at its end. Every pose of SMPL can be reached.
-SMPL24 = Table(
+SMPL24 = layout_of(
     "smpl24",
     (
         ("pelvis", None),
@@ -268,7 +268,7 @@ SMPL24 = Table(
 )
 
 # The root and the 30 bones of CMU's ASF files, in the order of their numbers; each point is the far end of its bone.
-CMU31 = Table(
+CMU31 = layout_of(
     "cmu31",
     (
         ("root", None),
@@ -306,7 +306,7 @@ CMU31 = Table(
     source="CMU Graphics Lab Motion Capture Database, http://mocap.cs.cmu.edu/subjects/35/35.asf",
 )
 
-TABLES = (
+LAYOUTS = (
     COCO17,
     MEDIAPIPE33,
     H36M17,
