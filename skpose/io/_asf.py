@@ -46,13 +46,9 @@ class AcclaimRoot:
     """The :root section."""
 
     channels: list[str] = field(default_factory=lambda: list(CHANNELS))  # in the order of the AMC file's numbers
-    order: str = "xyz"
+    axes: str = "xyz"  # of its rotations
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in the file's unit
     orientation: np.ndarray = field(default_factory=lambda: np.zeros(3))  # about x, y, z, in the file's unit
-
-    @property
-    def axes(self) -> str:
-        return "".join(axis for axis in self.order if f"r{axis}" in self.channels)
 
 
 class AsfFile:
@@ -203,9 +199,10 @@ def _read_root(source: Source, section: Statements) -> AcclaimRoot:
         if key == "order":
             root.channels = _some_of(source, CHANNELS, tokens, "order of the root")
         elif key == "axis":
-            root.order = _axis_order(source, tokens, "axis of the root")
+            root.axes = _axis_order(source, tokens, "axis of the root")
         elif key in ("position", "orientation"):
             setattr(root, key, np.array(_numbers(source, tokens, 3, f"{key} of the root")))
+    root.axes = "".join(axis for axis in root.axes if f"r{axis}" in root.channels)
     return root
 
 

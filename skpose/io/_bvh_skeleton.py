@@ -62,9 +62,6 @@ def choose_root(
     for joint in joints:  # a parent comes before its children
         if joint.parent in kept:
             kept.add(joint)
-    left = [str(joint) for joint in joints if joint not in kept and joint not in chain]
-    if left:
-        source.warn(f"root={name!r} leaves out {', '.join(left[:5])}: {len(left)} joints that are not below it")
     return chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]]
 
 

@@ -20,8 +20,7 @@ from skpose.skeleton._upright import complaint_of_up
 Axis = Literal["x", "y", "z"]
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 # Half a turn that makes an axis point up that points down.
-HALF_TURNS = {"-x": Rotation.from_rotvec([0.0, np.pi, 0.0]), "-y": Rotation.from_rotvec([np.pi, 0.0, 0.0])}
-HALF_TURNS["-z"] = HALF_TURNS["-y"]
+HALF_TURNS = {up: Rotation.from_rotvec(np.pi * about) for up, about in zip(UPS[3:], np.eye(3)[[1, 0, 0]], strict=True)}
 Zeros = Literal["seen", "missing"]
 CHOICES: dict[str, tuple] = {
     "on_nan": ("raise", "drop"),

@@ -203,8 +203,6 @@ def _from_archive(source: Source) -> Stored:
         raise source.error(f"expected the key {' or '.join(POSITIONS)}, found {file.list_keys()}")
     stored = _from_array(source, file.numbers(key, *SHAPES, finite=False))
     if found := _one_of(file, CONFIDENCES):
-        if stored.confidences is not None:
-            raise source.error(f"{found}: expected no confidences, as positions have a fourth number")
         scores = file.numbers(found, stored.positions.shape[:2], finite=False)
         stored = stored._replace(confidences=as_confidences(source, scores))
     if found := _one_of(file, RATES):

@@ -1,6 +1,5 @@
 """Writer of BVH files."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Literal
 
@@ -97,12 +96,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
             "some frame_numbers are left out, and BVH has one time between all frames: "
             "dataclasses.replace(motion, frame_numbers=None) writes the frames without regard to their times"
         )
-    columns = [motion.root_positions / scale]
-    lines = ["HIERARCHY"]
-    for depth, text, angles in _statements(motion, turn, scale):
-        lines.append("\t" * depth + text)
-        if angles is not None:
-            columns.append(np.degrees(angles))
+    lines, columns = _hierarchy(motion, turn, scale)
     lines += ["MOTION", f"Frames: {len(motion)}"]
     lines += [f"Frame Time: {np.format_float_positional(1.0 / motion.frame_rate, trim='-')}", ""]
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
@@ -134,8 +128,8 @@ def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarr
     return replace(motion, root_positions=positions, root_angles=angles, root_axes=axes, up=up), own
 
 
-def _statements(motion: Motion, turn: np.ndarray, scale: float) -> Iterator[tuple[int, str, np.ndarray | None]]:
-    """Yield depth and text of each line of the hierarchy, and with a line of CHANNELS its angles, rad, or None.
+def _hierarchy(motion: Motion, turn: np.ndarray, scale: float) -> tuple[list[str], list[np.ndarray]]:
+    """The lines of the hierarchy, and the columns of its channels.
 
     `turn`, a rotation matrix of zeros and ones, is what the own axes of the root and of all joints are turned by.
     """
@@ -156,27 +150,28 @@ def _statements(motion: Motion, turn: np.ndarray, scale: float) -> Iterator[tupl
         vector = rest[bone.name if own else bone.parent] @ bone.offset / scale
         return "OFFSET " + " ".join(f"{x:.{DIGITS}f}" for x in vector)
 
-    root = motion.root_name
+    def write(depth: int, *texts: str) -> None:
+        lines.extend("\t" * depth + text for text in texts)
+
+    root, lines = motion.root_name, ["HIERARCHY"]
     while root in bones:
         root += "_"
     axes, angles = _intrinsic(motion.root_axes, motion.root_angles)
     positions = ["Xposition", "Yposition", "Zposition"]
-    yield 0, f"ROOT {root}", None
-    yield 0, "{", None
-    yield 1, offset(None), None
-    yield 1, _channels(positions, axes), angles
+    columns = [motion.root_positions / scale, np.degrees(angles)]
+    write(0, f"ROOT {root}", "{")
+    write(1, offset(None), _channels(positions, axes))
     stack: list[tuple[int, str | None]] = [(0, None), *((1, name) for name in reversed(children[None]))]
     while stack:  # no recursion: a chain may be longer than Python's stack
         depth, name = stack.pop()
         if name is None:
-            yield depth, "}", None
+            write(depth, "}")
             continue
         bone = bones[name]
         # A joint that the reader makes of an End Site.
         is_end = not own and not bone.dofs and not children[name] and name.startswith(f"{bone.parent}_end")
-        yield depth, "End Site" if is_end else f"JOINT {name}", None
-        yield depth, "{", None
-        yield depth + 1, offset(bones.get(bone.parent) if own else bone), None
+        write(depth, "End Site" if is_end else f"JOINT {name}", "{")
+        write(depth + 1, offset(bones.get(bone.parent) if own else bone))
         if not is_end:
             angles = motion.angles[:, first[name] : first[name] + bone.n_dofs]
             about_axes = is_axes(bone.dofs) and np.allclose(rest[name], turn, rtol=0, atol=PARALLEL)
@@ -184,13 +179,12 @@ def _statements(motion: Motion, turn: np.ndarray, scale: float) -> Iterator[tupl
                 axes, angles = _turn_axes(*_intrinsic(bone.dofs, angles), turn)
             else:
                 axes, angles = _about_root(bone, angles, rest[name])
-            yield depth + 1, _channels([], axes), angles
+            write(depth + 1, _channels([], axes))
+            columns.append(np.degrees(angles))
         if own and not children[name]:
-            yield depth + 1, "End Site", None
-            yield depth + 1, "{", None
-            yield depth + 2, offset(bone), None
-            yield depth + 1, "}", None
+            write(depth + 1, "End Site", "{", f"\t{offset(bone)}", "}")
         stack += [(depth, None), *((depth + 1, child) for child in reversed(children[name]))]
+    return lines, columns
 
 
 def _channels(positions: list[str], axes: str) -> str:

@@ -27,7 +27,7 @@ from skpose.keypoints import Keypoints
 
 # Frame# and Time, with a unit as in "Time (s)" or, before a tab, "Time s".
 COLUMNS = re.compile(
-    r"\s*frame\s?#?\s+times?(?: *[(\[][^)\]\t]*[)\]]| +s(?:ec(?:onds?)?)?(?=\t))?(?=\s|$)", re.IGNORECASE
+    r"\s*frame\s?#?\s+times?(?: *[(\[][^)\]\t]*[)\]]|[ /]+s(?:ec(?:onds?)?)?(?=\t))?(?=\s|$)", re.IGNORECASE
 )
 ORDER = re.compile(r"\s\((?!X/Y/Z)[XYZ]/[XYZ]/[XYZ]\)(?=\s|$)", re.IGNORECASE)  # of the axes, in the first line
 AXES = re.compile(r"(?:\s*X\d*\s+Y\d*\s+Z\d*(?=\s|$))+\s*", re.IGNORECASE)

@@ -149,46 +149,6 @@ class Keypoints:
         rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
         return f"Keypoints({rate}, {len(self.names)} points{lost.replace('%', ' %')})"
 
-    @staticmethod
-    def concatenate(recordings: Iterable["Keypoints"]) -> "Keypoints":
-        """Concatenate recordings in time.
-
-        Points are not moved: there is a jump if one recording ends elsewhere than the next begins. `fit_skeleton` takes
-        several recordings of a person without concatenation, at any frame rates.
-
-        Parameters
-        ----------
-        recordings : iterable of Keypoints
-            At least one; with the same points, frame rate and up axis.
-
-        Returns
-        -------
-        Keypoints
-            With the frames of all, and the points in the order of the first.
-
-        Raises
-        ------
-        ValueError
-            If the recordings differ in one of these.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from skpose.keypoints import Keypoints
-        >>> one, other = (Keypoints(np.zeros((n, 1, 3)), ["hip"], frame_rate=25) for n in (10, 15))
-        >>> Keypoints.concatenate([one, other])
-        Keypoints(25 frames at 25 Hz, 1.0 s, 1 points)
-        """
-        parts = list(recordings)
-        if len({(frozenset(part.names), part.frame_rate, part.up) for part in parts}) != 1:
-            raise ValueError("concatenate needs recordings, at least one, with the same points, frame rate and up axis")
-        first = parts[0]
-        chosen = [part.select(first.names) for part in parts]
-        positions, confidences = (
-            np.concatenate([getattr(part, name) for part in chosen]) for name in ("positions", "confidences")
-        )
-        return replace(first, positions=positions, confidences=confidences)
-
     def select(self, names: Iterable[str]) -> "Keypoints":
         """Select points, in the given order.
 

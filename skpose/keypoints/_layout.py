@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -102,8 +101,8 @@ class Layout:
     def __post_init__(self) -> None:
         for name, value in {
             "names": tuple(self.names),
-            "parents": MappingProxyType(dict(self.parents)),
-            "midpoints": MappingProxyType({name: tuple(ends) for name, ends in self.midpoints.items()}),
+            "parents": dict(self.parents),
+            "midpoints": {name: tuple(ends) for name, ends in self.midpoints.items()},
             "rigid": frozenset(self.rigid),
         }.items():
             object.__setattr__(self, name, value)
@@ -155,11 +154,6 @@ class Layout:
     def __repr__(self) -> str:
         up = f"{self.up} up" if len(self.up) == 1 else f"{self.up[1]} down"
         return f"Layout({self.name!r}, {len(self.names)} points, root {self.root!r}, {up})"
-
-    def __reduce__(self) -> tuple:
-        # Read-only views of dictionaries cannot be pickled.
-        arguments = (dict(self.parents), dict(self.midpoints), self.rigid, self.up, self.source)
-        return Layout, (self.name, self.names, *arguments)
 
     def keypoints(
         self,

@@ -24,7 +24,7 @@ PIXELS = 10.0  # points of one person are so many metres apart at most
 CENTIMETRES = 250.0  # and so many centimetres
 # Extent of scores and relative depths, and its ratio to the extent of pixels; T-poses of rigs are less than 2 % deep.
 SHALLOW, SCORES = 0.01, 2.0
-PERCENT, OVERSHOOT = 100.0, 1.1  # the highest scores of estimators
+PERCENT = 100.0  # the highest score of some estimators
 NEARLY_ALL = 0.9  # of the points of a person who is partly outside the picture
 UPRIGHT = 1.5  # extent along z over x and y; with more, people stand along z, unlike in pictures
 REMEDY = "Lift keypoints to 3-D first: a picture does not show lengths of bones"

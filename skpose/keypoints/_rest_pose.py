@@ -38,10 +38,11 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
         seen = {name: _directions(points, name, parent, axes[parent], known[parent]) for name, parent in level}
         for name, parent in level:
             mean, stands = None, name in standing and name not in layout.rigid
-            if not seen[name].shown and not stands:
+            directions, weights, is_shown = seen[name]
+            if not is_shown and not stands:
                 raise ValueError(f"no frame shows the bone from {parent!r} to {name!r} and the orientation of the root")
-            if seen[name].weights.any():
-                mean = rest.axes[parent] @ _mean_direction(seen[name].directions, seen[name].weights)
+            if weights.any():
+                mean = rest.axes[parent] @ _mean_direction(directions, weights)
             if name in fixed:
                 vector = fixed[name] - fixed[parent]
                 mean = vector / np.linalg.norm(vector) if vector.any() else mean
@@ -58,9 +59,9 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
             if name in layout.rigid or name not in rest.directions:
                 continue
             rest.axes[name] = shortest_rotations(FORWARD[:, 0], rest.directions[name][None])[0] @ FORWARD
-            known[name] = known[parent] & ~np.isnan(seen[name].directions[:, 0])
+            known[name] = known[parent] & ~np.isnan(seen[name][0][:, 0])
             still = rest.axes[parent].T @ rest.directions[name]
-            swings = shortest_rotations(still, np.where(known[name][:, None], seen[name].directions, still))
+            swings = shortest_rotations(still, np.where(known[name][:, None], seen[name][0], still))
             axes[name] = axes[parent] @ swings @ rest.axes[parent].T @ rest.axes[name]
             twists = _twists(points, layout, name, axes[name], known[name], rest.axes[name])
             axes[name] = axes[name] @ Rotation.from_euler("x", twists).as_matrix()
@@ -150,18 +151,13 @@ def _levels(layout: Layout) -> list[list[tuple[str, str]]]:
     return levels
 
 
-class _Directions(NamedTuple):
-    """The directions of a bone."""
+def _directions(
+    points: Points, name: str, parent: str, axes: np.ndarray, known: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """The directions (n, 3) of a bone in the axes of its parent, their weights (n,), and whether any frame shows it.
 
-    directions: np.ndarray  # (n, 3) in the axes of its parent; NaN where not seen
-    weights: np.ndarray  # (n,) of each frame in the mean; zero if the bone has no length
-    shown: bool  # whether both ends are seen in a frame that shows how the root is turned
-
-
-def _directions(points: Points, name: str, parent: str, axes: np.ndarray, known: np.ndarray) -> _Directions:
-    """The directions of a bone.
-
-    Known are the frames in which the axes of the parent are seen. Where no others are, all frames count.
+    Directions are NaN where not seen, weights zero where the bone has no length. Known are the frames in which the axes
+    of the parent are seen. Where no others are, all frames count.
     """
     vectors = np.einsum("nab,na->nb", axes, points[name] - points[parent])
     sizes = np.linalg.norm(vectors, axis=1)
@@ -169,7 +165,7 @@ def _directions(points: Points, name: str, parent: str, axes: np.ndarray, known:
     np.divide(vectors, sizes[:, None], out=directions, where=sizes[:, None] > 0.0)
     shown = points.confidences[name] * points.confidences[parent] * ~np.isnan(axes[:, 0, 0])
     weights = np.where(sizes > 0.0, shown, 0.0)
-    return _Directions(directions, weights * known if (weights * known).any() else weights, bool(shown.any()))
+    return directions, weights * known if (weights * known).any() else weights, bool(shown.any())
 
 
 def _mean_direction(directions: np.ndarray, weights: np.ndarray) -> np.ndarray:
