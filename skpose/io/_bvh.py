@@ -67,8 +67,8 @@ def load_bvh(
     stretch : {"raise", "mean"}, default="raise"
         Refuse a file whose position channels change the length of a bone, or take the mean.
     root : str, default=None
-        Name of the joint that becomes the root of the skeleton. Joints above it are left out, and their movement is
-        part of the root's. By default it is the first joint, ROOT; if that stands still and has a single child, which
+        Name of the joint that becomes the root of the skeleton. Joints that are not below it are left out; the movement
+        of those above it is part of the root's. By default it is the first joint, ROOT; if that stands still and has a single child, which
         position channels move, it is that child.
     root_offset : {"replace", "add"}, default="replace"
         Whether the position channels of ROOT replace its OFFSET or are added to it.
@@ -92,9 +92,8 @@ def load_bvh(
     Warns
     -----
     UserWarning
-        If several joints have one name, position channels differ from an OFFSET, frames or joints are left out, the
-        skeleton is not of the size of a person, people stand along another axis than y, or the frame rate is unlikely
-        or replaced.
+        If several joints have one name, position channels differ from an OFFSET, frames are left out, the skeleton is
+        not of the size of a person, people stand along another axis than y, or the frame rate is unlikely or replaced.
 
     See Also
     --------

@@ -156,6 +156,12 @@ def test_times_next_to_the_frames(key):
     assert messages(read, document | {key: [0.0, 1.0]}) == []  # of something else
 
 
+def test_all_frames_under_one_key_with_their_times():
+    times = [i / 30 for i in range(N)]
+    same(read({"pose_world_landmarks": FRAMES, "timestamps": times}), ARRAY)
+    same(read({"keypoints_3d": FRAMES[:1], "timestamps": times[:1]}), ARRAY[:1])
+
+
 @pytest.mark.parametrize("order", [[*range(1000), *range(1030, 2000)], [*range(1000), 1001, 1000, *range(1002, 2000)]])
 def test_times_that_have_gaps_or_go_back(order):
     frames = [{"time": i / 30, "hip": [0, 1, 0], "neck": [0, 1.6, 0]} for i in order]
@@ -168,7 +174,10 @@ def test_frames_of_nobody_keep_their_time():
     frames = [{"frame": 5 + i, "keypoints_3d": frame} for i, frame in enumerate(FRAMES)]
     gap = [None, *frames[1:3], None, None, *frames[5:]]
     by_image = [frame and {"image_id": "abcdefghijkl"[i], "keypoints_3d": FRAMES[i]} for i, frame in enumerate(gap)]
-    for document in (gap, by_image, [frame and frame["keypoints_3d"] for frame in gap]):
+    same(
+        read(gap), np.where(np.isin(np.arange(1, N), [3, 4])[:, None, None], np.nan, ARRAY[1:])
+    )  # from the first number
+    for document in (by_image, [frame and frame["keypoints_3d"] for frame in gap]):
         found = read(document)
         assert len(found) == N
         assert np.isnan(found.positions[[0, 3, 4]]).all()

@@ -23,11 +23,9 @@ def test_a_rate_that_is_given_replaces_that_of_a_bvh_file_and_is_said():
     np.testing.assert_array_equal(motion.angles, load_bvh(bvh(0.04)).angles)
 
 
-@pytest.mark.parametrize(
-    ("frame_time", "said"), [("33.333", "=30"), ("120", "=120"), ("0.000033333", "=30"), ("1", "")]
-)
-def test_rates_of_no_recording_are_said(frame_time, said):
-    with pytest.warns(UserWarning, match=f"Frame Time is .*{said}"):
+@pytest.mark.parametrize("frame_time", ["33.333", "0.000033333"])
+def test_rates_of_no_recording_are_said(frame_time):
+    with pytest.warns(UserWarning, match="Frame Time is .*frame_rate="):
         motion = load_bvh(bvh(frame_time))
     assert motion.frame_rate == pytest.approx(1 / float(frame_time))
     assert load_bvh(bvh(frame_time, 1)).frame_rate == motion.frame_rate  # a single pose has no rate: no warning

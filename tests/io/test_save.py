@@ -96,7 +96,7 @@ def test_ball_joints_have_continuous_angles(offset_frame, tmp_path):
 
 def test_missing_frames_have_no_times_in_bvh(tmp_path):
     motion = Motion(Skeleton.chain(2), np.zeros((3, 2)), 10, frame_numbers=[0, 1, 5])
-    with pytest.raises(ValueError, match="frames between 1 and 5 are missing, and BVH has one time between all frames"):
+    with pytest.raises(ValueError, match="frame_numbers"):
         save_bvh(tmp_path / "a.bvh", motion)
     assert len(again(replace(motion, frame_numbers=None), tmp_path)) == 3
 

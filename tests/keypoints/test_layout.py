@@ -116,7 +116,7 @@ def test_the_world_is_rotated_not_mirrored(up):
     ("shape", "message"),
     [
         ((5, 17, 2), "three coordinates"),
-        ((5, 33, 3), "is it mediapipe33"),
+        ((5, 33, 3), "must have shape"),
         ((5, 51), "must have shape"),
     ],
 )
