@@ -103,15 +103,13 @@ def load_amc(
     texts = (line.partition("#")[0] for line in source.lines)
     lines = [(number, text) for number, text in enumerate(texts, 1) if text and not text.isspace()]
     n_keywords = next((i for i, (_, text) in enumerate(lines) if not text.lstrip().startswith(":")), len(lines))
-    in_radians = bool(asf.radians)
-    for line, text in lines[:n_keywords]:
-        keyword = text.split()[0].lower()
-        if keyword in (":degrees", ":radians"):
-            in_radians = keyword == ":radians"
-            if asf.radians not in (None, in_radians):
-                raise source.error(f"angles in {keyword[1:]}, but {asf.name} has the other unit", line)
-        elif keyword == ":force-all-joints-be-3dof":
-            asf = asf.with_three_dofs()
+    keywords = {text.split()[0].lower(): line for line, text in lines[:n_keywords]}
+    unit = next((word for word in keywords if word in (":degrees", ":radians")), None)
+    in_radians = bool(asf.radians) if unit is None else unit == ":radians"
+    if unit and asf.radians not in (None, in_radians):
+        raise source.error(f"angles in {unit[1:]}, but {asf.name} has the other unit", keywords[unit])
+    if ":force-all-joints-be-3dof" in keywords:
+        asf = asf.with_three_dofs()
     rows = _read_rows(source, asf, lines[n_keywords:], fill=missing == "rest", finite=on_nan == "raise")
     numbers, frames = drop_not_finite(rows, np.arange(len(rows)), source)
     with source.format_errors():
@@ -155,7 +153,7 @@ def _asf_paths(amc: Path) -> list[Path]:
 
 def _motion(numbers: np.ndarray, frames: np.ndarray, asf: AsfFile, in_radians: bool, frame_rate: float) -> Motion:
     """The motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
-    names = [f"{bone}_{channel}" for bone, channels in asf.channels.items() for channel in channels]
+    names = (f"{bone}_{channel}" for bone, channels in asf.channels.items() for channel in channels)
     column = {name: i for i, name in enumerate(names)}
     skeleton, root = asf.skeleton, asf.root
     angles = numbers[:, [column[name] for name in skeleton.dof_names]]

@@ -68,8 +68,8 @@ def load_bvh(
         Refuse a file whose position channels change the length of a bone, or take the mean.
     root : str, default=None
         Name of the joint that becomes the root of the skeleton. Joints that are not below it are left out; the movement
-        of those above it is part of the root's. By default it is the first joint, ROOT; if that stands still and has a single child, which
-        position channels move, it is that child.
+        of those above it is part of the root's. By default it is the first joint, ROOT; if that stands still and has a
+        single child, which position channels move, it is that child.
     root_offset : {"replace", "add"}, default="replace"
         Whether the position channels of ROOT replace its OFFSET or are added to it.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None

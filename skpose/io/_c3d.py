@@ -112,7 +112,7 @@ def load_c3d(
         labels = [names[i] for i in chosen]
         units = parameters.texts("POINT:UNITS") if scale is None else _texts_if_any(parameters, "POINT:UNITS")
         scale = read_unit(source, "POINT:UNITS", units[0] if units else "", scale)
-        usual: tuple[Up, str] = ("z", "") if up is not None else _up(source, parameters)
+        usual = _up(source, parameters) if up is None else (up, "")
         positions, axis = stand_markers(source, all_positions[:, chosen], labels, scale, zeros, up, usual)
         found = Keypoints(positions, labels, rate, up=axis)
         source.warn(complaint_of_extent(found.positions, scale))

@@ -151,10 +151,9 @@ def load_keypoints(
         refuse_pictures(stored.positions, found_names or (), "positions")
     if found_names is None:
         raise ValueError(f"{source.name} does not name its points: pass layout= or names=")
-    usual: Any = "y" if layout is None else layout.up
+    usual: Any = up or stored.up or ("y" if layout is None else layout.up)
     why = "as is usual" if layout is None else f"as the layout {layout.name!r} says"
-    if up or stored.up:
-        usual, why = up or stored.up, ""
+    why = "" if up or stored.up else why
     with source.format_errors():
         check_options(up=usual)
         found = Keypoints(stored.positions * scale, found_names, rate, stored.confidences)

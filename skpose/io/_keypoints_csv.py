@@ -75,9 +75,7 @@ def read_csv(source: Source) -> Stored:
         frame_rate, up = source.number(first["frame_rate"], "frame_rate", lines[1][0]), first["up"]
     stored = Stored(array[:, :n].reshape(len(rows), -1, 3), confidences, columns.names, frame_rate, up)
     key, time = frame_key(header), time_key(header)
-    numbers: list[float] | None = None
-    if key is not None:
-        numbers = frame_numbers(source, key, [row[header.index(key)] for row in rows])
+    numbers = None if key is None else frame_numbers(source, key, [row[header.index(key)] for row in rows])
     if time is not None:
         cells = [row[header.index(time)] for row in rows]
         times = np.array([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])

@@ -112,8 +112,7 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
     if not isinstance(document, list) or not document:
         raise source.error(f"expected keypoints, found {repr(document)}")
     first = document[0]
-    is_frame = not _is_number(first) and not _is_point(first)
-    return _with_numbers(source, document) if is_frame else [(document, None)]
+    return [(document, None)] if _is_number(first) or _is_point(first) else _with_numbers(source, document)
 
 
 def _with_numbers(source: Source, frames: list) -> list[Entry]:
@@ -173,13 +172,10 @@ def _read_entries(
         raise source.error(f"expected {len(names or points)} points in every frame, found {counts[0]}")
     array = _numbers(source, [[frame.get(point, UNSEEN) for point in points] for frame in frames])
     positions, sure = array[:, :, :3], array[:, :, 3]
-    confidences = None
-    if not np.isnan(sure).all():
-        is_seen = ~np.isnan(positions).any(axis=2)
-        confidences = np.where(np.isnan(sure), is_seen, as_confidences(source, sure))
+    sure = np.where(np.isnan(sure), ~np.isnan(positions).any(axis=2), sure)
     given = [number for _, number in entries if number is not None]
     numbers = given if len(given) == len(entries) else None
-    stored = Stored(positions, confidences, names)
+    stored = Stored(positions, as_confidences(source, sure), names)
     dicts = [frame for frame, _ in entries if isinstance(frame, dict)]
     key = time_key(dicts[0]) if dicts else None
     times = {key: [frame.get(key) for frame in dicts]} if key else {key: document.get(key) for key in TIMES}

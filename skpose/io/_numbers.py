@@ -1,6 +1,7 @@
 """The numbers of a file's frames, read by numpy's parsers: each the nearest double, as by Python's float."""
 
 import io
+from contextlib import suppress
 from itertools import islice
 
 import numpy as np
@@ -56,16 +57,14 @@ def parse(text: bytes) -> np.ndarray | None:
         return numbers
     if b"_" in text or len(text) != len(text.translate(None, OTHER)):
         return None
-    try:
-        # Faster than splitting into words, but requires equally many numbers on each line.
-        lines = io.BytesIO(text).readlines()
-        return np.loadtxt(lines, dtype=np.float64, comments=None, encoding="ascii", ndmin=1).ravel()
-    except ValueError:
-        pass
-    try:
-        return np.array(text.split(), dtype=np.float64)
-    except ValueError:
-        return None
+    # The first is faster, but requires equally many numbers on each line.
+    for read in (
+        lambda: np.loadtxt(io.BytesIO(text).readlines(), comments=None, encoding="ascii", ndmin=1).ravel(),
+        lambda: np.array(text.split(), dtype=np.float64),
+    ):
+        with suppress(ValueError):
+            return read()
+    return None
 
 
 def parse_fixed(text: bytes) -> np.ndarray | None:

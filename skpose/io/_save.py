@@ -157,10 +157,9 @@ def _hierarchy(motion: Motion, turn: np.ndarray, scale: float) -> tuple[list[str
     while root in bones:
         root += "_"
     axes, angles = _intrinsic(motion.root_axes, motion.root_angles)
-    positions = ["Xposition", "Yposition", "Zposition"]
     columns = [motion.root_positions / scale, np.degrees(angles)]
     write(0, f"ROOT {root}", "{")
-    write(1, offset(None), _channels(positions, axes))
+    write(1, offset(None), _channels(["Xposition", "Yposition", "Zposition"], axes))
     stack: list[tuple[int, str | None]] = [(0, None), *((1, name) for name in reversed(children[None]))]
     while stack:  # no recursion: a chain may be longer than Python's stack
         depth, name = stack.pop()

@@ -174,8 +174,7 @@ def _skeleton(file: Archive) -> Skeleton:
 
 
 def _text(file: Archive, key: str) -> str:
-    (text,) = file.texts(key, ())
-    return text
+    return file.texts(key, ())[0]
 
 
 def is_npz(source: Source) -> bool:

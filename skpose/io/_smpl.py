@@ -68,6 +68,7 @@ BY_SIZE = {len(tree): name for name, tree in MODELS.items()}  # 24, 52, 55 joint
 # as in skpose.datasets.humanoid, which has two bones where SMPL has four from the pelvis to the neck. Face and fingers
 # are round figures of our own.
 _OFFSETS = {
+    "pelvis": (0.0, 0.0, 0.0),
     "hip": (PROPORTIONS["hip"], 0.0, 0.0),
     "knee": (0.0, -PROPORTIONS["thigh"], 0.0),
     "ankle": (0.0, -PROPORTIONS["shank"], 0.0),
@@ -102,15 +103,12 @@ class Body(NamedTuple):
 
 def mean_joints(name: str) -> np.ndarray:
     """The joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
-    joints: dict[str | None, np.ndarray] = {}
+    joints: dict[str | None, np.ndarray] = {None: np.zeros(3)}
     for joint, parent in MODELS[name].items():
-        if parent is None:
-            joints[joint] = np.zeros(3)
-            continue
         part = joint.removeprefix("left_").removeprefix("right_")
         x, y, z = _OFFSETS.get(part) or (_JOINT_2 if part.endswith("2") else _JOINT_3)
         joints[joint] = joints[parent] + MEAN_HEIGHT * np.array([-x if joint.startswith("right_") else x, y, z])
-    return np.array(list(joints.values()))
+    return np.array(list(joints.values())[1:])
 
 
 def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:

@@ -68,8 +68,7 @@ class Times(NamedTuple):
                 f"frames are at {rate:.4g} Hz by {self.key!r}, but {frame_rate:g} Hz is taken: "
                 f"pass frame_rate={rate:.4g} if these times are right"
             )
-        is_even = self._steps()[1]
-        return "" if is_even else f"frames are taken as equally spaced, but {self.key!r} has gaps or goes back"
+        return "" if self._steps()[1] else f"frames are taken as equally spaced, but {self.key!r} has gaps or goes back"
 
 
 class Stored(NamedTuple):

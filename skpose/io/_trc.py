@@ -135,8 +135,7 @@ def load_trc(
     rate = _rate(source, rows[:, 0], stated.get("datarate", ""), frame_rate)
     with source.format_errors():
         positions = rows[:, 1:].reshape(len(rows), len(names), 3)
-        usual: tuple[Up, str] = "y", "as is usual"
-        positions, axis = stand_markers(source, positions, names, scale, zeros, up, usual)
+        positions, axis = stand_markers(source, positions, names, scale, zeros, up, ("y", "as is usual"))
         found = Keypoints(positions, names, rate, up=axis)
     source.warn(complaint_of_extent(found.positions, scale))
     return found

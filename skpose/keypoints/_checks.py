@@ -47,8 +47,6 @@ def find_lost(positions: np.ndarray) -> np.ndarray:
     relative to it. Zeros have no meaning if no point is elsewhere.
     """
     at_origin = (positions == 0.0).all(axis=2)
-    if not at_origin.any():
-        return at_origin
     seen = ~np.isnan(positions).any(axis=2)
     elsewhere = seen & ~at_origin
     if not elsewhere.any():
@@ -63,10 +61,9 @@ def find_lost(positions: np.ndarray) -> np.ndarray:
 
 def complaint_of_origin(lost: np.ndarray, names: Sequence[str]) -> str:
     """The warning about some positions (n, points) at the origin."""
-    name = names[int(lost.any(axis=0).argmax())]
     return (
-        f"{np.count_nonzero(lost)} positions are exactly (0, 0, 0), such as of {name!r}: if points are lost, make them "
-        "NaN, or read files with zeros='missing', otherwise with zeros='seen'"
+        f"{np.count_nonzero(lost)} positions are exactly (0, 0, 0), such as of "
+        f"{names[int(lost.any(axis=0).argmax())]!r}: if points are lost, make them NaN, or read files with zeros='missing', otherwise with zeros='seen'"
     )
 
 
@@ -88,9 +85,9 @@ def complaint_of_up(positions: np.ndarray, names: Sequence[str], up: str, why: s
     found = find_up(positions, names, up)
     if found == up:
         return ""
-    stand = f"points stand along {found[-1]}{', head down' if len(found) > 1 else ''}"
     return (
-        f"{up} is taken as the axis that points up, {why}, but {stand} in nearly all frames: "
+        f"{up} is taken as the axis that points up, {why}, but points stand along {found[-1]}"
+        f"{', head down,' if len(found) > 1 else ''} in nearly all frames: "
         f"pass {remedy.format(repr(found))}, unless the person lies or is upside down"
     )
 

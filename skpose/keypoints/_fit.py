@@ -149,8 +149,10 @@ def fit_skeleton(
         size = size_of(skeleton)
         unit = likely_unit(size)
         if not (SMALLEST <= size <= LARGEST or unit == "metres"):
-            remedy = f"if positions are in {unit}, multiply by {UNITS[unit]:.4g}"
-            warn(f"the skeleton is {size:.3g} m from end to end: {remedy}")
+            warn(
+                f"the skeleton is {size:.3g} m from end to end: if positions are in {unit}, "
+                f"multiply by {UNITS[unit]:.4g}"
+            )
     return skeleton
 
 

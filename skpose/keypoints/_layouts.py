@@ -79,7 +79,7 @@ def check_layout(layout: Any) -> Layout:
 
 def find_layout(names: Sequence[str]) -> Layout | None:
     """The layout with all of its points among the names, in any spelling; the one with the most points."""
-    complete = [layout for layout in layouts.values() if _share(layout, names) == 1.0]
+    complete = (layout for layout in layouts.values() if _share(layout, names) == 1.0)
     return max(complete, key=lambda layout: len(layout.names), default=None)
 
 

@@ -91,9 +91,9 @@ def warn_of_lengths(lengths: dict[str, Length]) -> None:
         if length.stretch > STRETCH * max(length.value, 1e-3 * longest)
     }
     if stretched:
-        words = _join(stretched, "by ")
         warn(
-            f"bones stretch: {words} (standard deviation). Look for swapped or slipping points, wrong depth, two people"
+            f"bones stretch: {_join(stretched, 'by ')} (standard deviation). Look for swapped or slipping points, "
+            "wrong depth, two people"
         )
     uncertain = {
         name: length.error / length.value
@@ -101,8 +101,10 @@ def warn_of_lengths(lengths: dict[str, Length]) -> None:
         if length.error > UNCERTAIN * length.value and name not in stretched
     }
     if uncertain:
-        words = _join(uncertain, "±")
-        warn(f"lengths of bones are uncertain: {words} (standard error). Pass more frames, or layout.without([...])")
+        warn(
+            f"lengths of bones are uncertain: {_join(uncertain, '±')} (standard error). Pass more frames, or "
+            "layout.without([...])"
+        )
 
 
 def _join(shares: dict[str, float], sign: str) -> str:

@@ -64,7 +64,7 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
             swings = shortest_rotations(still, np.where(known[name][:, None], seen[name][0], still))
             axes[name] = axes[parent] @ swings @ rest.axes[parent].T @ rest.axes[name]
             twists = _twists(points, layout, name, axes[name], known[name], rest.axes[name])
-            axes[name] = axes[name] @ Rotation.from_euler("x", twists).as_matrix()
+            axes[name] = axes[name] @ Rotation.from_euler("x", twists[:, None]).as_matrix()
     return rest
 
 
@@ -193,10 +193,8 @@ def _twists(
     weights = np.stack([points.confidences[one] * points.confidences[name] for one in rigid], axis=1)
     weights[np.isnan(vectors).any(axis=2) | ~known[:, None]] = 0.0
     vectors[weights == 0.0] = 0.0
-    if not weights.any():
-        return still
     numbers = vectors[..., 1] + 1j * vectors[..., 2]
-    if not np.median(np.abs(numbers[weights > 0.0])) > ACROSS * np.abs(vectors).max():
+    if not weights.any() or not np.median(np.abs(numbers[weights > 0.0])) > ACROSS * np.abs(vectors).max():
         return still
     fullest = (weights * np.abs(numbers)).sum(axis=1).argmax()
     shape = numbers[fullest]
