@@ -63,7 +63,8 @@ def complaint_of_origin(lost: np.ndarray, names: Sequence[str]) -> str:
     """The warning about some positions (n, points) at the origin."""
     return (
         f"{np.count_nonzero(lost)} positions are exactly (0, 0, 0), such as of "
-        f"{names[int(lost.any(axis=0).argmax())]!r}: if points are lost, make them NaN, or read files with zeros='missing', otherwise with zeros='seen'"
+        f"{names[int(lost.any(axis=0).argmax())]!r}: if points are lost, make them NaN, or read files with "
+        "zeros='missing', otherwise with zeros='seen'"
     )
 
 

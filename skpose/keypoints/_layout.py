@@ -223,8 +223,8 @@ class Layout:
         if frame_rate is None:
             raise ValueError("frame_rate must be the frames per second of the positions, in Hz, got None")
         given = Keypoints(positions, self.names, frame_rate, confidences)
-        why, remedy = f"as the layout {self.name!r} says", "dataclasses.replace(layout, up={})"
-        for complaint in complaints_of(given.positions, self.names, self.up, why, remedy):
+        why = f"as the layout {self.name!r} says"
+        for complaint in complaints_of(given.positions, self.names, self.up, why, "dataclasses.replace(layout, up={})"):
             warn(complaint)
         return self._of_keypoints(given, self.up, absent)
 

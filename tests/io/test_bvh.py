@@ -64,7 +64,7 @@ def test_a_file_without_frames_is_a_skeleton(load):
         ("MOTION", "", 44),
         ("OFFSET 9.0 0.0 0.0", "OFFSET 9.0 x 0.0", 8),
         ("    OFFSET 9.0 0.0 0.0\n", "", 18),
-        ("CHANNELS 1 Xrotation", "CHANNELS 2 Xrotation", 14),
+        ("CHANNELS 1 Xrotation", "CHANNELS 2 Xrotation", 13),
         ("CHANNELS 1 Xrotation", "CHANNELS 1 Xrotation\nOFFSET 0 0 0", 14),
         ("    }\n  }\n}\nMOTION", "    }\n  }\nMOTION", 42),
         ("}\nMOTION", "}\nROOT B\n{\nOFFSET 0 0 0\n}\nMOTION", 43),

@@ -100,7 +100,7 @@ def test_flat_lists_are_frames_where_the_number_of_points_is_known():
     rows = ARRAY.reshape(N, -1).tolist()
     same(read(rows), ARRAY)
     same(read({"frames": rows}, layout=None, names=COCO.names), ARRAY)
-    with pytest.raises(MocapFormatError):
+    with pytest.raises(ValueError, match="layout="):
         read(rows, layout=None)
 
 
@@ -159,7 +159,6 @@ def test_times_next_to_the_frames(key):
 def test_all_frames_under_one_key_with_their_times():
     times = [i / 30 for i in range(N)]
     same(read({"pose_world_landmarks": FRAMES, "timestamps": times}), ARRAY)
-    same(read({"keypoints_3d": FRAMES[:1], "timestamps": times[:1]}), ARRAY[:1])
 
 
 @pytest.mark.parametrize("order", [[*range(1000), *range(1030, 2000)], [*range(1000), 1001, 1000, *range(1002, 2000)]])
