@@ -137,8 +137,8 @@ def load_bvh(
     if frame_rate is None and not 0.0 < stated < np.inf:
         raise source.error(f"Frame Time: expected a positive number, found {frame_time}: pass frame_rate=", frame_time)
     rate = choose_rate(source, frame_rate, stated, "Frame Time")
-    width = sum(len(joint.channels) for joint in joints)
-    numbers, frames = _read_rows(source, head.end(), width, claimed, trust, on_nan)
+    n_channels = sum(len(joint.channels) for joint in joints)
+    numbers, frames = _read_rows(source, head.end(), n_channels, claimed, trust, on_nan)
     if frame_rate is None and len(numbers) > 1 and not SLOWEST <= rate <= FASTEST:
         source.warn(f"Frame Time is {seconds:g} s, which is {rate:.3g} frames a second: is it in ms? pass frame_rate=")
     with source.format_errors():

@@ -104,8 +104,7 @@ def load_c3d(
         parameters, rate, all_positions, names, kinds = _read(source)
         chosen = [i for i in names if i not in kinds]
         if kinds:
-            shown = ", ".join([names[i] for i in kinds][:5])
-            message = f"{len(kinds)} of {len(names)} points are not positions of markers, such as {shown}"
+            message = f"{len(kinds)} of {len(names)} points are not positions of markers, such as {names[min(kinds)]!r}"
             if not chosen:
                 raise source.error(f"{message}: load_c3d_quantities reads them")
             source.warn(f"{message} and are left out; load_c3d_quantities reads them by their names")

@@ -147,5 +147,4 @@ def warn_of_renamed(source: Source, what: str, names: dict[str, str]) -> None:
     """Warn if new names, the keys, differ from those in the file."""
     renamed = [(new, name) for new, name in names.items() if name != new]
     if renamed:
-        more = f", and {len(renamed) - 1} more likewise" if len(renamed) > 1 else ""
-        source.warn(f"several {what} are named {renamed[0][1]!r}; the next one is {renamed[0][0]!r} here{more}")
+        source.warn(f"several {what} are named {renamed[0][1]!r}; the next one is {renamed[0][0]!r} here")

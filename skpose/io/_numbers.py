@@ -52,8 +52,8 @@ def parse(text: bytes) -> np.ndarray | None:
     text = text.strip()
     if not text:
         return np.empty(0)
-    some = text[:1000].rpartition(b" ")[0] or text  # the rest is likely to be written in the same format
-    if parse_fixed(some) is not None and (numbers := parse_fixed(text)) is not None:
+    # The rest is likely to be written in the same format as the first 1,000 characters.
+    if parse_fixed(text[:1000].rpartition(b" ")[0] or text) is not None and (numbers := parse_fixed(text)) is not None:
         return numbers
     if b"_" in text or len(text) != len(text.translate(None, OTHER)):
         return None

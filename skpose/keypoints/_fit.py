@@ -134,8 +134,7 @@ def fit_skeleton(
     rest = rest_pose(points, layout, up, symmetric)
     warn_of_lengths(lengths)
     if rest.forward and max(rest.forward.values()) < BACKWARD:  # bones that point forward in people
-        names = ", ".join(rest.forward)
-        warn(f"{names} point backward: left and right are exchanged, or an axis has the wrong sign")
+        warn(f"{', '.join(rest.forward)} point backward: left and right are exchanged, or an axis has the wrong sign")
     bones = [Bone(layout.root, None, (0.0, 0.0, 0.0))]
     for name, parent in children:
         length = lengths[name].value

@@ -112,9 +112,7 @@ class Keypoints:
         positions[confidences == 0.0] = np.nan
         refuse_pictures(positions, names, "positions")
         if is_called_by_user(0):
-            for complaint in complaints_of(
-                positions, names, self.up, "by up=", "up={} (turn the world if it is negative)"
-            ):
+            for complaint in complaints_of(positions, names, self.up, "by up=", "up={} (-: turn the world)"):
                 warn(complaint)
         for name, value in {"names": names, "positions": positions, "confidences": confidences}.items():
             object.__setattr__(self, name, value)

@@ -73,8 +73,7 @@ def symmetric_lengths(
         difference = abs(length.value - other.value)
         chance = np.nan_to_num(CHANCE * np.hypot(length.error, other.error))
         if length.value > other.value and difference > max(DIFFERENT * value, chance):
-            sizes = f"{100.0 * length.value:.3g} and {100.0 * other.value:.3g} cm"
-            apart.append(f"{name} and {partner[name]} with {sizes}")
+            apart.append(f"{name} {100.0 * length.value:.3g} cm, {partner[name]} {100.0 * other.value:.3g} cm")
     if apart:
         warn(
             f"left and right bones differ in length: {'; '.join(apart)}. With symmetric=True they have the mean length"

@@ -70,7 +70,7 @@ def test_points_have_the_numbers_of_their_sources(name, numbers):
         ({"names": ["a", "b", "b"]}, "points must be different"),
         ({"parents": {"a": None, "b": "a"}}, "parents must have every point"),
         ({"parents": {"a": None, "b": None, "c": "b"}}, "one point must be the root"),
-        ({"parents": {"a": None, "b": "c", "c": "b"}}, "makes a cycle"),
+        ({"parents": {"a": None, "b": "c", "c": "b"}}, "make a cycle"),
         ({"midpoints": {"m": ("a", "z")}}, "midpoint 'm'"),
         ({"rigid": ["b", "c"]}, "must not be rigid"),
         ({"up": "down"}, "up must be"),
