@@ -39,12 +39,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs, labels, outputs
+    from skpose._cli import inputs, outputs
 
     if not (args.out or args.open):
         raise ValueError("pass --out or --open")
     names, dataset = inputs.read_dataset(args, args.files)
-    known = labels.labels_of([Path(name) for name in names])
+    known = inputs.labels_of([Path(name) for name in names])
     is_labelled = all(all(known.get(key, [""])) for key in ("subjects", "actions"))
     page = skpose.view.explorer(
         skpose.datasets.MotionDataset(dataset.motions, **known),

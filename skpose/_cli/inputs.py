@@ -1,6 +1,7 @@
-"""Reading the files of a command."""
+"""Reading the files of a command, with their subjects, actions, trials and frame rates."""
 
 import argparse
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Sequence
@@ -11,12 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from skpose._cli.labels import BVH, labels_of, stated_rates
 from skpose._utils.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._hdm05 import NAME
-from skpose.datasets._index import INDEX
+from skpose.datasets._index import INDEX, rows_of
 from skpose.io import load_motion
 from skpose.io._formats import FORMATS, format_of
 from skpose.keypoints import Keypoints
@@ -30,6 +30,9 @@ STDIN = "-"
 MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
 MOVING = (*MOTIONS, ".trc", ".c3d")
 READING = [name for name in dict.fromkeys(option for one in FORMATS for option in one.options) if name != "frame_rate"]
+# Names of files that state subject and action, besides those of HDM05.
+BVH = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
+CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.IGNORECASE)
 
 
 def reading_options(args: argparse.Namespace) -> dict[str, Any]:
@@ -191,6 +194,25 @@ def read_labelled(args: argparse.Namespace) -> MotionDataset:
     if unnamed:
         raise ValueError(f"files must be named SUBJECT_ACTION_TRIAL.bvh, or be in an {INDEX}, got {unnamed[0]}")
     return MotionDataset([motion for _, motion in read(args, files, load_poses)], **labels_of(files))
+
+
+def stated_rates(files: Sequence[Path]) -> dict[Path, float]:
+    """The frame rates, Hz, of AMC files, which do not state theirs."""
+    files = [path for path in files if path.name.lower().removesuffix(".gz").endswith(".amc")]
+    named = {path: float(match["rate"]) for path in files if (match := NAME.fullmatch(path.name))}
+    indexed = {path: row["frames_per_second"] for path, row in rows_of(files).items()}
+    return named | {path: rate for path, rate in indexed.items() if rate is not None}
+
+
+def labels_of(files: Sequence[Path]) -> dict[str, list[str]]:
+    """The subjects, actions and trials of files, "" where unknown; kinds of labels that no file has are left out."""
+    indexed, rows = rows_of(files), []
+    for path in files:
+        match = next(filter(None, (pattern.fullmatch(path.name) for pattern in (BVH, NAME, CMU))), None)
+        named = {} if match is None else {key: text.replace("_", " ") for key, text in match.groupdict("").items()}
+        rows.append(indexed.get(path, named))
+    labels = {f"{key}s": [row.get(key, "") for row in rows] for key in ("subject", "action", "trial")}
+    return {name: values for name, values in labels.items() if any(values)}
 
 
 def resample(content: Any, frame_rate: float | None) -> Any:

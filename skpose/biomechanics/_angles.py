@@ -9,8 +9,6 @@ is rotated about itself. Where the next segment is bent, its direction shows tha
 hinge, as knee and elbow are.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 # Bend of a joint, degrees, that shows the rotation of the segment before it, fully and at all. In
@@ -22,19 +20,11 @@ LOCKED = 0.05
 HANGING = 0.05  # sine of the elevation below which an arm has no plane of elevation
 
 
-class Three(NamedTuple):
-    """Angles (n,) about three axes, rad; NaN if undefined."""
-
-    flexion: np.ndarray
-    adduction: np.ndarray
-    rotation: np.ndarray
-
-
-def angles_of(rotations: np.ndarray) -> Three:
-    """The angles about z, x and y of rotations (n, 3, 3)."""
+def angles_of(rotations: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The angles about z, x and y of rotations (n, 3, 3), rad; NaN if undefined."""
     flexion, adduction = direction_angles(rotations[:, :, 1])
     rotation = np.arctan2(-rotations[:, 2, 0], rotations[:, 2, 2])
-    return Three(flexion, adduction, np.where(np.isnan(flexion), np.nan, rotation))
+    return flexion, adduction, np.where(np.isnan(flexion), np.nan, rotation)
 
 
 def direction_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +34,7 @@ def direction_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.hypot(y[:, 0], y[:, 1]) < LOCKED, np.nan, flexion), adduction
 
 
-def pelvis_angles(rotations: np.ndarray) -> Three:
+def pelvis_angles(rotations: np.ndarray) -> tuple[np.ndarray, ...]:
     """Tilt, list and rotation of a pelvis, rotations (n, 3, 3), taken apart about y, x and z (Baker 2001).
 
     The rotation comes first, so that tilt and list do not depend on the heading.
@@ -53,7 +43,7 @@ def pelvis_angles(rotations: np.ndarray) -> Three:
     lean = np.arcsin(np.clip(-rotations[:, 1, 2], -1.0, 1.0))
     rotation = np.arctan2(rotations[:, 0, 2], rotations[:, 2, 2])
     is_locked = np.hypot(rotations[:, 0, 2], rotations[:, 2, 2]) < LOCKED
-    return Three(np.where(is_locked, np.nan, tilt), lean, np.where(is_locked, np.nan, rotation))
+    return np.where(is_locked, np.nan, tilt), lean, np.where(is_locked, np.nan, rotation)
 
 
 def elevation_angles(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

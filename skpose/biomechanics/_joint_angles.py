@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from sklearn import get_config
 
 from skpose._utils.validation import check_kind, near_names
 from skpose.biomechanics._measure import measure
@@ -17,7 +16,6 @@ from skpose.skeleton import Motion
 
 if TYPE_CHECKING:
     import pandas
-    import polars
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,28 +96,10 @@ class JointAngles:
         table.attrs.update(unit="degrees", zero=self.zero, rig=self.rig, missing=dict(self.missing))
         return table
 
-    def to_polars(self) -> "polars.DataFrame":
-        """Convert the angles to a polars DataFrame, with the time of each frame, s, as its first column.
-
-        Returns
-        -------
-        polars.DataFrame of shape (n_frames, 1 + n_angles)
-            Time, s, and angles, degrees.
-
-        Raises
-        ------
-        ImportError
-            If polars is not installed.
-        """
-        import polars
-
-        columns = zip(self.names, self.degrees.T, strict=True)
-        return polars.DataFrame({"time [s]": self.times} | dict(columns))
-
 
 def joint_angles(
     motion: Motion, *, zero: int | Motion | None = None, joints: Mapping[str, str] | None = None
-) -> "JointAngles | pandas.DataFrame | polars.DataFrame":
+) -> JointAngles:
     r"""Measure joint angles as defined in biomechanics, in degrees.
 
     Flexion, adduction and rotation of hip, knee, ankle, shoulder, elbow and wrist, the angles of trunk and neck, and
@@ -143,8 +123,7 @@ def joint_angles(
     Returns
     -------
     JointAngles
-        A column for each angle that the skeleton has. With ``sklearn.set_config(transform_output="pandas")`` or
-        "polars" it is a dataframe of that library, see `JointAngles.to_pandas`.
+        A column for each angle that the skeleton has; `JointAngles.to_pandas` makes a dataframe.
 
     Raises
     ------
@@ -257,6 +236,4 @@ def joint_angles(
     degrees = np.degrees(np.stack([columns[name] for name in names], axis=1))
     missing = {name: reasons[name] for name in names if np.isnan(columns[name]).any()}
     rig, legs = person.rig or "the given joints", leg_lengths(motion, person.joints)
-    angles = JointAngles(names, degrees, motion.times, words, rig, missing, legs)
-    output = get_config()["transform_output"]
-    return {"pandas": angles.to_pandas, "polars": angles.to_polars}.get(output, lambda: angles)()
+    return JointAngles(names, degrees, motion.times, words, rig, missing, legs)

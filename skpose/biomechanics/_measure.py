@@ -8,7 +8,6 @@ from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import (
     BENT,
     HANGING,
-    Three,
     about_y,
     angles_of,
     direction_angles,
@@ -64,6 +63,13 @@ HINGE = "positions do not show it without points off the line of the limb above;
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 UNSEEN = "positions of its points are not seen"
 NO_TILT = "positions show only the line of the hips"
+# Angles, 0 to 2, of joints below a line that depend on the rotation of the line about itself.
+BELOW_LINES = {
+    "knee": {1: HINGE, 2: HINGE},
+    "elbow": {1: HINGE, 2: HINGE},
+    "ankle": {1: NO_POINTS, 2: NO_POINTS},
+    "wrist": dict.fromkeys(range(3), NO_POINTS),
+}
 
 
 class _Joints:
@@ -102,21 +108,21 @@ class _Joints:
         self.columns[name] = np.where(seen, angles, np.nan)
         self.reasons[name] = reason
 
-    def missing(self, name: str, reason: str) -> None:
-        self.add(name, np.full(len(self.turned.positions), np.nan), reason)
+    def hide(self, name: str, reason: str, *segments: str) -> None:
+        """Add a column of NaN."""
+        self.add(name, np.full(len(self.turned.positions), np.nan), reason, *segments)
 
     def pelvis(self, world: np.ndarray) -> None:
         """Measure the pelvis relative to axes (3, 3) of the world."""
-        body = self.reference.body
-        three = pelvis_angles(world.T @ self.since["pelvis"] @ body)
+        tilt, pelvis_list, rotation = pelvis_angles(world.T @ self.since["pelvis"] @ self.reference.body)
         shown_by = self._shown_by("pelvis")
         if "pelvis" in self.lines:
             warn(f"{NO_TILT}: pelvis_tilt and trunk_extension are NaN, and hip flexion is relative to the trunk")
-            self.missing("pelvis_tilt", NO_TILT)
+            self.hide("pelvis_tilt", NO_TILT)
         else:
-            self.add("pelvis_tilt", three.flexion, UPRIGHT_PELVIS, *shown_by)
-        self.add("pelvis_list", three.adduction, UPRIGHT_PELVIS, *shown_by)
-        self.add("pelvis_rotation", _unwrap(three.rotation), UPRIGHT_PELVIS, *shown_by)
+            self.add("pelvis_tilt", tilt, UPRIGHT_PELVIS, *shown_by)
+        self.add("pelvis_list", pelvis_list, UPRIGHT_PELVIS, *shown_by)
+        self.add("pelvis_rotation", _unwrap(rotation), UPRIGHT_PELVIS, *shown_by)
 
     def _shown_by(self, *names: str) -> list[str]:
         """The segments that must be seen to know others."""
@@ -129,98 +135,90 @@ class _Joints:
             return
         if self.segments[proximal].carrier == self.segments[distal].carrier:
             return  # nothing bends between them
-        names = [f"{joint.name}_{angle}" + (f"_{side}" if side else "") for angle in joint.angles]
         at_proximal, at_distal = self._axes_of(joint, side, proximal, distal)
         before = self.since[proximal] @ at_proximal
+        shown_by = self._shown_by(proximal, distal)
+        of_rotation, reasons = shown_by, [LOCKED] * 3
         if distal in self.lines and joint.distal == "foot":
             three = self._measure_foot(before, at_proximal, distal)
-            reasons = [LOCKED, NO_POINTS, NO_POINTS]
         elif distal in self.lines:
-            three, reasons = self._measure_line(joint, side, before, at_distal, distal)
+            following = f"{side}_{HINGES[joint.distal][0]}" if joint.distal in HINGES else ""
+            three = self._measure_line(joint, before, at_distal, distal, following)
+            if following in self.segments:
+                of_rotation, reasons = [*shown_by, following], [LOCKED, LOCKED, STRAIGHT]
         else:
-            three, reasons = angles_of(before.transpose(0, 2, 1) @ self.since[distal] @ at_distal), [LOCKED] * 3
-        if proximal in self.lines:
-            three, reasons = self._mask_unshown_angles(joint, three, reasons)
-        if joint.name in ("elbow", "wrist") and f"{side}_wrist" not in self.reference.lines:
-            three, reasons = self._mask_palm_angles(joint, three, reasons)
-        if joint.name == "trunk" and "pelvis" in self.lines:
-            three, reasons[0] = three._replace(flexion=np.full_like(three.flexion, np.nan)), NO_TILT
+            three = angles_of(before.transpose(0, 2, 1) @ self.since[distal] @ at_distal)
+        hidden = self._hidden(joint, side, proximal, distal)
         mirror = -1.0 if side == "left" else 1.0
-        shown_by = self._shown_by(proximal, distal)
-        following = f"{side}_{HINGES[joint.distal][0]}" if joint.distal in HINGES and distal in self.lines else ""
-        of_rotation = [*shown_by, following] if following in self.segments else shown_by
-        every = zip(names, three, (joint.sign, mirror, mirror), reasons, (shown_by, shown_by, of_rotation), strict=True)
-        for name, angles, sign, reason, segments in every:
-            self.add(name, sign * angles + 0.0, reason, *segments)  # no −0
+        for i, (angle, sign) in enumerate(zip(joint.angles, (joint.sign, mirror, mirror), strict=True)):
+            name, segments = f"{joint.name}_{angle}" + (f"_{side}" if side else ""), of_rotation if i == 2 else shown_by
+            if i in hidden:
+                self.hide(name, hidden[i], *segments)
+            else:
+                self.add(name, sign * three[i] + 0.0, reasons[i], *segments)  # no −0
         if joint.name == "shoulder":
             y = (before.transpose(0, 2, 1) @ self.since[distal] @ at_distal)[:, :, 1] * [1.0, 1.0, mirror]
             plane, elevation = elevation_angles(y)
             self.add(f"shoulder_plane_{side}", plane, HANGS, *shown_by)
             self.add(f"shoulder_elevation_{side}", elevation, HANGS, *shown_by)
 
+    def _hidden(self, joint: Joint, side: str, proximal: str, distal: str) -> dict[int, str]:
+        """The angles of a joint, 0 to 2, that the motion or the reference pose does not show, and why."""
+        hidden: dict[int, str] = {}
+        if distal in self.lines and joint.distal == "foot":
+            hidden = {1: NO_POINTS, 2: NO_POINTS}
+        elif distal in self.lines and f"{side}_{HINGES.get(joint.distal, ('',))[0]}" not in self.segments:
+            hidden = {2: NO_POINTS}
+        if proximal in self.lines:  # how it is rotated about itself is not known
+            hidden |= BELOW_LINES.get(joint.name, {})
+        if joint.name in ("elbow", "wrist") and f"{side}_wrist" not in self.reference.lines:
+            if joint.name == "wrist":
+                hidden = dict.fromkeys(range(3), PALM)
+            elif self.reference.is_rest:
+                hidden[2] = PALM
+        if joint.name == "trunk" and "pelvis" in self.lines:
+            hidden[0] = NO_TILT
+        return hidden
+
     def _axes_of(self, joint: Joint, side: str, proximal: str, distal: str) -> tuple[np.ndarray, np.ndarray]:
         """The axes of both segments of a joint in the reference pose."""
         if self.reference.is_rest:
             at_proximal, at_distal = self.axes[proximal], self.axes[distal]
-            if joint.distal == "head" and distal in self.lines:  # its line need not be vertical at rest
-                y = self._upward(self.reference.turned, distal)[0]
-                at_proximal = at_distal = rotation_onto(at_proximal[:, 1], y) @ at_proximal
-            return at_proximal, at_distal
-        limb = self.segments[distal] if joint.distal in LIMBS and joint.distal != "foot" else None
-        both = joint_axes(self.reference, f"{side}_{joint.name}", limb)
-        if joint.distal == "head" and distal in self.lines:
-            both = rotation_onto(both[:, 1], self._upward(self.reference.turned, distal)[0]) @ both
-        return both, both
+        else:
+            limb = self.segments[distal] if joint.distal in LIMBS and joint.distal != "foot" else None
+            at_proximal = at_distal = joint_axes(self.reference, f"{side}_{joint.name}", limb)
+        if joint.distal == "head" and distal in self.lines:  # its line need not be vertical in the reference
+            y = self._upward(self.reference.turned, distal)[0]
+            at_proximal = at_distal = rotation_onto(at_proximal[:, 1], y) @ at_proximal
+        return at_proximal, at_distal
 
     def _upward(self, turned: Turned, name: str) -> np.ndarray:
         """The directions (n, 3) of y of a segment that is a line: up the head, and up a hanging limb."""
         return turned.direction(self.segments[name]) * (1.0 if name == "head" else -1.0)
 
     def _measure_line(
-        self, joint: Joint, side: str, before: np.ndarray, at_distal: np.ndarray, distal: str
-    ) -> tuple[Three, list[str]]:
-        """Measure a joint whose distal segment is a line; the next joint may show its rotation."""
+        self, joint: Joint, before: np.ndarray, at_distal: np.ndarray, distal: str, following: str
+    ) -> tuple[np.ndarray, ...]:
+        """Measure a joint whose distal segment is a line; the following segment may show its rotation."""
         y = np.einsum("nji,nj->ni", before, self._upward(self.turned, distal))
         axes = set_upright(y)
-        flexion, adduction = direction_angles(y)
-        rotation, reason = np.full(len(y), np.nan), NO_POINTS
-        following, way = HINGES.get(joint.distal, ("", 0.0))
-        if (after := f"{side}_{following}") in self.segments:
-            towards = np.einsum("nji,nj->ni", before, self._upward(self.turned, after))
-            shown, bend = hinge_rotations(axes, towards, way)
-            rotation, reason = np.where(bend >= BENT, shown, np.nan), STRAIGHT
+        rotation = np.full(len(y), np.nan)
+        if following in self.segments:
+            towards = np.einsum("nji,nj->ni", before, self._upward(self.turned, following))
+            shown, bend = hinge_rotations(axes, towards, HINGES[joint.distal][1])
+            rotation = np.where(bend >= BENT, shown, np.nan)
             axes = axes @ about_y(partly(bend) * shown)
         self.since[distal] = before @ axes @ at_distal.T
-        return Three(flexion, adduction, rotation), [LOCKED, LOCKED, reason]
+        return *direction_angles(y), rotation
 
-    def _measure_foot(self, before: np.ndarray, at_proximal: np.ndarray, distal: str) -> Three:
+    def _measure_foot(self, before: np.ndarray, at_proximal: np.ndarray, distal: str) -> tuple[np.ndarray, ...]:
         """Measure the dorsiflexion of an ankle whose foot is a line, relative to the reference pose."""
         along = np.einsum("nji,nj->ni", before, self.turned.direction(self.segments[distal]))
         # At rest relative to a shank that is vertical on a horizontal sole.
         axes = self.axes[distal] if self.reference.is_rest else at_proximal
         toes = axes.T @ self.reference.direction(self.segments[distal])
         up = np.arctan2(along[:, 1], along[:, 0]) - np.arctan2(toes[1], toes[0])
-        nothing = np.full(len(up), np.nan)
-        return Three((up + np.pi) % (2.0 * np.pi) - np.pi, nothing, nothing)
-
-    def _mask_palm_angles(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
-        """Mask the angles of elbow or wrist that need the direction of the palm in the reference."""
-        nothing = np.full_like(three.flexion, np.nan)
-        if joint.name == "wrist":
-            return Three(nothing, nothing, nothing), [PALM] * 3
-        if self.reference.is_rest:
-            return three._replace(rotation=nothing), [*reasons[:2], PALM]
-        return three, reasons
-
-    def _mask_unshown_angles(self, joint: Joint, three: Three, reasons: list[str]) -> tuple[Three, list[str]]:
-        """Mask the angles of a joint whose proximal segment is a line that depend on the twist of that line."""
-        nothing = np.full_like(three.flexion, np.nan)
-        if joint.name == "wrist":
-            return Three(nothing, nothing, nothing), [NO_POINTS] * 3
-        if joint.name in ("knee", "elbow", "ankle"):
-            reason = NO_POINTS if joint.name == "ankle" else HINGE
-            return Three(three.flexion, nothing, nothing), [reasons[0], reason, reason]
-        return three, reasons
+        return ((up + np.pi) % (2.0 * np.pi) - np.pi,)
 
 
 def _unwrap(angles: np.ndarray) -> np.ndarray:
@@ -262,5 +260,5 @@ def measure(
     for (start, side), reason in reference.unknown.items():
         for name in joints.columns:
             if name.startswith(start) and name.endswith(side):
-                joints.missing(name, reason)
+                joints.hide(name, reason)
     return joints.columns, joints.reasons

@@ -1,17 +1,14 @@
 """Readers of the Carnegie Mellon University motion-capture database, from a folder or from its server."""
 
 import csv
-import hashlib
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from urllib.error import URLError
 
 from sklearn.datasets import fetch_file, get_data_home
 
 from skpose._utils.files import new_file
 from skpose._utils.progress import progress
-from skpose.datasets._cmu_digests import DIGESTS
 from skpose.datasets._index import COLUMNS, INDEX, PathLike, load_folder, read_index, read_motions
 from skpose.datasets._motions import MotionDataset
 from skpose.io._amc import asf_path
@@ -95,8 +92,7 @@ def fetch_cmu(
     Raises
     ------
     OSError
-        If the server cannot be reached or has no such subject, or if a file has another SHA-256 digest than the version
-        on which the results of skpose were measured; it is then removed.
+        If the server cannot be reached or has no such subject.
 
     Notes
     -----
@@ -158,22 +154,9 @@ def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
 
 
 def _fetch(url: str, folder: Path, name: str) -> Path:
-    """Download a file unless it exists, and check its digest."""
+    """Download a file unless it exists."""
     folder.mkdir(parents=True, exist_ok=True)
-    existed = (folder / name).exists()
     try:
-        path = Path(fetch_file(url, folder=folder, local_filename=name))
-    except (URLError, TimeoutError, ConnectionError) as error:
+        return Path(fetch_file(url, folder=folder, local_filename=name))
+    except OSError as error:
         raise OSError(f"could not download {url} ({error}); put the files into {folder} and use load_cmu") from error
-    if name in DIGESTS and digest(path) != DIGESTS[name]:
-        if not existed:
-            path.unlink()
-        remedy = f"delete {path}" if existed else "try again"
-        raise OSError(f"{name} has an unexpected SHA-256 digest: {remedy}, or use load_cmu, which reads any version")
-    return path
-
-
-def digest(path: Path) -> str:
-    """The SHA-256 of a text file without line ends and trailing blanks, which differ between copies."""
-    lines = (line.rstrip() for line in path.read_bytes().splitlines())
-    return hashlib.sha256(b"\n".join(lines).strip()).hexdigest()

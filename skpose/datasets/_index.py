@@ -1,7 +1,6 @@
 """The index of the motions in a folder, index.csv, and their reading."""
 
 import csv
-import io
 import math
 import os
 from collections.abc import Callable, Iterable
@@ -25,7 +24,8 @@ def load_folder(
 ) -> MotionDataset:
     """Read the AMC files of the index of a folder, or the files that `scan` lists; `frame_rate` fills blanks."""
     folder = Path(folder)
-    check_folder(folder)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"there is no folder {folder}")
     index = folder / INDEX
     rows = read_index(index) if index.is_file() else scan(folder)
     rows = [row | {"frames_per_second": row["frames_per_second"] or frame_rate} for row in rows]
@@ -47,21 +47,13 @@ def read_motions(folder: Path, rows: list[dict], asf_of: Callable[[Path], Path],
     return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
 
 
-def check_folder(folder: Path) -> None:
-    if not folder.exists():
-        raise FileNotFoundError(f"there is no folder {folder}")
-    if not folder.is_dir():
-        raise NotADirectoryError(f"expected a folder of motions, got the file {folder}")
-
-
 def read_index(path: Path) -> list[dict]:
     """The rows of an index with frame rates as numbers, None if blank."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise MocapFormatError(path, line, f"expected UTF-8, found byte {error.object[error.start]:#x}") from None
-    reader, rows = csv.DictReader(io.StringIO(text, newline="")), []
+        raise MocapFormatError(path, None, f"expected UTF-8: {error}") from None
+    reader, rows = csv.DictReader(text.splitlines(keepends=True)), []
     if missing := [name for name in COLUMNS if name not in (reader.fieldnames or [])]:
         raise MocapFormatError(path, 1, f"expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
     for row in reader:
@@ -81,21 +73,17 @@ def read_index(path: Path) -> list[dict]:
 
 
 def rows_of(files: Iterable[Path]) -> dict[Path, dict]:
-    """The rows of files listed by an index in their folder or in one above it, with the path of the `index`."""
-    indexes: dict[Path, dict[Path, dict]] = {}
+    """The rows of files that an index in their folder, or in one above it, lists; of several the nearest."""
+    indexes: dict[Path, dict[str, dict]] = {}
     found = {}
     for path in files:
-        # The link may be in the folder of an index, or the file it points to.
-        for absolute in dict.fromkeys((Path(os.path.abspath(path)), Path(os.path.realpath(path)))):
-            for folder in absolute.parents:
-                if folder not in indexes:
-                    index = folder / INDEX
-                    rows = read_index(index) if is_index(index) else []
-                    indexes[folder] = {
-                        Path(os.path.abspath(folder / row["file"])): row | {"index": index} for row in rows
-                    }
-                if path not in found and absolute in indexes[folder]:
-                    found[path] = indexes[folder][absolute]
+        absolute = os.path.abspath(path)
+        for folder in reversed(Path(absolute).parents):
+            if folder not in indexes:
+                rows = read_index(folder / INDEX) if is_index(folder / INDEX) else []
+                indexes[folder] = {os.path.abspath(folder / row["file"]): row for row in rows}
+            if absolute in indexes[folder]:
+                found[path] = indexes[folder][absolute]
     return found
 
 

@@ -8,11 +8,9 @@ from typing import Any, Literal, overload
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
-from skpose._utils.validation import check_frame_rate
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import check_comparable
-from skpose.skeleton._html import foldable_table
 
 ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'
@@ -139,18 +137,6 @@ class MotionDataset:
         if set(methods) - {"", UNCHANGED}:
             words += f"; retargeted by {_count(methods)}"
         return f"MotionDataset({words})"
-
-    def _repr_html_(self) -> str:
-        """A table of the motions, for notebooks."""
-        columns: dict[str, list] = {"motion": list(range(len(self)))}
-        columns |= {name.removesuffix("s"): labels.tolist() for name, labels in self._labels.items()}
-        columns["frames"] = [len(motion) for motion in self]
-        columns["frame rate, Hz"] = [f"{motion.frame_rate:g}" for motion in self]
-        columns["duration, s"] = [f"{len(motion) / motion.frame_rate:.1f}" for motion in self]
-        columns["joints"] = [motion.skeleton.n_joints for motion in self]
-        if any(self._retargeting):
-            columns["retargeted by"] = list(self._retargeting)
-        return foldable_table(repr(self), columns)
 
     def _with(self, motions: Iterable[Motion]) -> "MotionDataset":
         """Other motions with the same labels."""
@@ -294,10 +280,6 @@ class MotionDataset:
         MotionDataset
             With the same labels.
 
-        See Also
-        --------
-        MotionDataset.without_root : The inverse.
-
         Examples
         --------
         >>> from skpose.datasets import make_gait
@@ -310,35 +292,10 @@ class MotionDataset:
                 raise ValueError(f'motions[0] has "{self.motions[0].up}" up and motions[{i}] "{motion.up}": pass up')
         return self._with(motion.with_root(part, up=up) for motion in self)
 
-    def without_root(self) -> "MotionDataset":
-        """Move the orientation from the poses back to the root, see `Motion.without_root`.
-
-        Returns
-        -------
-        MotionDataset
-            With the same labels.
-
-        Examples
-        --------
-        >>> from skpose.datasets import make_gait
-        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
-        >>> gait.with_root("tilt").without_root().skeleton == gait.skeleton
-        True
-        """
-        motions = []
-        for i, motion in enumerate(self.motions):
-            try:
-                motions.append(motion.without_root())
-            except ValueError as error:
-                raise ValueError(f"motions[{i}]: {error}") from None
-        return self._with(motions)
-
     def poses(
         self,
         frame_rate: float | None = None,
         skeleton: Skeleton | None = None,
-        *,
-        rotations: Literal["rotvec"] | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Collect all poses in one array, on one skeleton.
 
@@ -348,10 +305,6 @@ class MotionDataset:
             New frame rate, Hz, see `Motion.resample`; None takes every frame.
         skeleton : Skeleton, default=None
             Skeleton whose dofs are the columns; None is the mean skeleton of the subjects.
-        rotations : {"rotvec"}, default=None
-            "rotvec" converts joints of two or three Euler angles to ball joints first, so that files may differ in the
-            order of their angles; the columns are then the dofs of ``dataset.to_rotvec().skeleton``, or of
-            ``skeleton.to_rotvec()``. None keeps the joints.
 
         Returns
         -------
@@ -365,21 +318,14 @@ class MotionDataset:
         ValueError
             If the skeletons differ in joints, parents or dofs, or the rest directions of a bone by more than 45°.
         """
-        if rotations is not None:
-            if rotations != "rotvec":
-                raise ValueError(f'rotations must be "rotvec" or None, got {rotations!r}')
-            return self.to_rotvec().poses(frame_rate, None if skeleton is None else skeleton.to_rotvec())
         if not len(self):
             raise ValueError("the dataset has no motions")
-        if frame_rate is not None:
-            check_frame_rate(frame_rate)
         skeleton = self.skeleton if skeleton is None else skeleton
         motions = list(self.retarget(skeleton, method="numbers").motions)
         if frame_rate is not None:
             motions = [motion.resample(frame_rate) for motion in motions]
-        return np.concatenate([m.angles for m in motions]), np.repeat(
-            np.arange(len(motions)), [len(m) for m in motions]
-        )
+        sequence = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
+        return np.concatenate([motion.angles for motion in motions]), sequence
 
 
 def _count(words: Iterable[str]) -> str:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import sklearn
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, inverse_kinematics
@@ -344,8 +343,6 @@ def test_tables():
     assert table.attrs["unit"] == "degrees"
     assert table.attrs["zero"] == "rest pose"
     np.testing.assert_array_equal(table["knee_flexion_left"], angles["knee_flexion_left"])
-    with sklearn.config_context(transform_output="polars"):
-        assert joint_angles(motion).columns == ["time [s]", *angles.names]
     with pytest.raises(KeyError, match="there is no angle 'knee_angle_left'"):
         angles["knee_angle_left"]
 

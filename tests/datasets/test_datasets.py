@@ -123,7 +123,6 @@ def server(folder, monkeypatch):
         thread = threading.Thread(target=httpd.serve_forever, args=[0.01])
         thread.start()
         monkeypatch.setattr(_cmu, "SERVER", f"http://127.0.0.1:{httpd.server_port}")
-        monkeypatch.setattr(_cmu, "DIGESTS", {})
         yield httpd
         httpd.shutdown()
         thread.join()
@@ -137,14 +136,6 @@ def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
     np.testing.assert_array_equal(dataset.motions[1].angles, load_cmu(folder, frame_rate=120).motions[1].angles)
     shutil.rmtree(folder / "subjects")  # now from disk
     assert list(fetch_cmu(["01"], data_home=home, frame_rate=120).actions) == ["walk", "run/jog"]
-
-
-def test_fetch_cmu_refuses_a_file_with_another_digest(server, tmp_path_factory, monkeypatch):
-    home = tmp_path_factory.mktemp("home")
-    monkeypatch.setattr(_cmu, "DIGESTS", {"01_01.amc": "0" * 64})
-    with pytest.raises(OSError, match="digest"):
-        fetch_cmu([1], data_home=home, frame_rate=120)
-    assert not list(home.rglob("01_01.amc*"))
 
 
 def test_missing_files_and_folders(folder):
