@@ -14,7 +14,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="compare the accuracy of action recognition under all metrics",
         description="Print the 1-NN accuracy of single poses and of whole motions for each metric. Actions of only "
         "one person are left out; joints of 2 or 3 angles become ball joints.",
-        parents=[options.writing(".png", required=False), options.computing(None), options.reading(skip=False)],
+        parents=[options.computing(None), options.reading(skip=False)],
     )
     add_folder(parser)
     parser.add_argument(
@@ -35,13 +35,10 @@ def add_folder(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    if args.out is not None:
-        from skpose._cli.studies.compare_picture import draw  # fails early without matplotlib
     import numpy as np
 
     from skpose._cli.inputs import read_labelled
     from skpose._cli.studies.compare import COLUMNS, FRAME_RATE, PAPER, compare, prepare
-    from skpose._utils.files import new_file
 
     if args.folder is not None:
         dataset, source = read_labelled(args), str(args.folder)
@@ -61,16 +58,10 @@ def run(args: argparse.Namespace) -> None:
     print(f"\n{'':<10}{'1-NN accuracy':^40}{'variance in':>13}")
     print(f"{'':<10}{'among other people':>20}{'among other motions':>20}{'first MDS':>13}")
     print(f"{'metric':<10}{'frames':>11}{'motions':>9}{'frames':>11}{'motions':>9}{'component':>13}{'time':>10}")
-    results = []
     for result in compare(dataset, n_jobs=args.jobs):
-        results.append(result)
         shares = ["-" if np.isnan(value) else f"{value:.1%}" for value in result[1:-1]]
         cells = "".join(f"{cell:>{width}}" for cell, width in zip(shares, (11, 9, 11, 9, 13), strict=True))
         print(f"{result.metric:<10}{cells}{result.seconds:>8.2f} s", flush=True)
     print("\n" + textwrap.fill(COLUMNS, 100))
     if args.paper:
         print(textwrap.fill(PAPER, 100))
-    if args.out is not None:
-        with new_file(args.out) as new:
-            draw(dataset, results, new)
-        print(f"\n{args.out}: the table as a picture, with a pose of each action")

@@ -3,7 +3,6 @@
 import argparse
 import re
 import sys
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from inspect import signature
 from io import BytesIO
@@ -12,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from skpose._utils.units import LARGEST, SMALLEST, UNITS, extent_of, likely_unit
 from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._hdm05 import NAME
@@ -23,7 +21,6 @@ from skpose.keypoints import Keypoints
 from skpose.robots import load_robot
 from skpose.robots._kind import is_robot
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._rest import size_of
 
 Content = Motion | Skeleton | Keypoints
 STDIN = "-"
@@ -107,7 +104,7 @@ def read(
         name = "standard input" if str(path) == STDIN else str(path)
         rate = {"frame_rate": rates[path]} if path in rates else {}
         try:
-            contents.append((name, _load_in_unit(name, _open(path, name), options | rate, loader)))
+            contents.append((name, loader(_open(path, name), options | rate)))
         except (OSError, ValueError) as error:
             if i < required or not getattr(args, "skip_errors", False):
                 raise
@@ -125,38 +122,6 @@ def _open(path: Path, name: str) -> Path | BytesIO:
     content = BytesIO(sys.stdin.buffer.read() if str(path) == STDIN else path.read_bytes())
     content.name = name
     return content
-
-
-def _load_in_unit(
-    name: str,
-    file: Path | BytesIO,
-    options: dict[str, Any],
-    loader: Callable[[Path | BytesIO, dict[str, Any]], Any],
-) -> Any:
-    """Load a file; for the scale "auto" in the format's own unit, or in the one that makes it the size of a person."""
-    if options.get("scale") != "auto":
-        return loader(file, options)
-    options = {key: value for key, value in options.items() if key != "scale"}
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        content = loader(file, options)
-        size = _size(content)
-        if size > 0.0 and not SMALLEST <= size <= LARGEST:
-            size = _size(loader(file, options | {"scale": 1.0}))
-            unit = likely_unit(size)
-            print(f"skpose: {name}: --scale {UNITS[unit]:.4g} ({unit}): {size * UNITS[unit]:.3g} m", file=sys.stderr)
-            caught.clear()
-            content = loader(file, options | {"scale": UNITS[unit]})
-    for warning in caught:
-        warn(str(warning.message), warning.category)
-    return content
-
-
-def _size(content: Content) -> float:
-    """The size of a skeleton at angle zero, or of points in the median frame, m."""
-    if isinstance(content, Keypoints):
-        return extent_of(content.positions)
-    return size_of(content if isinstance(content, Skeleton) else content.skeleton)
 
 
 def read_dataset(

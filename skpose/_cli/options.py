@@ -20,10 +20,9 @@ def reading(*, skip: bool = True) -> argparse.ArgumentParser:
         add("--skip-errors", action="store_true", help="skip files that cannot be read, and exit with status 3")
     add(
         "--scale",
-        type=_scale,
+        type=positive,
         metavar="M",
-        help="metres per unit of length, such as 0.01 for centimetres; auto: the unit in which the skeleton is as "
-        "large as a person; default: the unit in the file, or metres",
+        help="metres per unit of length, such as 0.01 for centimetres; default: the unit in the file, or metres",
     )
     add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis of the files, such as --up=-y")
     add(
@@ -153,7 +152,3 @@ def positive(text: str) -> float:
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"expected a positive number, got {text!r}")
     return value
-
-
-def _scale(text: str) -> float | str:
-    return text if text == "auto" else positive(text)

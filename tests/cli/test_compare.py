@@ -1,4 +1,4 @@
-"""`skpose compare`: the accuracies in its table, its picture, its folders."""
+"""`skpose compare`: the accuracies in its table, its folders."""
 
 import warnings
 from contextlib import redirect_stdout
@@ -8,13 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
 from skpose import motion_distances, pose_distances
 from skpose._cli.main import main
 from skpose._cli.studies import compare as study
 from skpose._cli.studies.compare import COMPARED, choose_actions, compare, prepare, warp_all
-from skpose._cli.studies.compare_picture import draw
 from skpose.datasets import MotionDataset, make_actions, make_gait
 from skpose.io import save_bvh
 from skpose.manifold import SpatialMDS
@@ -77,14 +75,6 @@ def test_actions_are_those_of_two_people(actions):
     assert len(choose_actions(alone)) == len(alone)  # each is done twice
     with pytest.raises(ValueError, match="two actions"):
         choose_actions(actions[actions.actions == "jump"])
-
-
-@pytest.mark.slow
-def test_the_picture(actions, run, tmp_path):
-    draw(prepare(actions), run.results, tmp_path / "compared.png")
-    picture = imread(tmp_path / "compared.png")
-    assert min(picture.shape[:2]) > 500
-    assert np.ptp(picture[..., :3]) == 1  # black and white at least
 
 
 def save(dataset, folder, scale=1.0):

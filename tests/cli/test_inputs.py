@@ -12,7 +12,7 @@ from conftest import DATA
 from skpose import pose_distances
 from skpose._cli.main import main
 from skpose.datasets import MotionDataset, load_cmu
-from skpose.io import load_bvh, save_bvh
+from skpose.io import load_bvh
 
 pytestmark = pytest.mark.usefixtures("walks_in_folder")
 INDEX = "subject,trial,action,frames_per_second,file\n35,01,wave,30,subjects/35/35_01.amc\n"
@@ -84,15 +84,6 @@ def test_options_reach_the_loader(index, capsys):
     assert f"{length:.3f}" in out
     assert main(["info", "anna.bvh", "--root", "nobody"]) == 1
     assert "nobody" in capsys.readouterr().err
-
-
-def test_a_scale_for_each_file(capsys):
-    motion = load_bvh("anna.bvh")
-    save_bvh("centimetres.bvh", motion, scale=0.01)
-    D = positions("anna.bvh", "centimetres.bvh", "--scale", "auto")
-    assert D[: len(motion), len(motion) :].diagonal().max() < 1e-5
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if "--scale" in line]
-    assert "centimetres.bvh: --scale 0.01 (centimetres)" in line
 
 
 def test_files_that_cannot_be_read_are_left_out(capsys):

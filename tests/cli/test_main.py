@@ -20,7 +20,6 @@ WRITERS = {
     "retarget": (["anna.bvh", "--onto", "ben.bvh"], "motion.bvh"),
     "convert": (["anna.bvh"], "motion.npz"),
     "angles": (["anna.bvh"], "angles.csv"),
-    "compare": ([], "picture.png"),
 }
 
 
@@ -33,7 +32,7 @@ def status_of(arguments):
 def test_help_and_version(capsys):
     assert main([]) == 0
     out = capsys.readouterr().out
-    for command in (*WRITERS, "info", "find", "reproduce"):
+    for command in (*WRITERS, "info", "find", "compare", "reproduce"):
         assert command in out
         assert status_of([command, "--help"]) == 0
         assert f"usage: skpose {command}" in capsys.readouterr().out
