@@ -2,7 +2,6 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import skpose
 from skpose._cli import options
@@ -36,7 +35,7 @@ def run(args: argparse.Namespace) -> None:
 
     files = [args.file, args.zero] if isinstance(args.zero, Path) else [args.file]
     motions = _fit([content for _, content in inputs.read(args, files, inputs.load_moving)], args.layout)
-    found: Any = skpose.biomechanics.joint_angles(motions[0], zero=motions[1] if len(motions) > 1 else args.zero)
+    found = skpose.biomechanics.joint_angles(motions[0], zero=motions[1] if len(motions) > 1 else args.zero)
     with new_file(args.out) as new, new.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(["time [s]", *found.names])

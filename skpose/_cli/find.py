@@ -1,6 +1,7 @@
 """`skpose find`: search files for a motion or a single pose."""
 
 import argparse
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,11 +66,9 @@ def _find_motion(
     for i, recording in enumerate(recordings):
         bounds = [(0, here.start), (here.stop, len(recording))] if i in own else [(0, len(recording))]
         parts += [(i, start, recording[start:stop]) for start, stop in bounds if start < stop]
-    groups = (
-        [[part for part in parts if part[0] == i] for i in range(len(recordings))] if args.one_per_file else [parts]
-    )
     places = []
-    for group in filter(None, groups):
+    for _, some in groupby(parts, key=lambda part: part[0] if args.one_per_file else None):
+        group = list(some)
         found = skpose.motions.find_motion(
             whole[here],
             [motion for *_, motion in group],

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._hdm05 import NAME
 from skpose.datasets._index import INDEX, rows_of
@@ -94,11 +93,7 @@ def read(
 ) -> list[tuple[str, Any]]:
     """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
     files, options = expand(paths, suffixes), reading_options(args)
-    rates = stated_rates(files)
-    if "frame_rate" in options:
-        if any(rate != options["frame_rate"] for rate in rates.values()):
-            warn(f"--file-frame-rate {options['frame_rate']:g} replaces other rates that file names or an index state")
-        rates = {}
+    rates = {} if "frame_rate" in options else stated_rates(files)
     contents = []
     for i, path in enumerate(files):
         name = "standard input" if str(path) == STDIN else str(path)

@@ -69,16 +69,15 @@ def _retarget(
     motion: "skpose.Motion", skeleton: "skpose.Skeleton", args: argparse.Namespace
 ) -> tuple["skpose.Motion", str]:
     """The motion on a skeleton or robot, and a report."""
-    from skpose.robots._retarget import retarget_and_report
+    from skpose.kinematics._retarget import retarget_and_report
+    from skpose.robots._retarget import retarget_and_report as retarget_to_robot
 
     joints = None if args.joints is None else dict(args.joints)
     onto_robot = any(bone.is_hinge for bone in skeleton.bones) and not any(b.is_hinge for b in motion.skeleton.bones)
     if args.method == "limbs" or (args.method == "auto" and onto_robot):
         scale = None if args.factor == "lengths" else args.factor
-        return retarget_and_report(motion, skeleton, joints, scale, "enforce")
-    dataset = skpose.datasets.MotionDataset([motion])
-    moved = dataset.retarget(skeleton, method=args.method, joints=joints, scale=args.factor, n_jobs=args.jobs)
-    return moved.motions[0], moved.retargeting[0]
+        return retarget_to_robot(motion, skeleton, joints, scale, "enforce")
+    return retarget_and_report(motion, skeleton, args.method, joints, args.factor, "ignore", args.jobs, 0)
 
 
 def _pair(text: str) -> tuple[str, str]:

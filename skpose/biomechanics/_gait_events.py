@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skpose.biomechanics._feet import SIDES, check_recording, feet_of, find_feet, to_world
-from skpose.biomechanics._recordings import leg_lengths
 from skpose.biomechanics._steps import Stance, Stride, find_stances, find_strides
 from skpose.skeleton import Motion
 
@@ -45,8 +44,6 @@ class GaitEvents:
         The reason if events are missing.
     motion_times : ndarray of shape (n_frames,)
         Times of the frames of the motion, s.
-    leg_lengths : ndarray of shape (n_frames, 2) or None
-        Distance from hip to ankle in each frame, left and right, m, by which the recording is recognized.
 
     Examples
     --------
@@ -70,7 +67,6 @@ class GaitEvents:
     up: str
     reason: str
     motion_times: np.ndarray
-    leg_lengths: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.times)
@@ -209,7 +205,6 @@ def _collect(
     number = {row[3]: k for k, row in enumerate(rows) if row[2] == CONTACT}
     times = (motion.frame_numbers[0] + np.array([row[0] for row in rows])) / motion.frame_rate
     positions = np.array([stances[row[3]].position for row in rows]).reshape(-1, 3)
-    columns = {mark: motion.skeleton.joint_names.index(name) for mark, name in names.items()}
     return GaitEvents(
         feet=np.array([SIDES[row[1]] for row in rows], dtype=np.str_),
         kinds=np.array([row[2] for row in rows], dtype=np.str_),
@@ -222,5 +217,4 @@ def _collect(
         up=motion.up,
         reason=reason,
         motion_times=motion.times,
-        leg_lengths=leg_lengths(motion, columns),
     )

@@ -9,7 +9,6 @@ import numpy as np
 from skpose._utils.validation import check_kind, near_names
 from skpose.biomechanics._measure import measure
 from skpose.biomechanics._person import find_person
-from skpose.biomechanics._recordings import leg_lengths
 from skpose.biomechanics._segments import find_segments
 from skpose.biomechanics._zero import find_zero
 from skpose.skeleton import Motion
@@ -36,8 +35,6 @@ class JointAngles:
         The rig whose names the joints have.
     missing : dict of str to str
         The reason for each angle that is NaN in some frames.
-    leg_lengths : ndarray of shape (n_frames, 2) or None
-        Distance from hip to ankle in each frame, left and right, m, by which the recording is recognized.
 
     Examples
     --------
@@ -58,7 +55,6 @@ class JointAngles:
     zero: str
     rig: str
     missing: dict[str, str]
-    leg_lengths: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.degrees)
@@ -235,5 +231,4 @@ def joint_angles(
     names = tuple(columns)
     degrees = np.degrees(np.stack([columns[name] for name in names], axis=1))
     missing = {name: reasons[name] for name in names if np.isnan(columns[name]).any()}
-    rig, legs = person.rig or "the given joints", leg_lengths(motion, person.joints)
-    return JointAngles(names, degrees, motion.times, words, rig, missing, legs)
+    return JointAngles(names, degrees, motion.times, words, person.rig or "the given joints", missing)

@@ -5,15 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.biomechanics import GaitEvents, JointAngles
-from skpose.biomechanics._recordings import ENDS, are_of_one_recording, leg_lengths
-from skpose.kinematics._landmarks import find_landmarks
 from skpose.motions import Repetitions
-from skpose.skeleton import Motion
 
 PERCENT = np.arange(101.0)  # of the cycle, at which curves are known
 LONGEST_GAP = 0.1  # s without frames across which curves are interpolated
 SIDES = ("left", "right", "")  # of angles; angles of the trunk have none
-OTHER = "cycles must be of the recording that angles are of, got another one"
 
 
 class Cycles(NamedTuple):
@@ -33,7 +29,6 @@ def find_cycles(angles: JointAngles, cycles: Any) -> Cycles:
             raise ValueError("cycles must have repetitions, got none")
         if cycles.times is not None:
             _check_times(cycles.times, angles)
-            _check_legs(cycles, angles)
         frames, noun = np.stack([cycles.starts, cycles.stops], axis=1), "repetition"
     else:
         frames, noun = np.asarray(cycles), "cycle"
@@ -51,8 +46,6 @@ def _strides(angles: JointAngles, events: GaitEvents) -> Cycles:
     if not len(events.strides):
         raise ValueError(f"cycles has no strides: {events.reason}")
     _check_times(events.motion_times, angles)
-    if not are_of_one_recording(events.leg_lengths, angles.leg_lengths):
-        raise ValueError(OTHER)
     feet = events.feet[events.strides[:, 0]]
     times = events.times[events.strides[:, [0, 2]]]
     spans = {side: times[feet == side] for side in SIDES[:2]}
@@ -62,19 +55,7 @@ def _strides(angles: JointAngles, events: GaitEvents) -> Cycles:
 
 def _check_times(times: np.ndarray, angles: JointAngles) -> None:
     if len(times) != len(angles) or not np.allclose(times, angles.times, rtol=0.0, atol=1e-6):
-        raise ValueError(OTHER)
-
-
-def _check_legs(repetitions: Repetitions, angles: JointAngles) -> None:
-    """Refuse repetitions in which the legs are bent otherwise, if the skeleton has legs with known names."""
-    motions = [one for one in repetitions.motions if isinstance(one, Motion)]
-    joints = find_landmarks(motions[0].skeleton).joints if motions else {}
-    if angles.leg_lengths is None or not joints.keys() >= {*ENDS}:
-        return
-    rows = np.concatenate([np.arange(*ends) for ends in zip(repetitions.starts, repetitions.stops, strict=True)])
-    lengths = np.concatenate([leg_lengths(one, joints) for one in motions])
-    if not are_of_one_recording(lengths, angles.leg_lengths[rows]):
-        raise ValueError(OTHER)
+        raise ValueError("cycles must be of the recording that angles are of, got another one")
 
 
 def without_jumps(degrees: np.ndarray) -> np.ndarray:

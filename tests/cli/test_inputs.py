@@ -58,7 +58,6 @@ def test_standard_input(monkeypatch, capsys):
     assert "standard input" in capsys.readouterr().out
 
 
-@pytest.mark.filterwarnings("default:--file-frame-rate:UserWarning")
 def test_frame_rates_of_amc_files(index, capsys):
     """By the option, by an index above the file, or by a name as in HDM05."""
     shutil.copy(DATA / "arm.asf", "HDM_bd.asf")

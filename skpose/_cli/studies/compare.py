@@ -79,9 +79,9 @@ def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Re
     skeleton, actions, people = dataset.skeleton, dataset.actions, dataset.subjects
     y, person, everyone = actions[sequence], people[sequence], np.arange(len(dataset))
     frames = np.split(np.arange(len(X)), np.searchsorted(sequence, everyone[1:]))
-    _warp(np.zeros((2, 2)))
+    accumulate(np.zeros((2, 2)), Paths.of(None))  # compile before the clock starts
     for metric in COMPARED:
-        pose_distances(X[:1], skeleton=skeleton, metric=metric)  # compile before the clock starts
+        pose_distances(X[:1], skeleton=skeleton, metric=metric)
         start = time.perf_counter()
         D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
         of_motions = warp_all(D, frames)
@@ -115,14 +115,9 @@ def warp_all(distances: np.ndarray, frames: list[np.ndarray]) -> np.ndarray:
     for i, rows in enumerate(frames):
         for j, columns in enumerate(frames[:i]):
             costs = distances[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
-            result[i, j] = result[j, i] = _warp(costs) / (len(rows) + len(columns))
+            accumulate(costs, Paths.of(None))
+            result[i, j] = result[j, i] = costs[-1, -1] / (len(rows) + len(columns))
     return result
-
-
-def _warp(costs: np.ndarray) -> float:
-    """The least sum of distances along a path; overwrites the distances."""
-    accumulate(costs, Paths.of(None))
-    return float(costs[-1, -1])
 
 
 def first_component(distances: np.ndarray) -> float:

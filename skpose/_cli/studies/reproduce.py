@@ -18,20 +18,18 @@ standard deviation. Leaving one person out instead of one sequence, which the pa
 """
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
-from joblib import effective_n_jobs
+from joblib import Parallel, delayed
 from scipy.stats import binomtest, gaussian_kde, mannwhitneyu, wilcoxon
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import silhouette_score
 
 from skpose._cli.studies.compare import FRAME_RATE, classify, first_component
-from skpose._utils.parallel import in_threads
 from skpose._utils.progress import progress
 from skpose.cluster import MedoidShift
 from skpose.datasets import MotionDataset, walks_and_runs
@@ -105,6 +103,14 @@ def reproduce(dataset: MotionDataset, seed: int = 0, *, n_jobs: int | None = Non
     return findings
 
 
+def _in_threads(task: Callable[[Any], Any], arguments: Iterable[Any], n_jobs: int | None) -> list[Any]:
+    """The results of a task for each of some arguments, without warnings of searches that did not converge."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        results: list[Any] = Parallel(n_jobs, prefer="threads")(map(delayed(task), arguments))
+    return results
+
+
 def _spread(values: Sequence[Any] | np.ndarray, form: str) -> str:
     """Format mean and standard deviation over the draws."""
     return f"{np.mean(values):{form}} ± {np.std(values, ddof=1):{form}}"
@@ -124,20 +130,17 @@ def _ratios(
     X, sequence = walks.poses(FRAME_RATE)
     frames = [those for i in range(len(walks)) if len(those := np.flatnonzero(sequence == i)) > 1]
     pairs = [rng.choice(frames[i], 2, replace=False) for i in rng.integers(len(frames), size=N_DRAWS * N_PAIRS)]
-    ratios, converged = np.empty(len(pairs)), np.empty(len(pairs), dtype=bool)
 
-    def measure(k: int) -> None:
-        a, b = X[pairs[k]]
+    def measure(pair: np.ndarray) -> tuple[float, bool]:
+        a, b = X[pair]
         path = geodesic(a, b, walks.skeleton, metric=Geodesic(N_STEPS))
         line = pose_distances(a[None], b[None], skeleton=walks.skeleton, metric=Spatial(N_STEPS))[0, 0]
-        ratios[k], converged[k] = min(path.length / line, 1.0), path.converged
+        return min(path.length / line, 1.0), path.converged
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        in_threads((partial(measure, k) for k in range(len(pairs))), effective_n_jobs(n_jobs))
-    draws = ratios.reshape(N_DRAWS, N_PAIRS)
+    ratios, converged = zip(*_in_threads(measure, pairs, n_jobs), strict=True)
+    draws = np.reshape(ratios, (N_DRAWS, N_PAIRS))
     size = len(walks), len(X)
-    unconverged = f"{(~converged).sum()} of {len(pairs)} geodesics unconverged"
+    unconverged = f"{converged.count(False)} of {len(pairs)} geodesics unconverged"
     for quantity, paper, values in (
         ("r, lowest of 100 pairs", "0.94", draws.min(axis=1)),
         ("r, median of 100 pairs", "", np.median(draws, axis=1)),
@@ -256,43 +259,35 @@ def _clustering(
     findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
 ) -> None:
     """3.4: does medoid shift separate them?"""
-    draws = findings.draws
-    pairs = sorted({pair for draw in draws for pair in product(draw["walk"], draw["run"])})
-    shares: dict[str, dict[tuple, float]] = {}
-    larger: dict[tuple, float] = {}
+    of_draws = [list(product(draw["walk"], draw["run"])) for draw in findings.draws]
+    pairs = sorted({pair for of_draw in of_draws for pair in of_draw})
+    by_draw: dict[str, list[np.ndarray]] = {}
     for metric in METRICS:
         D, sequence = _gait_distances(gait, metric, n_jobs)
-        shares[metric] = {}
 
-        def cluster(pair: tuple, metric: str = metric, D: np.ndarray = D, sequence: np.ndarray = sequence) -> None:
+        def cluster(pair: tuple, D: np.ndarray = D, sequence: np.ndarray = sequence) -> float:
             of = np.flatnonzero(np.isin(sequence, pair))
-            runs = sequence[of] == pair[1]
             labels = MedoidShift(n_clusters=2, metric="precomputed").fit_predict(D[np.ix_(of, of)])
-            same = np.mean(labels == runs)
-            shares[metric][pair] = max(same, 1 - same) if labels.max() == 1 else np.nan
-            larger[pair] = max(runs.mean(), 1 - runs.mean())
+            same = np.mean(labels == (sequence[of] == pair[1]))
+            return max(same, 1 - same) if labels.max() == 1 else np.nan  # no bandwidth gives two clusters: NaN
 
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # no bandwidth gives two clusters: NaN
-            in_threads((partial(cluster, pair) for pair in pairs), effective_n_jobs(n_jobs))
-    by_draw = {
-        metric: [np.array([shares[metric][pair] for pair in product(draw["walk"], draw["run"])]) for draw in draws]
-        for metric in METRICS
-    }
+        shares = dict(zip(pairs, _in_threads(cluster, pairs, n_jobs), strict=True))
+        by_draw[metric] = [np.array([shares[pair] for pair in of_draw]) for of_draw in of_draws]
     first = [by_draw[metric][0] for metric in METRICS]
     both = np.isfinite(first[0]) & np.isfinite(first[1]) & (first[0] != first[1])
     test = ""
     if both.any():
         result = wilcoxon(first[1][both], first[0][both])
         test = f"Wilcoxon W = {result.statistic:.0f} of {both.sum()} pairs, p = {result.pvalue:.1e}"
-    used = np.isin(gait.poses(FRAME_RATE)[1], np.concatenate(list(draws[0].values())))
-    size = sum(map(len, draws[0].values())), int(used.sum())
+    n_poses = np.bincount(sequence)
+    chosen = np.concatenate(list(findings.draws[0].values()))
+    size = len(chosen), int(n_poses[chosen].sum())
     for metric, paper in zip(METRICS, ("60 %", "65 %"), strict=True):
         means = [np.nanmean(values) for values in by_draw[metric]]
         none = f"; no such bandwidth for {np.isnan(by_draw[metric][0]).sum()} of {len(first[0])}"
         quantity = f"poses in the right cluster, {metric}"
         findings.rows.append(Row("3.4", quantity, paper, f"{means[0]:.1%}", _spread(means, ".1%"), *size, test + none))
-    alone = [np.mean([larger[pair] for pair in product(draw["walk"], draw["run"])]) for draw in draws]
+    alone = [np.mean(n_poses[of_draw].max(axis=1) / n_poses[of_draw].sum(axis=1)) for of_draw in of_draws]
     quantity = "poses in the larger class, as if all were one cluster"
     findings.rows.append(Row("3.4", quantity, "", f"{alone[0]:.1%}", _spread(alone, ".1%"), *size))
 
