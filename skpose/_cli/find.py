@@ -3,7 +3,7 @@
 import argparse
 from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import skpose
 from skpose._cli import options
@@ -11,13 +11,7 @@ from skpose._cli import options
 APART = 0.5  # s, between two places of a pose
 
 
-class Place(NamedTuple):
-    """A place: the distance, the index of the file, the first row and the one after the last."""
-
-    distance: float
-    file: int
-    start: int
-    stop: int
+Place = tuple[float, int, int, int]  # the distance, the index of the file, the first row and the one after the last
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -79,7 +73,7 @@ def _find_motion(
         )
         for match in found:
             i, first, _ = group[match.motion]
-            places.append(Place(match.distance, i, first + match.start, first + match.stop))
+            places.append((match.distance, i, first + match.start, first + match.stop))
     return places
 
 
@@ -98,7 +92,7 @@ def _find_pose(
             rows = rows[np.abs(recording.times[rows] - whole.times[row]) > APART]
         if args.one_per_file:
             rows = rows[np.argsort(distances[rows], kind="stable")[:1]]
-        places += [Place(float(distances[r]), i, r, r + 1) for r in rows.tolist()]
+        places += [(float(distances[r]), i, r, r + 1) for r in rows.tolist()]
     return places
 
 
@@ -125,9 +119,9 @@ def _print_places(
     times = f"{'start, s':>10}  {'end, s':>10}" if args.pose is None else f"{'time, s':>10}"
     distance = f"distance, {'rad' if args.metric == 'angle' else 'm'}"
     print(f"{'rank':>6}  {'file':<{width}}  {times}  {distance:>14}")
-    for rank, place in enumerate(places, start=1):
-        motion = recordings[place.file]
-        times = f"{motion.times[place.start]:>10.2f}"
+    for rank, (nearest, i, start, stop) in enumerate(places, start=1):
+        motion = recordings[i]
+        times = f"{motion.times[start]:>10.2f}"
         if args.pose is None:
-            times += f"  {motion.times[place.stop - 1] + 1.0 / motion.frame_rate:>10.2f}"
-        print(f"{rank:>6}  {names[place.file]:<{width}}  {times}  {place.distance:>14.4f}")
+            times += f"  {motion.times[stop - 1] + 1.0 / motion.frame_rate:>10.2f}"
+        print(f"{rank:>6}  {names[i]:<{width}}  {times}  {nearest:>14.4f}")

@@ -10,17 +10,14 @@ from skpose.view import Page
 
 def save_motion(content: Motion | Keypoints, out: Path, scale: float) -> None:
     """Write a motion or keypoints in the format of the suffix; `scale` is metres per unit of a BVH file."""
-    suffix = out.suffix.lower()
-    if suffix == ".bvh":
+    if out.suffix.lower() == ".bvh":
         if isinstance(content, Keypoints):
             raise ValueError("keypoints have no skeleton, as BVH files need: choose .npz or .csv")
         save_bvh(out, content, scale=scale)
         if content.fitted:
             print("BVH files do not state that poses were fitted to positions; .npz files do")
-    elif suffix == ".npz":
-        save_npz(out, content)
     else:
-        save_csv(out, content)
+        (save_npz if out.suffix.lower() == ".npz" else save_csv)(out, content)
     print(f"{out}: {content!r}")
 
 

@@ -39,10 +39,6 @@ class Panel(NamedTuple):
     heights: np.ndarray  # (n_frames,) of the root above the ground
     limits: np.ndarray  # (2, 2) lowest and highest, to the right of the root and above the ground
 
-    def frame(self, time: float) -> int:
-        """The last frame at or before a time, s, or else the first."""
-        return max(int(np.searchsorted(self.times, time + 1e-6, side="right")) - 1, 0)
-
 
 class Recording:
     """Motions side by side in one figure; the camera follows the roots."""
@@ -58,10 +54,10 @@ class Recording:
         self.axes = self.figure.subplots(rows, columns, squeeze=False).ravel()
 
     def draw(self, time: float) -> None:
-        """Draw the last frame of each motion at or before a time, s."""
+        """Draw the last frame of each motion at or before a time, s, or else the first."""
         for ax, panel in zip(self.axes, self.panels, strict=False):
             ax.clear()
-            frame = panel.frame(time)
+            frame = max(int(np.searchsorted(panel.times, time + 1e-6, side="right")) - 1, 0)
             panel.draw(panel.positions[frame], ax=ax)
             (left, low), (right, high) = panel.limits
             below = panel.heights[frame]
@@ -72,9 +68,8 @@ class Recording:
         for ax in self.axes:
             ax.axis("off")
 
-    def save_png(self, path: Path, time: float | None) -> None:
-        """Write the picture of a time, s; None is the start."""
-        time = self.begins if time is None else time
+    def save_png(self, path: Path, time: float) -> None:
+        """Write the picture of a time, s."""
         self._check(time)
         self.draw(time)
         with new_file(path) as new:

@@ -23,7 +23,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     group = parser.add_argument_group("pictures")
     add = group.add_argument
     add("--png", type=options.file_named(".png"), metavar="FILE", help="a picture of one moment")
-    add("--at", type=float, metavar="S", help="time of --png, in seconds; default: the start")
+    add("--at", type=float, default=0.0, metavar="S", help="time of --png, in seconds; default: the start")
     add("--gif", type=options.file_named(".gif"), metavar="FILE", help="animated GIF, without interpolation")
     add("--fps", type=options.positive, default=20.0, metavar="N", help="pictures per second of --gif; default: 20")
     options.add_part(group, "--gif")

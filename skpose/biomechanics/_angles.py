@@ -75,9 +75,14 @@ def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[
     """
     y = axes[:, :, 1]
     hinge = sign * np.cross(y, distal)
-    bend = np.degrees(np.arctan2(np.linalg.norm(hinge, axis=1), (y * distal).sum(axis=1)))
     rotation = np.arctan2((hinge * axes[:, :, 0]).sum(axis=1), (hinge * axes[:, :, 2]).sum(axis=1))
-    return rotation, bend
+    return rotation, degrees_between(y, distal)
+
+
+def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The angles between vectors (..., 3), degrees."""
+    angles: np.ndarray = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1)))
+    return angles
 
 
 def about_y(angles: np.ndarray) -> np.ndarray:

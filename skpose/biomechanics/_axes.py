@@ -5,12 +5,15 @@ bent. There each segment has its own axes, with y along a limb, which are parall
 pose* of the person, all joints are at zero by definition: the two segments of a joint have the same axes.
 """
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned
+from skpose.kinematics._landmarks import path_up
 from skpose.skeleton import Skeleton
 
 UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand in a rest pose
@@ -19,9 +22,8 @@ RAISED = 135.0
 # Two points are the ends of a joint's axis, such as the epicondyles of a knee, if the joint is in the middle of them,
 # and if their line is across the limb; relative to the distance between them, and the cosine.
 OFF_MIDDLE, ALONG = 0.2, 0.5
-THUMB_OFF_LINE = (
-    0.1  # distance of a thumb from the line of the hand, relative to its length, that shows where the palm is
-)
+# Distance of a thumb from the line of the hand, relative to its length, that shows where the palm is.
+THUMB_OFF_LINE = 0.1
 PARALLEL = 1e-6  # sine of the angle between two directions below which they show no axes
 BEFORE = {"shank": "thigh", "forearm": "upper_arm", "hand": "forearm"}
 
@@ -58,7 +60,9 @@ def find_reference(
     is_rest = up is None
     if up is None:
         legs = [positions[segments[f"{side}_shank"].end] - positions[segments[f"{side}_thigh"].start] for side in SIDES]
-        up = _nearest_axis(-legs[0] - legs[1])
+        upward = -legs[0] - legs[1]
+        axis = int(np.abs(upward).argmax())
+        up = np.eye(3)[axis] * np.sign(upward[axis])
         for side, leg in zip(SIDES, legs, strict=True):
             if degrees_between(-leg, up) > np.degrees(np.arccos(UPRIGHT)):
                 return f"its {side} leg points {degrees_between(-leg, up):.0f}° away from down"
@@ -121,17 +125,6 @@ def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def degrees_between(a: np.ndarray, b: np.ndarray) -> float:
-    """The angle between two vectors, degrees."""
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
-
-
-def _nearest_axis(vector: np.ndarray) -> np.ndarray:
-    """The axis, with its sign, nearest to a vector."""
-    axis = int(np.abs(vector).argmax())
-    return np.eye(3)[axis] * np.sign(vector[axis])
-
-
 def _raised_arms(segments: dict[str, Segment], turned: Turned, up: np.ndarray) -> dict[tuple[str, str], str]:
     """The angles that arms which point up in a rest pose give no zero, and why."""
     unknown: dict[tuple[str, str], str] = {}
@@ -173,33 +166,25 @@ def _heading(body: np.ndarray, along: np.ndarray) -> np.ndarray:
 
 def _thumb_of(skeleton: Skeleton, positions: np.ndarray, hand: Segment) -> np.ndarray | None:
     """The direction from the line of a hand to its thumb; None if there is none."""
-    parents, names = skeleton.parents.tolist(), skeleton.joint_names
-    for j, name in enumerate(names):
-        if "thumb" not in name.lower():
-            continue
-        above = j
-        while above >= 0 and above != hand.start:
-            above = parents[above]
-        along, across = positions[hand.end] - positions[hand.start], positions[j] - positions[hand.start]
-        across = across - (across @ along) / max(float(along @ along), 1e-300) * along
-        size = float(np.linalg.norm(across))
-        if above == hand.start and size > THUMB_OFF_LINE * np.linalg.norm(along):
-            return across / size
+    along = positions[hand.end] - positions[hand.start]
+    for j, name in enumerate(skeleton.joint_names):
+        if "thumb" in name.lower() and hand.start in path_up(skeleton, j):
+            across = positions[j] - positions[hand.start]
+            across = across - (across @ along) / max(float(along @ along), 1e-300) * along
+            size = float(np.linalg.norm(across))
+            if size > THUMB_OFF_LINE * np.linalg.norm(along):
+                return across / size
     return None
 
 
 def _line_of(skeleton: Skeleton, positions: np.ndarray, segment: Segment) -> np.ndarray | None:
     """The direction of the line through two points on both sides of the joint at the end of a segment."""
-    parents = skeleton.parents.tolist()
-    points = [j for j, bone in enumerate(skeleton.bones) if parents[j] == segment.end and not bone.dofs]
+    points = [j for j, bone in enumerate(skeleton.bones) if skeleton.parents[j] == segment.end and not bone.dofs]
     along = positions[segment.end] - positions[segment.start]
     best, found = OFF_MIDDLE, None
-    for i, a in enumerate(points):
-        for b in points[i + 1 :]:
-            line, middle = positions[b] - positions[a], (positions[a] + positions[b]) / 2.0 - positions[segment.end]
-            size = float(np.linalg.norm(line))
-            if not size or abs(line @ along) > ALONG * size * np.linalg.norm(along):
-                continue
-            if np.linalg.norm(middle) < best * size:
-                best, found = float(np.linalg.norm(middle)) / size, line / size
+    for a, b in combinations(points, 2):
+        line, middle = positions[b] - positions[a], (positions[a] + positions[b]) / 2.0 - positions[segment.end]
+        size, off = float(np.linalg.norm(line)), float(np.linalg.norm(middle))
+        if size and abs(line @ along) <= ALONG * size * np.linalg.norm(along) and off < best * size:
+            best, found = off / size, line / size
     return found

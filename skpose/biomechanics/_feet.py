@@ -12,6 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from skpose._utils.validation import check_kind
 from skpose._utils.warnings import warn
+from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._person import add_joints, check_joints, require
 from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
@@ -38,18 +39,13 @@ STILL = 1e-6  # m, largest movement of a root at rest
 class Feet(NamedTuple):
     """Pelvis and feet over time, up last; the two sides are left and right."""
 
-    times: np.ndarray  # (n,) s, evenly spaced
+    step: float  # s, from frame to frame
     pelvis: np.ndarray  # (n, 3) m, amid the hips
     travel: np.ndarray  # (n, 2) m/s, velocity of the pelvis along the floor, averaged over about a step
     facing: np.ndarray  # (n, 2) unit vectors along the floor, ahead of the pelvis
     ankles: np.ndarray  # (2, n, 3) m
     toes: np.ndarray  # (2, n, 3) m
     leg: float  # m, from hip to ankle where the leg is longest
-
-    @property
-    def step(self) -> float:
-        """Time from frame to frame, s."""
-        return float(self.times[1] - self.times[0])
 
 
 def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str, str]:
@@ -125,8 +121,7 @@ def _check_jumps(hips: np.ndarray, motion: Motion) -> None:
     seconds = np.diff(motion.frame_numbers) / motion.frame_rate
     metres = np.linalg.norm(np.diff(hips.mean(axis=0), axis=0), axis=1)
     across = hips[1] - hips[0]
-    sine, cosine = np.linalg.norm(np.cross(across[:-1], across[1:]), axis=1), (across[:-1] * across[1:]).sum(axis=1)
-    degrees = np.degrees(np.arctan2(sine, cosine))
+    degrees = degrees_between(across[:-1], across[1:])
     for steps, unit, limit, error in ((metres, " m", FASTEST, ERROR), (degrees, "°", FASTEST_TURN, ERROR_OF_TURN)):
         most = int((steps - limit * seconds).argmax())
         if steps[most] > limit * seconds[most] + error:
@@ -176,7 +171,7 @@ def feet_at(positions: np.ndarray, numbers: np.ndarray, rate: float) -> Feet:
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
     legs = [np.linalg.norm(hip - ankle, axis=1) for hip, ankle in ((left_hip, left_ankle), (right_hip, right_ankle))]
     return Feet(
-        every / rate,
+        float(every[1] / rate - every[0] / rate),
         pelvis,
         travel,
         facing,

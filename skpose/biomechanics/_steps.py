@@ -36,12 +36,7 @@ class Stance(NamedTuple):
     slide: float  # median speed of the slower part of the foot, of the speed of travel
 
 
-class Stride(NamedTuple):
-    """From one contact of a foot to its next; numbers of stances."""
-
-    first: int
-    other: int  # of the other foot, between the two
-    last: int
+Stride = tuple[int, int, int]  # from one contact of a foot to its next, with the other foot's in between
 
 
 def least_speed_of(feet: Feet) -> float:
@@ -57,7 +52,7 @@ def find_stances(feet: Feet) -> list[Stance]:
     found: dict[tuple, Stance] = {}
     for side in range(2):
         parts = feet.ankles[side], feet.toes[side]
-        speeds = [_speed_of(part, feet.step) / speed for part in parts]
+        speeds = [np.linalg.norm(np.gradient(part, feet.step, axis=0), axis=1) / speed for part in parts]
         slow = [own / share for own, share in zip(speeds, (ANKLE, TOE), strict=True)]
         fore, aft = (((part - feet.pelvis)[:, :2] * ahead).sum(axis=1) for part in parts)
         for rows in _supports(fore, aft, SWING * feet.leg):
@@ -70,10 +65,6 @@ def find_stances(feet: Feet) -> list[Stance]:
                 stance = _stance(side, unrest, middle, parts[0], speeds)
                 found.setdefault((side, str(stance.contact), str(stance.off)), stance)
     return sorted(found.values(), key=lambda one: one.contact if np.isfinite(one.contact) else -1.0)
-
-
-def _speed_of(positions: np.ndarray, step: float) -> np.ndarray:
-    return np.linalg.norm(np.gradient(positions, step, axis=0), axis=1)
 
 
 def _floor(heights: np.ndarray, slow: np.ndarray) -> float:
@@ -118,7 +109,7 @@ def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], str]:
     numbers = [i for i, stance in enumerate(stances) if np.isfinite(stance.contact)]
     triples = list(zip(numbers, numbers[1:], numbers[2:], strict=False))
     complaints = [_complaint(feet, *(stances[i] for i in triple)) for triple in triples]
-    strides = [Stride(*triple) for triple, complaint in zip(triples, complaints, strict=True) if not complaint]
+    strides = [triple for triple, complaint in zip(triples, complaints, strict=True) if not complaint]
     if strides:
         return strides, ""
     if not complaints:

@@ -7,6 +7,7 @@ import numpy as np
 
 from skpose._utils.validation import check_choice, check_kind
 from skpose._utils.warnings import warn
+from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
 from skpose.skeleton import Motion, Skeleton
@@ -277,12 +278,14 @@ def symmetry(
         _check_lag(there, image, is_closed, distances, chosen)
     others, its_angles = (image, mirror.angles) if chosen == NONE else (image_by_half, by_half)
     skeleton = motion.skeleton
+    directions = degrees_between(_bones(there, skeleton), _bones(others, skeleton))
+    directions[:, np.linalg.norm(skeleton.offsets, axis=1) <= NO_DIRECTION] = np.nan
     return SymmetryResult(
         joints=skeleton.joint_names,
         partners=tuple(skeleton.joint_names[k] for k in partners(skeleton.joint_names)),
         phases=100.0 * numbers / numbers[-1],
         positions=_distances(there, others),
-        directions=_angles_between(_bones(there, skeleton), _bones(others, skeleton), skeleton),
+        directions=directions,
         rotations=_rotations_between(motion.angles, its_angles, skeleton),
         shift=chosen,
         distances=distances,
@@ -293,15 +296,11 @@ def symmetry(
 
 def _warn_of_unseen(motion: Motion) -> None:
     """Warn about joints whose positions are not known in all frames."""
-    shown = np.asarray(find_shown(motion, range(motion.skeleton.n_joints)).all(axis=0))
+    shown = find_shown(motion, range(motion.skeleton.n_joints)).all(axis=0)
     if not shown.all():
-        names = [name for name, seen in zip(motion.skeleton.joint_names, shown, strict=True) if not seen]
-        some = ", ".join(names[:MOST_NAMES]) + (
-            f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-        )
-        warn(
-            f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out with select"
-        )
+        names = np.array(motion.skeleton.joint_names)[~shown]
+        some = f"{', '.join(names[:MOST_NAMES])}{' and more' * (len(names) > MOST_NAMES)}"
+        warn(f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out by select")
 
 
 def _rows_after(numbers: np.ndarray, share: float) -> np.ndarray:
@@ -357,14 +356,6 @@ def _bones(positions: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """The vectors (n, n_joints, 3) from the parents to the joints."""
     padded = np.concatenate([positions, np.zeros_like(positions[:, :1])], axis=1)
     return positions - padded[:, skeleton.parents]
-
-
-def _angles_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """The angles (n, n_joints) between bones, degrees; NaN without length."""
-    sine, cosine = np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)
-    angles = np.degrees(np.arctan2(sine, cosine))
-    angles[:, np.linalg.norm(skeleton.offsets, axis=1) <= NO_DIRECTION] = np.nan
-    return angles
 
 
 def _rotations_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
+from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._axes import Reference, find_reference
 from skpose.biomechanics._measure import MIDDLE, OF_SIDES
 from skpose.biomechanics._seen import find_seen
@@ -151,8 +152,7 @@ def _find_deviations(turned: Turned, segments: dict[str, Segment], up: np.ndarra
     found: list[Deviation] = []
 
     def add(what: str, a: np.ndarray, b: np.ndarray, *joints: tuple[str, str], limit: float = LIMIT) -> None:
-        angles = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
-        found.append(Deviation(what, float(np.quantile(angles, 1.0 - FEW)), limit, joints))
+        found.append(Deviation(what, float(np.quantile(degrees_between(a, b), 1.0 - FEW)), limit, joints))
 
     down = np.broadcast_to(-up, along["pelvis"].shape)
     hips = along["pelvis"].mean(axis=0)

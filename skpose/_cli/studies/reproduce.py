@@ -21,10 +21,12 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from joblib import Parallel, delayed
+from matplotlib.figure import Figure  # without pyplot: no window, no backend
 from scipy.stats import binomtest, gaussian_kde, mannwhitneyu, wilcoxon
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import silhouette_score
@@ -36,9 +38,13 @@ from skpose.datasets import MotionDataset, walks_and_runs
 from skpose.geodesics import geodesic
 from skpose.manifold import SpatialMDS
 from skpose.metrics import Geodesic, Spatial, pose_distances
+from skpose.plot import GeodesicDisplay, MDSDisplay
+from skpose.plot._axes import COLOURS
 
 N_DRAWS, N_PAIRS, N_SEQUENCES, N_STEPS = 20, 100, 10, 10
 METRICS = ("angle", "spatial")  # the paper's two
+UNITS = {"angle": "rad", "spatial": "m"}
+HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences", "poses", "test")
 SHORTEST = 3  # frames of a sequence below which its share of variance has no meaning
 
 DIFFERENCES = (
@@ -61,8 +67,7 @@ DIFFERENCES = (
 )
 
 
-@dataclass
-class Row:
+class Row(NamedTuple):
     """A number of the paper, and ours."""
 
     section: str
@@ -293,3 +298,43 @@ def _clustering(
 
 
 STUDIES = _ratios, _walkers, _components, _classification, _clustering
+
+
+def table(findings: Findings) -> str:
+    """The findings as a table, and the differences from the paper."""
+    rows = [HEAD, *((*row[:5], str(row.n_sequences), f"{row.n_poses:,}", row.test) for row in findings.rows)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    notes = (f"- {note}" for note in (*DIFFERENCES, *findings.notes))
+    return "\n".join([*lines, "", "Differences from the paper:", *notes])
+
+
+def draw(findings: Findings, figure_3: Path, figure_4: Path) -> None:
+    """Write figures 3 and 4 as PNG files."""
+    figure = Figure(figsize=(11, 4.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    skeleton, start, end = findings.pair
+    display = GeodesicDisplay.from_poses(start, end, skeleton, ax=left)
+    left.set_title(f"(a) the pair of lowest ratio, {display.ratio_:.3f}")
+    right.hist(findings.ratios, bins=20, color=COLOURS[0])
+    lowest = findings.ratios.min()
+    right.axvline(lowest, color=COLOURS[1], linestyle="--", label=f"lowest, {lowest:.3f} (paper: 0.94)")
+    right.set(xlabel="length of the geodesic / length of the line", ylabel="pairs of walking poses")
+    right.yaxis.get_major_locator().set_params(integer=True)
+    right.set_title("(b) how good the straight line is")
+    right.legend()
+    figure.savefig(figure_3, dpi=120)
+
+    figure = Figure(figsize=(15, 4.5), layout="constrained")
+    *planes, last = figure.subplots(1, len(findings.walkers) + 1, squeeze=False)[0]
+    for ax, letter, (metric, (embedding, people, shares)) in zip(planes, "ab", findings.walkers.items(), strict=False):
+        unit = UNITS[metric]
+        MDSDisplay.from_embedding(embedding, people, shares=shares, unit=unit, ax=ax)
+        ax.get_legend().set_title("person")
+        ax.set_title(f"({letter}) two people's walks, “{metric}”")
+    for (metric, shares), colour in zip(findings.shares.items(), COLOURS, strict=False):
+        last.hist(shares, bins=np.linspace(0, 1, 21), color=colour, alpha=0.6, label=f"“{metric}”")
+    last.set(xlabel="share of variance in the first component", ylabel="sequences")
+    last.set_title("(c) share of variance in one component")
+    last.legend()
+    figure.savefig(figure_4, dpi=120)
