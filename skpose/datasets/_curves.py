@@ -47,14 +47,16 @@ CURVES = {
 }
 _N_HARMONICS = 6  # higher ones contain only the rounding to whole degrees
 
-# The dof of a curve: its name, the sign of the rotation, and whether the right side has the opposite sign.
-LIMB_DOFS: dict[str, tuple[str, float, bool]] = {
-    "hip_flexion": ("thigh_rx", -1, False),
-    "hip_adduction": ("thigh_rz", -1, True),
-    "knee_flexion": ("shank_rx", 1, False),
-    "ankle_dorsiflexion": ("foot_rx", -1, False),
-    "shoulder_flexion": ("upper_arm_rx", -1, False),
-    "elbow_flexion": ("forearm_rx", -1, False),
+# The dofs that follow a curve: their names, factors, and lags in cycles. The right limbs are half a cycle behind.
+DOFS: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "hip_flexion": (("left_thigh_rx", -1, 0), ("right_thigh_rx", -1, 0.5)),
+    "hip_adduction": (("left_thigh_rz", -1, 0), ("right_thigh_rz", 1, 0.5)),
+    "knee_flexion": (("left_shank_rx", 1, 0), ("right_shank_rx", 1, 0.5)),
+    "ankle_dorsiflexion": (("left_foot_rx", -1, 0), ("right_foot_rx", -1, 0.5)),
+    "shoulder_flexion": (("left_upper_arm_rx", -1, 0), ("right_upper_arm_rx", -1, 0.5)),
+    "elbow_flexion": (("left_forearm_rx", -1, 0), ("right_forearm_rx", -1, 0.5)),
+    "trunk_rotation": (("abdomen_ry", 0.5, 0), ("chest_ry", 0.5, 0)),
+    "trunk_lean": (("abdomen_rx", 0.5, 0), ("chest_rx", 0.5, 0)),
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from sklearn.utils import check_random_state
 
 from skpose._utils.sklearn import Interval, validate_params
-from skpose.datasets._curves import CURVES, LIMB_DOFS, evaluate, series_of
+from skpose.datasets._curves import CURVES, DOFS, evaluate, series_of
 from skpose.datasets._humanoid import PARENTS, humanoid
 from skpose.datasets._motions import MotionDataset
 from skpose.datasets._spreads import POSTURE, draw, posture_of_person, style_of_person
@@ -140,15 +140,8 @@ def _angles(
         amplitude, shift = style.get(curve, (1.0, 0.0))  # none for a curve that is constant
         series = series_of(points)
         series[1:] *= amplitude
-        if curve in LIMB_DOFS:
-            dof, sign, mirrored = LIMB_DOFS[curve]
-            left, right = (evaluate(series, phase + shift + lag) for lag in (0.0, 0.5))
-            angles[:, column[f"left_{dof}"]] = sign * left
-            angles[:, column[f"right_{dof}"]] = (-sign if mirrored else sign) * right
-        else:
-            dofs = {"trunk_rotation": ("abdomen_ry", "chest_ry"), "trunk_lean": ("abdomen_rx", "chest_rx")}[curve]
-            for dof in dofs:
-                angles[:, column[dof]] = evaluate(series, phase + shift) / len(dofs)
+        for dof, factor, lag in DOFS[curve]:
+            angles[:, column[dof]] = factor * evaluate(series, phase + shift + lag)
     # Arms point a little away from the trunk, feet a little outward; the head stays level when the trunk leans.
     for side, sign in (("left", 1.0), ("right", -1.0)):
         angles[:, column[f"{side}_upper_arm_rz"]] += sign * 8.0

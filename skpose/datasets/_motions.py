@@ -14,6 +14,7 @@ from skpose.skeleton._comparison import check_comparable
 
 ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'
+LABELS = "subjects", "trials", "actions"
 
 
 class MotionDataset:
@@ -27,8 +28,19 @@ class MotionDataset:
     motions : sequence of Motion
         The motions.
     subjects, trials, actions : array-like of shape (n_motions,), default=None
-        Labels of each motion, as strings: the person, the number of the recording, and the action. Without them the
-        attribute raises an AttributeError.
+        Labels of each motion, as strings: the person, the number of the recording, and the action.
+
+    Attributes
+    ----------
+    motions : tuple of Motion
+        The motions.
+    subjects, trials, actions : ndarray of shape (n_motions,) of str
+        The labels; only if they were given.
+    retargeting : tuple of str
+        The method of `retarget` for each motion and its accuracy; "" if it was not retargeted. For example "same
+        numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints that have
+        counterparts; or "positions, 15 of 30 joints within 1.2 cm". "at rest: LeftHand" follows for joints that do not
+        move.
 
     Examples
     --------
@@ -44,6 +56,10 @@ class MotionDataset:
     MotionDataset(3 motions)
     """
 
+    subjects: np.ndarray
+    trials: np.ndarray
+    actions: np.ndarray
+
     def __init__(
         self,
         motions: Iterable[Motion],
@@ -51,12 +67,11 @@ class MotionDataset:
         trials: ArrayLike | None = None,
         actions: ArrayLike | None = None,
     ):
-        self._motions = tuple(motions)
-        for i, motion in enumerate(self._motions):
+        self.motions = tuple(motions)
+        for i, motion in enumerate(self.motions):
             if not isinstance(motion, Motion):
                 raise TypeError(f"motions[{i}] must be a skpose.Motion, got {type(motion).__name__}")
-        self._retargeting = ("",) * len(self._motions)
-        self._labels: dict[str, np.ndarray] = {}
+        self.retargeting = ("",) * len(self.motions)
         for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
             if given is not None:
                 values = np.asarray(given)
@@ -64,42 +79,7 @@ class MotionDataset:
                     raise ValueError(f"{name} must have shape ({len(self)},), one per motion, got {values.shape}")
                 if any(label is None or label != label for label in values.tolist()):
                     raise ValueError(f'{name} must not be missing; use ""')
-                self._labels[name] = values.astype(str)
-
-    @property
-    def motions(self) -> tuple[Motion, ...]:
-        """The motions."""
-        return self._motions
-
-    @property
-    def subjects(self) -> np.ndarray:
-        """The person of each motion."""
-        return self._label("subjects")
-
-    @property
-    def trials(self) -> np.ndarray:
-        """The number of the recording of each motion."""
-        return self._label("trials")
-
-    @property
-    def actions(self) -> np.ndarray:
-        """The action of each motion."""
-        return self._label("actions")
-
-    @property
-    def retargeting(self) -> tuple[str, ...]:
-        """The method of `retarget` for each motion and its accuracy; "" if it was not retargeted.
-
-        For example "same numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints
-        that have counterparts; or "positions, 15 of 30 joints within 1.2 cm". "at rest: LeftHand" follows for joints
-        that do not move.
-        """
-        return self._retargeting
-
-    def _label(self, name: str) -> np.ndarray:
-        if name not in self._labels:
-            raise AttributeError(f"the dataset has no {name}: pass MotionDataset(motions, {name}=...)")
-        return self._labels[name]
+                setattr(self, name, values.astype(str))
 
     def __len__(self) -> int:
         return len(self.motions)
@@ -120,28 +100,26 @@ class MotionDataset:
             chosen = np.asarray(chosen)
             chosen = chosen if chosen.size else chosen.astype(int)
         rows = np.arange(len(self))[chosen]
-        labels = {name: values[rows] for name, values in self._labels.items()}
-        dataset = MotionDataset([self.motions[row] for row in rows], **labels)
-        dataset._retargeting = tuple(self._retargeting[row] for row in rows)
-        return dataset
+        return self._with([self.motions[row] for row in rows], rows)
 
     def __array__(self, *arguments: object, **options: object) -> np.ndarray:
         raise TypeError("a MotionDataset is not an array: pass dataset.poses()[0]")
 
     def __repr__(self) -> str:
-        subjects = f" of {len(set(self.subjects))} subjects" if "subjects" in self._labels else ""
+        subjects = f" of {len(set(self.subjects))} subjects" if hasattr(self, "subjects") else ""
         words = f"{len(self)} motions{subjects}"
-        if "actions" in self._labels:
+        if hasattr(self, "actions"):
             words += f": {_count(action or 'unnamed' for action in self.actions)}"
-        methods = [report.partition(",")[0] for report in self._retargeting]
+        methods = [report.partition(",")[0] for report in self.retargeting]
         if set(methods) - {"", UNCHANGED}:
             words += f"; retargeted by {_count(methods)}"
         return f"MotionDataset({words})"
 
-    def _with(self, motions: Iterable[Motion]) -> "MotionDataset":
-        """Other motions with the same labels."""
-        others = MotionDataset(motions, **self._labels)
-        others._retargeting = self._retargeting
+    def _with(self, motions: Iterable[Motion], rows: Any = slice(None)) -> "MotionDataset":
+        """Other motions with the same labels, or with those of some rows."""
+        labels = {name: getattr(self, name)[rows] for name in LABELS if hasattr(self, name)}
+        others = MotionDataset(motions, **labels)
+        others.retargeting = tuple(np.array(self.retargeting, dtype=object)[rows])
         return others
 
     @cached_property
@@ -255,10 +233,10 @@ class MotionDataset:
             except ValueError as error:
                 raise ValueError(f"motions[{i}]: {error}") from None
             motions.append(result[0])
-            unchanged = result[1] == UNCHANGED and self._retargeting[i]
+            unchanged = result[1] == UNCHANGED and self.retargeting[i]
             reports.append(unchanged or result[1])
         there = self._with(motions)
-        there._retargeting = tuple(reports)
+        there.retargeting = tuple(reports)
         return there
 
     def with_root(

@@ -39,4 +39,6 @@ def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
     first = np.array([re.split(r"\W", action.strip().lower())[0] for action in dataset.actions])
     if missing := set(WALKING_AND_RUNNING) - set(first):
         raise ValueError(f"dataset must have walks and runs, but no action begins with {min(missing)!r}")
-    return MotionDataset(dataset.motions, **dataset._labels | {"actions": first})[np.isin(first, WALKING_AND_RUNNING)]
+    chosen = dataset[np.isin(first, WALKING_AND_RUNNING)]
+    chosen.actions = first[np.isin(first, WALKING_AND_RUNNING)]
+    return chosen
