@@ -266,7 +266,10 @@ def symmetry(
     is_closed = _is_cycle(there, numbers)
     if shift == HALF and not is_closed:
         raise ValueError(f"shift={HALF!r} needs one cycle, motion[start : stop + 1], but the ends are different poses")
-    by_half = interpolate_poses(motion.skeleton.bones, mirror.angles, _rows_after(numbers, 0.5))
+    later = numbers + 0.5 * numbers[-1]
+    later = np.where(later > numbers[-1], later - numbers[-1], later)  # a cycle begins again
+    rows = np.interp(later, numbers, np.arange(len(numbers)))
+    by_half = interpolate_poses(motion.skeleton.bones, mirror.angles, rows)
     image_by_half = forward_kinematics(by_half, motion.skeleton)
     distances = {
         NONE: float(_distances(there, image).mean()),
@@ -301,13 +304,6 @@ def _warn_of_unseen(motion: Motion) -> None:
         names = np.array(motion.skeleton.joint_names)[~shown]
         some = f"{', '.join(names[:MOST_NAMES])}{' and more' * (len(names) > MOST_NAMES)}"
         warn(f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out by select")
-
-
-def _rows_after(numbers: np.ndarray, share: float) -> np.ndarray:
-    """The rows, not whole, at each frame's time plus a share of the motion, which is periodic."""
-    later = numbers + share * numbers[-1]
-    later = np.where(later > numbers[-1], later - numbers[-1], later)
-    return np.interp(later, numbers, np.arange(len(numbers)))
 
 
 def _is_cycle(positions: np.ndarray, numbers: np.ndarray) -> bool:
