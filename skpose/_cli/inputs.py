@@ -93,13 +93,11 @@ def read(
 ) -> list[tuple[str, Any]]:
     """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
     files, options = expand(paths, suffixes), reading_options(args)
-    rates = {} if "frame_rate" in options else stated_rates(files)
-    contents = []
+    rates, contents = stated_rates(files), []
     for i, path in enumerate(files):
         name = "standard input" if str(path) == STDIN else str(path)
-        rate = {"frame_rate": rates[path]} if path in rates else {}
         try:
-            contents.append((name, loader(_open(path, name), options | rate)))
+            contents.append((name, loader(_open(path, name), {"frame_rate": rates.get(path)} | options)))
         except (OSError, ValueError) as error:
             if i < required or not getattr(args, "skip_errors", False):
                 raise

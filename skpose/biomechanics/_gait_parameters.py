@@ -1,6 +1,5 @@
 """Spatio-temporal parameters of gait: cadence, speed, lengths and widths of steps, shares of stance."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -163,7 +162,7 @@ class GaitParameters:
         return pandas.DataFrame({"foot": self.feet, "start [s]": self.starts, **quantities})
 
 
-def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | None = None) -> GaitParameters:
+def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     """Measure cadence, speed, lengths and widths of steps, and shares of stance, of every stride.
 
     Lengths are measured between the positions of the ankles while the feet stand, along the floor, by the line between
@@ -173,8 +172,6 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     ----------
     motion : Motion or GaitEvents
         Walking or running, see `gait_events`, or the events of it.
-    joints : mapping of str to str, default=None
-        Names of joints, see `gait_events`; not with events.
 
     Returns
     -------
@@ -237,12 +234,7 @@ def gait_parameters(motion: Motion | GaitEvents, *, joints: Mapping[str, str] | 
     >>> [(one.foot, round(one.mean, 2), round(one.std, 2)) for one in found.summary() if one.quantity == "step_length"]
     [('left', 0.6, 0.07), ('right', 0.56, 0.04), ('both', 0.58, 0.05)]
     """
-    if isinstance(motion, GaitEvents):
-        if joints is not None:
-            raise ValueError("joints must be None for events, which were found with their own joints")
-        events = motion
-    else:
-        events = gait_events(motion, joints=joints)
+    events = motion if isinstance(motion, GaitEvents) else gait_events(motion)
     if not len(events.strides):
         raise ValueError(f"gait_parameters needs at least one stride, got none: {events.reason}")
     rows = [_measure(events, *stride) for stride in events.strides]
