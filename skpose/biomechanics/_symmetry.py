@@ -303,7 +303,9 @@ def _warn_of_unseen(motion: Motion) -> None:
     if not shown.all():
         names = np.array(motion.skeleton.joint_names)[~shown]
         some = f"{', '.join(names[:MOST_NAMES])}{' and more' * (len(names) > MOST_NAMES)}"
-        warn(f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out by select")
+        warn(
+            f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out with select"
+        )
 
 
 def _is_cycle(positions: np.ndarray, numbers: np.ndarray) -> bool:

@@ -27,6 +27,13 @@ LIMIT, SMALL = 25.0, 12.0
 ELBOW_LIMIT = 45.0  # 35 in OpenCap's standing trial, 20 to 40 in standing people of CMU
 FEW = 0.1  # share of the frames of a recording that may deviate more
 STILL = 10.0  # degrees up to which the segments of a standing person rotate about their mean
+# Segments whose relative rotation the lines of limbs do not show, such as twists: the outer and the inner one.
+ROTATED = (
+    ("pelvis", "trunk"),
+    ("trunk", "head"),
+    *(("pelvis", f"{side}_thigh") for side in SIDES),
+    *((f"{side}_shank", f"{side}_foot") for side in SIDES),
+)
 NEEDED = ("pelvis", *(f"{side}_{limb}" for side in SIDES for limb in ("thigh", "shank")))
 REMEDY = "pass zero=, a frame or recording of standing upright with hanging arms"
 
@@ -48,10 +55,11 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
     absent = [name for name in NEEDED if name not in segments]
     if absent:
         raise ValueError(f"{absent[0]} has no length at angle zero: pass joints= with other joints")
-    if zero is not None:
-        return _find_standing(*_frames_of(zero, motion), segments, find_seen(motion, segments).lines)
     rest = turn_segments(Motion(motion.skeleton, np.zeros((1, motion.skeleton.n_dofs)), 1.0), segments)
     at_rest = find_reference(motion.skeleton, segments, rest, None)
+    if zero is not None:
+        lines = find_seen(motion, segments).lines
+        return _find_standing(*_frames_of(zero, motion), segments, lines, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
         raise ValueError(f"the rest pose is not upright: {at_rest}; {REMEDY}")
     if (found := find_up(motion, motion.up)) != motion.up:
@@ -63,7 +71,7 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
 
 
 def _find_standing(
-    standing: Motion, words: str, segments: dict[str, Segment], lines: set[str]
+    standing: Motion, words: str, segments: dict[str, Segment], lines: set[str], stands_at_rest: bool
 ) -> tuple[Reference, str]:
     """The mean of frames in which a person stands as a reference, and its description.
 
@@ -90,6 +98,8 @@ def _find_standing(
         warn(f"arms do not hang in zero, {words}: {_list(far)}. Angles of {names} are NaN")
     if bent := [each for each in deviations if each not in far and each.degrees > SMALL]:
         warn(f"in zero, {words}, {_list(bent)}: angles of these joints are relative to that pose")
+    if stands_at_rest and (rotated := _find_rotated(mean)):
+        warn(f"in zero, {words}, {_list(rotated)} relative to the rest pose, and so are angles of these joints")
     unknown |= {
         (joint.name, side): f"positions of its points are not seen in zero, {words}"
         for joint in (*MIDDLE, *OF_SIDES)
@@ -109,6 +119,18 @@ def _turn_seen(standing: Motion, segments: dict[str, Segment], words: str) -> tu
     if not frames.any():
         raise ValueError(f"zero, {words}, has no frame that shows all segments together")
     return turn_segments(standing, segments).choose(frames), unseen, lines
+
+
+def _find_rotated(mean: Turned) -> list[Deviation]:
+    """The segments rotated from the rest pose by more than the limit, twists included."""
+    found = []
+    for outer, inner in ROTATED:
+        if outer in mean.since_zero and inner in mean.since_zero:
+            between = mean.since_zero[outer][0].T @ mean.since_zero[inner][0]
+            degrees = float(np.degrees(Rotation.from_matrix(between).magnitude()))
+            if degrees > LIMIT:
+                found.append(Deviation(f"its {inner.replace('_', ' ')} is rotated", degrees, LIMIT))
+    return sorted(found, key=lambda each: -each.degrees)
 
 
 def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
