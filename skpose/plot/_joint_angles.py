@@ -9,7 +9,7 @@ from skpose._utils.validation import check_integer, check_kind
 from skpose.biomechanics import JointAngles
 from skpose.plot._axes import SIDES as COLOURS
 from skpose.plot._axes import axes
-from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, mean_curve, with_gaps, without_jumps
+from skpose.plot._cycles import PERCENT, SIDES, Cycles, cycle_curves, find_cycles, with_gaps, without_jumps
 
 WIDTH, HEIGHT, LINE = 2.4, 1.9, 0.2  # inches: of one angle, and the height of a line of text above all
 LINES: dict[str, Any] = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}
@@ -208,16 +208,17 @@ def _find_columns(angles: JointAngles, names: Sequence[str] | None) -> dict[str,
 
 def _draw_cycles(ax, curves: np.ndarray, show_cycles: bool, line: dict) -> None:
     """Draw the mean of cycles and the band of their standard deviation, or each cycle as a thin line."""
-    found = mean_curve(curves)
+    known = np.ma.masked_invalid(curves)
+    mean = known.mean(axis=0).filled(np.nan)
     if show_cycles:
-        for curve in curves:
-            ax.plot(PERCENT, curve, **line | {"linewidth": 0.5, "linestyle": "solid", "alpha": 0.6})
+        ax.plot(PERCENT, curves.T, **line | {"linewidth": 0.5, "linestyle": "solid", "alpha": 0.6})
     else:
-        low, high = found.mean - found.std, found.mean + found.std
-        ax.fill_between(PERCENT, low, high, color=line["color"], alpha=0.18, linewidth=0.0)
-    if (found.counts < len(curves)).any():
-        ax.plot(PERCENT, found.mean, **line | {"linewidth": 0.6})
-    ax.plot(PERCENT, np.where(found.counts == len(curves), found.mean, np.nan), **line)
+        std = known.std(axis=0, ddof=1).filled(np.nan)
+        ax.fill_between(PERCENT, mean - std, mean + std, color=line["color"], alpha=0.18, linewidth=0.0)
+    is_complete = known.count(axis=0) == len(curves)
+    if not is_complete.all():
+        ax.plot(PERCENT, mean, **line | {"linewidth": 0.6})
+    ax.plot(PERCENT, np.where(is_complete, mean, np.nan), **line)
 
 
 def _legend(columns: dict[str, dict[str, str]], cycles: Cycles | None, show_cycles: bool) -> list:
