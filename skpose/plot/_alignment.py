@@ -4,21 +4,19 @@ from typing import Any
 
 import numpy as np
 
-from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
-from skpose.metrics import Metric
-from skpose.motions import Alignment, align_motions
+from skpose.motions import Alignment
 from skpose.motions._alignment import Quantity
 from skpose.plot._axes import axes
 from skpose.plot._joint_map import ROW, draw_joint_map
 from skpose.plot._pose import GAP, check_projection, draw_pose
 from skpose.plot._volume import shape_of_person
-from skpose.skeleton import Motion, Skeleton
 
 WIDTH, STRIPS, LABELS = 10.0, 3.6, 0.5  # inches: the figure, all poses, labels of time
 # Shares of the height of the strips: for the poses of one motion, and where lines end. Between them is a little room.
 FIGURES, LINES = 0.4, 0.42
+HEIGHTS = (1.0 - FIGURES / 2, FIGURES / 2)  # of the middles of both
 MOST_LINES = 80
 TICKS: dict[str, Any] = {"nbins": 8, "steps": [1, 2, 5, 10]}
 QUANTITIES = {"distance": (100.0, "distance of positions (cm)"), "rotation": (180 / np.pi, "angle of rotations (°)")}
@@ -50,9 +48,11 @@ class AlignmentDisplay:
     --------
     >>> import numpy as np
     >>> from skpose import Motion, Skeleton
+    >>> from skpose.motions import align_motions
     >>> from skpose.plot import AlignmentDisplay
     >>> arm, swing = Skeleton.chain(2), np.linspace([0, 0], [2, 0], 21)
-    >>> display = AlignmentDisplay.from_motions(Motion(arm, swing, 10), Motion(arm, swing**2 / 2, 10))
+    >>> alignment = align_motions(Motion(arm, swing, 10), Motion(arm, swing**2 / 2, 10))
+    >>> display = AlignmentDisplay.from_alignment(alignment)
     >>> display.map_ax_.get_xlabel(), display.strips_ax_.get_xlabel()
     ('time of a (s)', 'time of b (s)')
     """
@@ -119,7 +119,7 @@ class AlignmentDisplay:
 
         found, ax = self.alignment, self.strips_ax_
         ax.set(xlim=self._edges(), ylim=(0.0, 1.0), xlabel=self._label("b"))
-        ax.set_yticks([1.0 - FIGURES / 2, FIGURES / 2], ["a", "b"])
+        ax.set_yticks(HEIGHTS, ["a", "b"])
         ax.tick_params(axis="y", length=0)
         ax.spines[["top", "left", "right"]].set_visible(False)
         where = np.stack([self._times(found.path[:, 0]), self._below(found.path[:, 1])], axis=1)
@@ -127,25 +127,20 @@ class AlignmentDisplay:
         for some, colour, width in ((self._spread(MOST_LINES), "0.75", 0.6), (pairs, "black", 1.0)):
             ends = np.stack([where[some], np.tile([1.0 - LINES, LINES], (len(some), 1))], axis=2)
             ax.add_collection(LineCollection(list(ends), colors=colour, linewidths=width), autolim=False)
-        positions = [
-            forward_kinematics(poses[found.path[pairs, i]], skeleton) for i, poses in enumerate((found.a, found.b))
-        ]
+        poses = np.concatenate([found.a[found.path[pairs, 0]], found.b[found.path[pairs, 1]]])
+        positions = forward_kinematics(poses, skeleton)
         shape = shape_of_person(skeleton)
-        low, high = (
-            edge(np.stack(positions)[..., plane], axis=2, initial=0.0) for edge in (np.min, np.max)
-        )  # with the root
+        low, high = (edge(positions[..., plane], axis=1, initial=0.0) for edge in (np.min, np.max))  # with the root
         middle = (low + high) / 2
-        bottom, top = low[..., 1].min(), high[..., 1].max()
-        middle[..., 1] = (bottom + top) / 2  # of all, so that the roots have one height
-        size = ((high - low)[..., 0].max(), top - bottom)
+        middle[:, 1] = (low[:, 1].min() + high[:, 1].max()) / 2  # of all, so that the roots have one height
+        size = ((high - low)[:, 0].max(), high[:, 1].max() - low[:, 1].min())
         room = 1.0 / ((1.0 + GAP) * len(pairs)), FIGURES
-        for i, height in enumerate((1.0 - FIGURES / 2, FIGURES / 2)):
-            for k, pair in enumerate(pairs):
-                transform = PoseTransform(ax, middle[i, k], (where[pair, i], height), room, size)
-                style = {"transform": transform, "clip_on": False}
-                if shape is None:
-                    style |= {"linewidth": 1.5, "markersize": 2}
-                draw_pose(ax, positions[i][k], plane, skeleton, shape, 0.0, style)
+        points = [(x, height) for x_of, height in zip(where[pairs].T, HEIGHTS, strict=True) for x in x_of]
+        for pose, centre, point in zip(positions, middle, points, strict=True):
+            style = {"transform": PoseTransform(ax, centre, point, room, size), "clip_on": False}
+            if shape is None:
+                style |= {"linewidth": 1.5, "markersize": 2}
+            draw_pose(ax, pose, plane, skeleton, shape, 0.0, style)
         first, last = self._times(found.path[[0, -1], 1])
         ticks = [t for t in MaxNLocator(**TICKS).tick_values(first, last) if first <= t <= last]
         rate = found.frame_rate or 1.0
@@ -177,46 +172,6 @@ class AlignmentDisplay:
         return f"frame of {name}" if self.alignment.frame_rate is None else f"time of {name} (s)"
 
     @classmethod
-    def from_motions(
-        cls,
-        a: Motion | ArrayLike,
-        b: Motion | ArrayLike,
-        *,
-        skeleton: Skeleton | None = None,
-        metric: str | Metric = "auto",
-        alignment: str = "dtw",
-        window: float | None = None,
-        ax=None,
-        **options,
-    ) -> "AlignmentDisplay":
-        """Align two motions and draw them.
-
-        Parameters
-        ----------
-        a, b : array-like of shape (n_frames, n_dofs) or Motion
-            The two motions.
-        skeleton : Skeleton, default=None
-            The skeleton of both; None takes it from the `Motion` objects.
-        metric : str or Metric, default="auto"
-            The distance between poses, see `skpose.motions.align_motions`.
-        alignment : {"dtw", "subsequence", "frames"}, default="dtw"
-            How frames are paired, see `skpose.motions.align_motions`.
-        window : float between 0 and 1, default=None
-            Width of the band of "dtw", see `skpose.motions.align_motions`.
-        ax : matplotlib Axes, default=None
-            The axes to draw into; None makes new ones.
-        **options
-            What is drawn and its style, see `plot`.
-
-        Returns
-        -------
-        AlignmentDisplay
-            The display.
-        """
-        found = align_motions(a, b, skeleton=skeleton, metric=metric, alignment=alignment, window=window)
-        return cls.from_alignment(found, ax=ax, **options)
-
-    @classmethod
     def from_alignment(cls, alignment: Alignment, *, ax=None, **options) -> "AlignmentDisplay":
         """Draw an alignment.
 
@@ -234,5 +189,5 @@ class AlignmentDisplay:
         AlignmentDisplay
             The display.
         """
-        check_kind(alignment, Alignment, "alignment", "from_motions(a, b) aligns two motions")
+        check_kind(alignment, Alignment, "alignment", "skpose.motions.align_motions(a, b) finds one")
         return cls(alignment).plot(ax, **options)

@@ -37,8 +37,8 @@ def axes(ax, figsize=None, projection=None):
     except ImportError:
         raise ImportError("displays need matplotlib: pip install 'skpose[plot]'") from None
 
-    if getattr(ax, "name", projection) == "3d" != projection:
-        raise ValueError("ax must have two dimensions, got three; only PoseDisplay draws in three")
+    if ax is not None and (ax.name == "3d") != (projection == "3d"):
+        raise ValueError(f"ax must have {'three' if projection else 'two'} dimensions for this display and projection")
     if ax is None:
         _, ax = plt.subplots(figsize=figsize, layout="constrained", subplot_kw={"projection": projection})
     return ax, ax.figure

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from skpose._utils.typing import ArrayLike
-from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_kind, check_pose, check_skeleton
-from skpose.geodesics import GeodesicResult, geodesic
+from skpose._utils.validation import check_kind, check_skeleton
+from skpose.geodesics import GeodesicResult
 from skpose.kinematics import metric_tensor
-from skpose.metrics import Metric, Spatial, pose_distances
+from skpose.metrics import Spatial, pose_distances
 from skpose.plot._axes import COLOURS, axes
 from skpose.skeleton import Skeleton
 from skpose.skeleton._interpolation import straight_line
@@ -44,9 +42,10 @@ class GeodesicDisplay:
 
     Examples
     --------
-    >>> from skpose import Skeleton
+    >>> from skpose import Skeleton, geodesic
     >>> from skpose.plot import GeodesicDisplay
-    >>> display = GeodesicDisplay.from_poses([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], Skeleton.chain(3))
+    >>> arm = Skeleton.chain(3)
+    >>> display = GeodesicDisplay.from_geodesic(geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm), arm)
     >>> round(display.ratio_, 2)
     0.89
     """
@@ -93,44 +92,6 @@ class GeodesicDisplay:
         self.ax_.set(xlabel="first principal component (rad)", ylabel="second principal component (rad)")
         self.ax_.legend(loc="upper center", ncols=2)
         return self
-
-    @classmethod
-    def from_poses(
-        cls,
-        start: ArrayLike,
-        end: ArrayLike,
-        skeleton: Skeleton,
-        *,
-        metric: str | Metric = "geodesic",
-        ax=None,
-        resolution: int = 60,
-    ) -> "GeodesicDisplay":
-        """Find the geodesic between two poses and draw it.
-
-        Parameters
-        ----------
-        start : array-like of shape (n_dofs,)
-            The first pose: joint angles, rad.
-        end : array-like of shape (n_dofs,)
-            The last pose.
-        skeleton : Skeleton
-            Their skeleton.
-        metric : str or Metric, default="geodesic"
-            The metric, see `skpose.geodesic`.
-        ax : matplotlib Axes, default=None
-            The axes to draw into; None makes new ones.
-        resolution : int, default=60
-            Points of the background, horizontally and vertically.
-
-        Returns
-        -------
-        GeodesicDisplay
-            The display.
-        """
-        first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
-        warn_of_degrees(None, skeleton, start=first[None], end=last[None])
-        found = geodesic(first, last, skeleton, metric=metric)
-        return cls.from_geodesic(found, skeleton, ax=ax, resolution=resolution)
 
     @classmethod
     def from_geodesic(

@@ -6,9 +6,8 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_kind
 from skpose.manifold import SpatialMDS
 from skpose.plot._axes import PALETTE, add_legend, axes, label_style
-from skpose.plot._labels import find_groups
 
-COLOUR = {"c", "color", "facecolor", "facecolors"}  # what of a style colours markers
+MISSING = {"None", "nan", "NaT", "<NA>"}  # texts of labels that are not known
 
 
 class MDSDisplay:
@@ -19,9 +18,9 @@ class MDSDisplay:
     embedding : array-like of shape (n_poses, n_components)
         Embedded poses; the first two components are drawn.
     labels : array-like of shape (n_poses,), default=None
-        Labels such as subject, action or cluster, sorted, each with a marker and one of twenty colours; an ordered
-        categorical of pandas keeps its order. The legend of more than seven labels stands next to the axes. Floats of
-        more than twenty values, such as a speed, have a colour bar instead. None draws all in one colour.
+        Labels such as subject, action or cluster, sorted, each with a marker and one of twenty colours. The legend of
+        more than seven labels stands next to the axes. Floats of more than twenty values, such as a speed, have a
+        colour bar instead. None draws all in one colour.
     shares : array-like of shape (n_components,), default=None
         Shares of the variance, one for each component.
     unit : str, default="m"
@@ -54,8 +53,7 @@ class MDSDisplay:
         self.embedding, self.unit = np.asarray(embedding), unit
         if self.embedding.ndim != 2 or self.embedding.shape[1] < 2:
             raise ValueError(f"embedding must have at least two components, got shape {self.embedding.shape}")
-        self._groups = None if labels is None else find_groups(labels, len(self.embedding))
-        self.labels = None if self._groups is None else self._groups.labels
+        self.labels = None if labels is None else _check_labels(labels, len(self.embedding))
         self.shares = None if shares is None else np.asarray(shares)
 
     def plot(self, ax=None, **style) -> "MDSDisplay":
@@ -75,21 +73,17 @@ class MDSDisplay:
         """
         self.ax_, self.figure_ = axes(ax)
         x, y = self.embedding[:, :2].T
-        groups, defaults = self._groups, {"s": 16, "alpha": 0.8, "linewidths": 0}
-        is_coloured = not COLOUR.isdisjoint(style)
-        if groups is not None and groups.labels.dtype.kind == "f" and len(groups.names) > len(PALETTE):
-            drawn = self.ax_.scatter(x, y, **defaults | ({} if is_coloured else {"c": groups.labels}) | style)
-            if drawn.get_array() is not None:  # colours are of numbers
-                self.figure_.colorbar(drawn, ax=self.ax_)
+        defaults = {"s": 16, "alpha": 0.8, "linewidths": 0}
+        if self.labels is None:
+            self.ax_.scatter(x, y, **defaults | label_style(0) | style)
+        elif self.labels.dtype.kind == "f" and len(np.unique(self.labels)) > len(PALETTE):
+            drawn = self.ax_.scatter(x, y, **defaults | {"c": self.labels} | style)
+            self.figure_.colorbar(drawn, ax=self.ax_)
         else:
-            for i, name in enumerate([""] if groups is None else groups.names):
-                own = label_style(i) | ({} if groups is None else {"label": name})
-                if is_coloured:
-                    del own["color"]
-                chosen = slice(None) if groups is None else groups.numbers == i
-                self.ax_.scatter(x[chosen], y[chosen], **defaults | own | style)
-            if groups is not None:
-                add_legend(self.ax_, is_new=ax is None)
+            for i, label in enumerate(np.unique(self.labels)):
+                chosen = self.labels == label
+                self.ax_.scatter(x[chosen], y[chosen], label=_visible(str(label)), **defaults | label_style(i) | style)
+            add_legend(self.ax_, is_new=ax is None)
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
             set_label(f"component {axis + 1} ({self.unit}){share}")
@@ -160,3 +154,17 @@ class MDSDisplay:
             The display.
         """
         return cls(embedding, labels, shares, unit).plot(ax, **style)
+
+
+def _check_labels(labels: ArrayLike, n: int) -> np.ndarray:
+    values = np.asarray(labels)
+    if values.shape != (n,):
+        raise ValueError(f"labels must have one value for each of the {n} poses, got shape {values.shape}")
+    if missing := sum(str(label) in MISSING for label in values):
+        raise ValueError(f"labels must be known for all poses, got {missing} of {n} that are None or NaN")
+    return values
+
+
+def _visible(name: str) -> str:
+    """A name as legends show it: matplotlib leaves out empty ones and those after "_" without quotes."""
+    return name if name.strip() and not name.startswith("_") else f'"{name}"'

@@ -20,15 +20,10 @@ Y = 1
 GAP = 0.15  # between two figures of a strip, relative to the width of the widest
 
 
-def check_projection(projection: str, ax: object = None) -> list[int]:
-    """The indices of two axes, or of three for axes of three dimensions."""
-    if getattr(ax, "name", None) == "3d" or len(projection) == 3:
-        if projection not in ("xyz", "yzx", "zxy"):  # other orders show the mirror image
-            raise ValueError(f"projection must be 'zxy', 'xyz' or 'yzx' in three dimensions, got {projection!r}")
-        if getattr(ax, "name", "3d") != "3d":
-            raise ValueError(f"ax must have three dimensions for projection={projection!r}, got two")
-    elif not (len(projection) == 2 == len(set(projection) & set("xyz"))):
-        raise ValueError(f"projection must be two of the axes x, y, z, such as 'xy', got {projection!r}")
+def check_projection(projection: str) -> list[int]:
+    """The indices of two axes, or of three, which must not show the mirror image."""
+    if projection not in ("xy", "yx", "xz", "zx", "yz", "zy", "xyz", "yzx", "zxy"):
+        raise ValueError(f"projection must be two of x, y, z, or 'zxy', 'xyz' or 'yzx', got {projection!r}")
     return ["xyz".index(axis) for axis in projection]
 
 
@@ -37,22 +32,21 @@ def draw_pose(
 ) -> None:
     """Draw one pose, (n_joints, 3) with the root at the origin, shifted along the first of two or three axes.
 
-    Each side is one line with gaps. A person has head, trunk and limbs behind the lines in two dimensions.
+    Each side is one line with gaps. A person's shape is head, trunk and limbs behind the lines, in two dimensions.
     """
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.lines import Line2D
 
     style, seen = normalize_kwargs(style, Line2D), positions[:, plane]
-    if shape is not None and len(plane) == 2:
+    defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
+    if shape is not None:
         draw_volume(ax, positions, plane, sides(skeleton.joint_names), shape, shift, style)
+        defaults |= {"linewidth": 0.8, "markersize": 1.8}
     side = np.array(sides(skeleton.joint_names) if "color" not in style else [""] * skeleton.n_joints)
     colours = {"": COLOURS[0]} if (side == "").all() else SIDES
     parent = np.concatenate([seen, np.zeros((1, seen.shape[1]))])[skeleton.parents]  # -1, the root, is the last
     segments = np.stack([parent, seen, np.full_like(seen, np.nan)], axis=1)
     segments[..., 0] += shift
-    defaults = {"linewidth": 2, "solid_capstyle": "round", "marker": "o", "markersize": 3}
-    if shape is not None and len(plane) == 2:
-        defaults |= {"linewidth": 0.8, "markersize": 1.8}
     for name, colour in colours.items():
         chosen = side == name
         if chosen.any():
@@ -94,7 +88,7 @@ class PoseDisplay:
     """
 
     def __init__(self, positions: np.ndarray, skeleton: Skeleton):
-        self.positions, self.skeleton, self._vertical = positions, skeleton, Y
+        self.positions, self.skeleton = positions, skeleton
 
     def plot(self, ax=None, *, projection: str | None = None, **style) -> "PoseDisplay":
         """Draw the display.
@@ -117,16 +111,17 @@ class PoseDisplay:
             The display itself.
         """
         if projection is None:
-            projection = choose_projection(self.positions[None], self._vertical, getattr(ax, "name", None) == "3d")
+            is_deep = getattr(ax, "name", None) == "3d"
+            projection = "zxy" if is_deep else choose_projection(self.positions[None], Y)
         self.projection_ = projection
-        seen = check_projection(projection, ax)
+        seen = check_projection(projection)
         self.ax_, self.figure_ = axes(ax, projection="3d" if len(seen) == 3 else None)
         if ax is None and len(seen) == 3:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
-        shape = shape_of_person(self.skeleton)
+        shape = shape_of_person(self.skeleton) if len(seen) == 2 else None
         draw_pose(self.ax_, self.positions, seen, self.skeleton, shape, 0.0, style)
-        if shape is not None and ax is None and len(seen) == 2 and seen[1] == self._vertical:
+        if shape is not None and ax is None and seen[1] == Y:
             draw_ground(self.ax_, lowest_of(shape, self.positions, seen[1]))
         self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", projection, strict=False)})
         self.ax_.set_aspect("equal", adjustable="datalim")

@@ -12,18 +12,14 @@ def find_vertical(motion: Motion) -> int:
     return int(np.abs(orientations.inv().apply(np.eye(3)["xyz".index(motion.up)]).sum(axis=0)).argmax())
 
 
-def choose_projection(positions: np.ndarray, vertical: int, is_deep: bool = False) -> str:
+def choose_projection(positions: np.ndarray, vertical: int) -> str:
     """The two axes that show poses (n_poses, n_joints, 3) from the side on which they differ more, upright.
 
-    A single pose is shown from the side on which it is wider; axes of three dimensions show all three, the vertical one
-    last.
+    A single pose is shown from the side on which it is wider.
     """
-    first, second = (vertical + 1) % 3, (vertical + 2) % 3
-    if is_deep:
-        return "".join("xyz"[axis] for axis in (first, second, vertical))
+    low, high = (axis for axis in range(3) if axis != vertical)
     known = positions[:, np.isfinite(positions).all(axis=(0, 2))]
     spread = known.var(axis=0).sum(axis=0)
-    if not spread[[first, second]].any():
+    if not spread[[low, high]].any():
         spread = known.max(axis=(0, 1), initial=0.0) - known.min(axis=(0, 1), initial=0.0)
-    low, high = sorted((first, second))
     return "xyz"[high if spread[high] > spread[low] * (1.0 + 1e-9) else low] + "xyz"[vertical]

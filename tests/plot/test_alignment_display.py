@@ -83,12 +83,12 @@ def test_poses_keep_their_shape_and_stand_at_their_times():
 
 def test_the_time_of_the_second_motion():
     a, b = two_motions()
-    display = AlignmentDisplay.from_motions(a, b)
+    display = AlignmentDisplay.from_alignment(align_motions(a, b))
     ticks = {label.get_text(): label.get_position()[0] for label in display.strips_ax_.get_xticklabels()}
     assert ticks.keys() == {"0", "0.5", "1", "1.5", "2", "2.5"}
     for text, position in ticks.items():  # 2.9 s of b are as wide as 1.9 s of a
         np.testing.assert_allclose(position, float(text) * 1.9 / 2.9, atol=1e-12)
-    inside = AlignmentDisplay.from_motions(b[10:20], b, alignment="subsequence")
+    inside = AlignmentDisplay.from_alignment(align_motions(b[10:20], b, alignment="subsequence"))
     ticks = [float(label.get_text()) for label in inside.strips_ax_.get_xticklabels()]
     assert (ticks[0], ticks[-1]) == (1.0, 1.8)  # of 1.0 to 1.9 s
     np.testing.assert_allclose(inside.strips_ax_.get_xticks(), np.array(ticks) - 1.0, atol=1e-12)
@@ -97,14 +97,9 @@ def test_the_time_of_the_second_motion():
 @pytest.mark.parametrize("lengths", [(1, 1), (7, 1)])
 def test_short_motions_can_be_drawn(lengths):
     a, b = two_motions("mixed joints", *lengths)
-    display = AlignmentDisplay.from_motions(a, b)
+    display = AlignmentDisplay.from_alignment(align_motions(a, b))
     display.figure_.canvas.draw()
     assert np.isfinite([*display.map_ax_.get_xlim(), *display.strips_ax_.get_xlim()]).all()
-    still = AlignmentDisplay.from_motions(np.zeros((3, 2)), np.zeros((3, 2)), skeleton=ARM, projection="zx")
+    at_rest = align_motions(np.zeros((3, 2)), np.zeros((3, 2)), skeleton=ARM)
+    still = AlignmentDisplay.from_alignment(at_rest, projection="zx")
     still.figure_.canvas.draw()  # seen along its bones, the arm is a point
-
-
-WITHOUT = align_motions(np.zeros((3, 2)), np.ones((4, 2)), metric="angle")
-
-
-SWING = align_motions(np.zeros((3, 2)), np.ones((4, 2)), skeleton=ARM)

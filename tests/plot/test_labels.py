@@ -40,18 +40,6 @@ def test_labels_that_matplotlib_hides():
     assert entries(MDSDisplay.from_embedding(POINTS, ["", "_a", "b"] * 20)) == {'""': 20, '"_a"': 20, "b": 20}
 
 
-def test_an_ordered_categorical_has_its_order():
-    sizes = pd.CategoricalDtype(["small", "medium", "large", "huge"], ordered=True)
-    given = ["large", "small", "small", "medium", "large", "large"] * 10
-    expected = {"small": 20, "medium": 10, "large": 30}
-    for labels in (pd.Series(given, dtype=sizes), pd.Categorical(given, dtype=sizes)):
-        display = MDSDisplay.from_embedding(POINTS, labels)
-        assert list(entries(display).items()) == list(expected.items())
-        np.testing.assert_array_equal(display.labels, given)
-    labels = pd.Series(given, dtype="category")  # without an order
-    assert list(entries(MDSDisplay.from_embedding(POINTS, labels))) == ["large", "medium", "small"]
-
-
 @pytest.mark.parametrize("labels", [["a", None, None], [0.5, np.nan, np.nan], pd.Series(["a", None, pd.NA])], ids=repr)
 def test_missing_labels_are_refused(labels):
     with pytest.raises(ValueError, match="labels"):

@@ -314,7 +314,7 @@ def draw(findings: Findings, figure_3: Path, figure_4: Path) -> None:
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2)
     skeleton, start, end = findings.pair
-    display = GeodesicDisplay.from_poses(start, end, skeleton, ax=left)
+    display = GeodesicDisplay.from_geodesic(geodesic(start, end, skeleton), skeleton, ax=left)
     left.set_title(f"(a) the pair of lowest ratio, {display.ratio_:.3f}")
     right.hist(findings.ratios, bins=20, color=COLOURS[0])
     lowest = findings.ratios.min()
