@@ -3,13 +3,12 @@
 import numpy as np
 
 from skpose.skeleton import Motion
-from skpose.skeleton._root import root_orientations
+from skpose.view._scene import vertical_of
 
 
 def find_vertical(motion: Motion) -> int:
     """The axis of the root that is nearest to the vertical of the world."""
-    orientations = root_orientations(motion.root_angles, motion.root_axes)
-    return int(np.abs(orientations.inv().apply(np.eye(3)["xyz".index(motion.up)]).sum(axis=0)).argmax())
+    return int(np.abs(vertical_of(motion)).argmax())
 
 
 def choose_projection(positions: np.ndarray, vertical: int) -> str:

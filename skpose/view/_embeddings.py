@@ -47,18 +47,20 @@ def embed(
         first = scaled if first is None else first
         scaled = _flip(scaled, first)
         for method in methods:
-            share: float | None = None
-            unit: str | None = metric.unit
-            points = scaled
             if method == "mds":
-                share = float(scaling.explained_variance_ratio_.sum())
+                points = scaled
             elif method == "tsne":
                 points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
-                unit = None  # its lengths mean nothing
             else:
                 points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
             found.append(
-                {"metric": metric.label, "method": method, "unit": unit, "points": pack(points), "share": share}
+                {
+                    "metric": metric.label,
+                    "method": method,
+                    "unit": None if method == "tsne" else metric.unit,  # lengths of t-SNE mean nothing
+                    "points": pack(points),
+                    "share": float(scaling.explained_variance_ratio_.sum()) if method == "mds" else None,
+                }
             )
     return found
 

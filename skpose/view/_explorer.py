@@ -14,14 +14,12 @@ from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._root import root_orientations
 from skpose.view._embeddings import EMBEDDINGS, embed
-from skpose.view._pack import TURN, pack, unpack
-from skpose.view._page import Page, page_of
-from skpose.view._scene import AXES
+from skpose.view._pack import ANGLE, pack, unpack
+from skpose.view._page import Page, check_labels, page_of
+from skpose.view._scene import AXES, vertical_of
 from skpose.view._skeleton import NUMBERS, skeleton_data
 
-STEP = 2.0 * np.pi / TURN  # of the numbers of a pose, rad
 MILLISECOND = 1e-3
 ASSETS = (
     "page.css",
@@ -130,13 +128,16 @@ def explorer(
     '144 poses of 4 motions'
     """
     check_kind(dataset, MotionDataset, "dataset", "MotionDataset(motions) is one")
-    names = _check_labels(labels, dataset)
+    names = check_labels(labels, _default_labels(dataset))
     skeleton, motions = _prepare_motions(dataset, frame_rate)
     numbers = skeleton_data(skeleton)  # which refuses slides
     chosen, methods = _check_metrics(metrics, skeleton), _check_embeddings(embeddings)
     X = np.concatenate([motion.angles for motion in motions])
-    packed = pack(X, STEP)
-    error = 1e3 * _largest_error(X, unpack(packed), skeleton)
+    packed = pack(X, ANGLE)
+    positions = forward_kinematics(X, skeleton)
+    errors = np.linalg.norm(forward_kinematics(unpack(packed), skeleton) - positions, axis=2)
+    error = 1e3 * float(errors.max(initial=0.0))
+    extents = positions.max(axis=1, initial=0.0) - positions.min(axis=1, initial=0.0)  # the root is at zero
     note = f"{len(X):,} poses of {len(motions)} motion{'s' * (len(motions) != 1)}"
     heading = note if title is None else title
     rates = {motion.frame_rate for motion in motions}
@@ -150,7 +151,7 @@ def explorer(
         "steps": Spatial().n_steps,
         "poses": packed,
         "skeleton": numbers,
-        "size": _size(X, skeleton),
+        "size": float(np.median(extents.max(axis=1))) or 1.0,
         "up": _up(motions),
         **_motions_data(dataset, motions, names),
         "embeddings": embed(X, skeleton, chosen, methods, n_jobs, verbose),
@@ -172,17 +173,13 @@ def _check_embeddings(embeddings: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(embeddings))
 
 
-def _check_labels(labels: Sequence[str] | None, dataset: MotionDataset) -> list[str]:
-    if labels is None:
-        known = [getattr(dataset, name, None) for name in ("subjects", "actions", "trials")]
-        parts = zip(*(values for values in known if values is not None), strict=True)
-        named = [" · ".join(part for part in of_one if part) for of_one in parts] or [""] * len(dataset)
-        named = [name or f"motion {i}" for i, name in enumerate(named, start=1)]
-        counts = {name: count(1) for name, n in Counter(named).items() if n > 1}
-        return [f"{name} ({next(counts[name])})" if name in counts else name for name in named]
-    if isinstance(labels, str) or len(labels) != len(dataset):
-        raise ValueError(f"labels must be a list of {len(dataset)} names, got {labels!r}")
-    return [str(label) for label in labels]
+def _default_labels(dataset: MotionDataset) -> list[str]:
+    known = [getattr(dataset, name, None) for name in ("subjects", "actions", "trials")]
+    parts = zip(*(values for values in known if values is not None), strict=True)
+    named = [" · ".join(part for part in of_one if part) for of_one in parts] or [""] * len(dataset)
+    named = [name or f"motion {i}" for i, name in enumerate(named, start=1)]
+    counts = {name: count(1) for name, n in Counter(named).items() if n > 1}
+    return [f"{name} ({next(counts[name])})" if name in counts else name for name in named]
 
 
 def _prepare_motions(dataset: MotionDataset, frame_rate: float | None) -> tuple[Skeleton, list[Motion]]:
@@ -196,34 +193,14 @@ def _prepare_motions(dataset: MotionDataset, frame_rate: float | None) -> tuple[
     return dataset.skeleton, motions
 
 
-def _largest_error(X: np.ndarray, rounded: np.ndarray, skeleton: Skeleton) -> float:
-    """The largest distance between a joint of a pose and the same joint of the rounded pose, m."""
-    positions = [forward_kinematics(poses, skeleton) for poses in (X, rounded)]
-    return float(np.linalg.norm(positions[0] - positions[1], axis=2).max(initial=0.0))
-
-
-def _size(X: np.ndarray, skeleton: Skeleton) -> float:
-    """The median over all poses of the largest extent along an axis, m; or 1 if that is zero."""
-    F = forward_kinematics(X, skeleton)
-    extents = F.max(axis=1, initial=0.0) - F.min(axis=1, initial=0.0)  # the root is at zero
-    return float(np.median(extents.max(axis=1))) or 1.0
-
-
 def _up(motions: Sequence[Motion]) -> dict[str, Any]:
     """Axes of the root that are x, y and z in the page, y up in the mean of all frames, with signs and names."""
-    mean = np.zeros(3)
-    for motion in motions:
-        vertical = np.eye(3)["xyz".index(motion.up)]
-        if len(motion):
-            mean += root_orientations(motion.root_angles, motion.root_axes).inv().apply(vertical).sum(axis=0)
-    axis = int(np.abs(mean).argmax())
-    signs = [1, 1, 1] if mean[axis] >= 0.0 else [1, -1, -1]  # half a turn does not mirror
+    total = np.sum([vertical_of(motion) for motion in motions if len(motion)], axis=0)
+    axis = int(np.abs(total).argmax())
+    signs = [1, 1, 1] if total[axis] >= 0.0 else [1, -1, -1]  # half a turn does not mirror
     order = AXES["xyz"[axis]]
-    return {
-        "order": order,
-        "signs": signs,
-        "names": ["xyz"[a] if s > 0 else "" for a, s in zip(order, signs, strict=True)],
-    }
+    names = ["xyz"[a] if s > 0 else "" for a, s in zip(order, signs, strict=True)]
+    return {"order": order, "signs": signs, "names": names}
 
 
 def _with_numbers(name: str) -> tuple[list[str | int], str]:

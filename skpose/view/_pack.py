@@ -12,7 +12,7 @@ import numpy as np
 
 LEVELS = 2**16 - 1
 MOST = 2**32 - 1
-TURN = 2**16  # steps of a whole turn
+ANGLE = 2.0 * np.pi / 2**16  # rad, the step of angles
 
 Packed = dict[str, Any]
 
@@ -29,19 +29,8 @@ def pack(values: np.ndarray, step: float | None = None) -> Packed:
         of the range. A given step takes 16 or 32 bits a number, and is made larger if 32 do not suffice.
     """
     low, extent = float(values.min()), float(np.ptp(values))
-    if step is None:
-        return _pack_values(values, low, extent / LEVELS, np.dtype("<u2"))
-    step = max(step, extent / MOST)
-    return _pack_values(values, low, step, np.dtype("<u2" if extent <= LEVELS * step else "<u4"))
-
-
-def pack_angles(angles: np.ndarray) -> Packed:
-    """Pack angles (n, k), rad, as steps of 2π / 65,536, without whole turns."""
-    turns = np.rint(angles * (TURN / (2.0 * np.pi))) % TURN
-    return _pack_values(turns * (2.0 * np.pi / TURN), 0.0, 2.0 * np.pi / TURN, np.dtype("<u2"))
-
-
-def _pack_values(values: np.ndarray, low: float, step: float, dtype: np.dtype) -> Packed:
+    dtype = np.dtype("<u2" if step is None or extent <= LEVELS * step else "<u4")
+    step = extent / LEVELS if step is None else max(step, extent / MOST)
     steps = np.rint((values - low) / step) if step > 0.0 else np.zeros(values.shape)
     whole = steps.astype(dtype)
     change = np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), dtype))  # modulo the number of levels

@@ -102,7 +102,8 @@ class Page:
         Path
             The file, which stays.
         """
-        path = save_temporarily(self)
+        path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
+        self.save(path)
         webbrowser.open(path.as_uri())
         return path
 
@@ -118,11 +119,13 @@ class Page:
         return f"Page({self.title!r}, {self.n_bytes / 1e3:.0f} kB, {self.note})"
 
 
-def save_temporarily(page: Page) -> Path:
-    """Write a page to a new temporary folder, which is kept."""
-    path = Path(tempfile.mkdtemp(prefix="skpose_")) / "view.html"
-    page.save(path)
-    return path
+def check_labels(labels: Sequence[str] | None, default: list[str]) -> list[str]:
+    """The names of motions in a page."""
+    if labels is None:
+        return default
+    if isinstance(labels, str) or len(labels) != len(default):
+        raise ValueError(f"labels must be a list of {len(default)} names, got {labels!r}")
+    return [str(label) for label in labels]
 
 
 def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset]) -> Page:

@@ -1,5 +1,6 @@
 """The player of two paths between two poses: the shortest one, and the straight line."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -9,8 +10,9 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_pose
 from skpose.geodesics import geodesic
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._forward import weighted_positions
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._interpolation import interpolate_poses, straight_line
+from skpose.skeleton._interpolation import straight_line
 from skpose.skeleton._limits import limited_dofs
 from skpose.skeleton._rotations import TWO_PI
 from skpose.view._page import Page
@@ -81,32 +83,19 @@ def geodesic_player(
     first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
     warn_of_degrees(None, skeleton, start=first[None], end=last[None])
     found = geodesic(first, last, skeleton, joint_limits=joint_limits)
-    n = int(DURATION * FRAME_RATE) + 1
     straight = straight_line(skeleton.bones, first, last, FINE + 1, TWO_PI)
     if joint_limits == "enforce":
         limited = limited_dofs(skeleton.bones)
         straight[:, limited] = np.linspace(first[limited], last[limited], FINE + 1)
-    line, length = _at_constant_speed(straight, skeleton, n)
+    length = np.linalg.norm(np.diff(weighted_positions(straight, skeleton), axis=0), axis=1).sum()
     paths = {
-        f"shortest path, {found.curve_length:.3g} m": Motion(skeleton, found.resample(n), FRAME_RATE, up=up),
-        f"straight line, {length:.3g} m": Motion(skeleton, line, FRAME_RATE, up=up),
+        f"shortest path, {found.curve_length:.3g} m": found,
+        f"straight line, {length:.3g} m": replace(found, path=straight),
     }
-    F, G = (forward_kinematics(motion.angles, skeleton) for motion in paths.values())
+    n = int(DURATION * FRAME_RATE) + 1
+    motions = [Motion(skeleton, path.resample(n), FRAME_RATE, up=up) for path in paths.values()]
+    F, G = (forward_kinematics(motion.angles, skeleton) for motion in motions)
     same = np.repeat(np.arange(n)[:, None], 2, axis=1)
     pairs = pairs_data(same, np.linalg.norm(F - G, axis=2), [range(skeleton.n_joints)] * 2)
-    data = [motion_data(motion, label) for label, motion in paths.items()]
+    data = [motion_data(motion, label) for motion, label in zip(motions, paths, strict=True)]
     return page(data, pairs, overlay=overlay, title=" and ".join(paths))
-
-
-def _at_constant_speed(path: np.ndarray, skeleton: Skeleton, n: int) -> tuple[np.ndarray, float]:
-    """The length of a path, m, and n poses at equal lengths along it."""
-    weights = np.sqrt(skeleton.weights)[:, None]
-    positions = (forward_kinematics(path, skeleton) * weights).reshape(len(path), -1)
-    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(positions, axis=0), axis=1))])
-    steps = np.arange(len(path), dtype=float)
-    where = (
-        np.interp(np.linspace(0.0, travelled[-1], n), travelled, steps)
-        if travelled[-1]
-        else np.linspace(0.0, len(path) - 1, n)
-    )
-    return interpolate_poses(skeleton.bones, path, where), float(travelled[-1])

@@ -22,6 +22,7 @@ from skpose.kinematics._rigs import (
     HEAD_TOP,
     HIP,
     KNEE,
+    LIMBS,
     SHOULDER,
     TOE,
     WRIST,
@@ -86,9 +87,11 @@ class Part(NamedTuple):
 
 
 def person_parts(skeleton: Skeleton, person: Landmarks) -> tuple[list[Sphere], list[Part]] | None:
-    """Spheres and parts of a person with hips and shoulders; None for other skeletons."""
+    """Spheres and parts of a person with both arms and legs; None for other skeletons."""
+    if not all(f"{side}_{mark}" in person.joints for side in SIDES for limb in LIMBS for mark in limb):
+        return None
     maker = _Maker(skeleton, person)
-    if not maker.height or not all(maker.hips + maker.shoulders):
+    if not maker.height:
         return None
     for side in SIDES:
         maker.add_leg(side)
@@ -107,25 +110,15 @@ class _Maker:
         self.skeleton, self.joints, self.trunk = skeleton, person.joints, person.trunk
         self.where = positions_at_zero(skeleton)
         self.lengths = np.linalg.norm(skeleton.offsets, axis=1)
-        self.hips, self.shoulders = ([self.point(side, mark) for side in SIDES] for mark in (HIP, SHOULDER))
-        self.height = self._height()
+        self.hips, self.shoulders, ankles = ([self.point(s, mark) for s in SIDES] for mark in (HIP, SHOULDER, ANKLE))
+        legs = [self.lengths[self._between(*ends)].sum() for ends in zip(self.hips, ankles, strict=True)]
+        self.height = float(np.mean(legs)) / (PROPORTIONS["thigh"] + PROPORTIONS["shank"])
         self.spheres: list[Sphere] = []
         self.parts: list[Part] = []
         self.covered: set[int] = set()  # joints whose bones are inside of parts
 
     def point(self, side: str, mark: str) -> int:
         return self.joints.get(f"{side}_{mark}", -1) + 1
-
-    def _height(self) -> float:
-        """The height by the lengths of the legs, or else of the arms; zero if neither is known."""
-        for start, end, share in (
-            (HIP, ANKLE, PROPORTIONS["thigh"] + PROPORTIONS["shank"]),
-            (SHOULDER, WRIST, PROPORTIONS["upper_arm"] + PROPORTIONS["forearm"]),
-        ):
-            limbs = [(self.point(side, start), self.point(side, end)) for side in SIDES]
-            if all(map(all, limbs)):
-                return float(np.mean([self.lengths[self._between(*limb)].sum() for limb in limbs])) / share
-        return 0.0
 
     def _between(self, above: int, below: int) -> list[int]:
         """The joints after one point, up to one below it."""
@@ -171,11 +164,9 @@ class _Maker:
 
     def add_leg(self, side: str) -> None:
         hip, knee, ankle, ball, toe = (self.point(side, mark) for mark in (HIP, KNEE, ANKLE, BALL, TOE))
-        if not (knee and ankle):
-            return
         upper = self.sphere(*self._hip(side, R_HIP), inside=True)
-        radii = R_KNEE, R_CALF, R_ANKLE
-        foot = self._add_limb((hip, knee, ankle), radii, upper, CALF * PROPORTIONS["shank"])
+        bulge = CALF * PROPORTIONS["shank"]
+        foot = self._add_limb((hip, knee, ankle), (R_KNEE, R_CALF, R_ANKLE), upper, bulge)
         if not (ball or toe):
             return  # the direction of the foot is unknown
         first, last = ball or toe, toe or ball
@@ -184,16 +175,13 @@ class _Maker:
             return {"along": ([ankle], [first], lengths[0]), "across": ([knee], [ankle], lengths[1])}
 
         heel = self.sphere([ankle], R_HEEL, **shifts(HEEL))
-        middle = self.sphere([ball], R_BALL) if ball else None
+        middle = [self.sphere([ball], R_BALL)] if ball else []
         front = self.sphere([last], R_TOE, **({} if toe else shifts(TIP_OF_TOE)))
-        hulls = ((foot, heel, front),) if middle is None else ((foot, heel, middle), (middle, front))
-        self.parts.append(Part(first - 1, hulls))
+        self.parts.append(Part(first - 1, ((foot, heel, *(middle or [front])), *((one, front) for one in middle))))
         self.covered.update(self._between(ankle, last))
 
     def add_arm(self, side: str) -> None:
         shoulder, elbow, wrist, known = (self.point(side, mark) for mark in (SHOULDER, ELBOW, WRIST, HAND))
-        if not (elbow and wrist):
-            return
         upper, radii = self.sphere([shoulder], R_SHOULDER, inside=True), (R_ELBOW, R_FOREARM, R_WRIST)
         hand = self._add_limb((shoulder, elbow, wrist), radii, upper, FOREARM * PROPORTIONS["forearm"])
         after, joint = self._after(wrist - 1), (known or wrist) - 1
@@ -252,10 +240,10 @@ class _Maker:
         """The point of the spine nearest the waist, if any, and how far up from hips to shoulders it is."""
         low, high = (self.where[[point - 1 for point in pair]].mean(axis=0) for pair in (self.hips, self.shoulders))
         up = high - low
-        shares = [(float((self.where[j] - low) @ up / (up @ up)), j + 1) for j in self.trunk if up.any()]
-        near = [(share, point) for share, point in shares if SPINE_BETWEEN[0] < share < SPINE_BETWEEN[1]]
-        share, point = min(near, key=lambda one: abs(one[0] - WAIST[0]), default=(WAIST[0], 0))
-        return [point] if point else [], share
+        shares = {j + 1: float((self.where[j] - low) @ up / (up @ up)) for j in self.trunk if up.any()}
+        near = [point for point, share in shares.items() if SPINE_BETWEEN[0] < share < SPINE_BETWEEN[1]]
+        nearest = sorted(near, key=lambda point: abs(shares[point] - WAIST[0]))[:1]
+        return nearest, shares[nearest[0]] if nearest else WAIST[0]
 
     def add_head(self) -> tuple[int, ...]:
         """Add the head; return the spheres of the neck, none where no head is known."""
@@ -289,10 +277,7 @@ class _Maker:
             if mark == HEAD and top >= 0 and self.lengths[top]:
                 crown = min(self.lengths[top] / self.height, PROPORTIONS["head"])
                 return joint, [joint + 1], ([joint + 1], [top + 1]), max(skull, crown - R_SKULL)
-            above = joint
-            while above >= 0 and not self.lengths[above]:
-                above = int(parents[above])
-            before = int(parents[above]) + 1 if above >= 0 else 0
+            before = next((int(parents[j]) + 1 for j in path_up(self.skeleton, joint) if self.lengths[j]), 0)
             start = [before] if before and before not in self.shoulders else self.shoulders
             return joint, [joint + 1], (start, [joint + 1]), skull
         if not all(ear in face for ear in EARS):

@@ -11,7 +11,7 @@ from skpose.keypoints._layouts import check_layout
 from skpose.motions import Alignment
 from skpose.skeleton import Motion
 from skpose.view._pack import pack
-from skpose.view._page import Page, page_of
+from skpose.view._page import Page, check_labels, page_of
 from skpose.view._points import points_data
 from skpose.view._scene import motion_data
 
@@ -110,7 +110,8 @@ def player(
     'first and second'
     """
     shown = _check_motions(motions)
-    names = _check_labels(labels, shown)
+    kinds = ["points" if isinstance(one, Keypoints) else "motion" for one in shown]
+    names = check_labels(labels, [f"{kind} {i}" for i, kind in enumerate(kinds, 1)] if len(shown) > 1 else kinds)
     layout = None if layout is None else check_layout(layout)
     if layout is not None and not any(isinstance(one, Keypoints) for one in shown):
         raise ValueError("layout is for keypoints, got motions only")
@@ -160,15 +161,6 @@ def _check_motions(motions: Recording | Iterable[Any]) -> list[Recording]:
         if not len(motion) or (isinstance(motion, Keypoints) and not motion.confidences.any()):
             raise ValueError(f"motions must have frames with visible points, motions[{i}] has none")
     return shown
-
-
-def _check_labels(labels: Sequence[str] | None, shown: list[Recording]) -> list[str]:
-    if labels is None:
-        kinds = ["points" if isinstance(one, Keypoints) else "motion" for one in shown]
-        return [f"{kind} {i}" for i, kind in enumerate(kinds, start=1)] if len(shown) > 1 else kinds
-    if isinstance(labels, str) or len(labels) != len(shown):
-        raise ValueError(f"labels must be a list of {len(shown)} names, got {labels!r}")
-    return [str(label) for label in labels]
 
 
 def _alignment_data(alignment: Alignment, motions: list[Recording]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._sides import sides
 from skpose.view._ground import find_ground
 from skpose.view._pack import pack
-from skpose.view._scene import AXES, Scene, largest_error
+from skpose.view._scene import AXES, Scene, scene_data
 from skpose.view._shape import Shape, find_shape, join_shapes, point_shape
 
 
@@ -52,25 +52,18 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
     """Data of keypoints in a page, as an object of JSON; see `motion_data` of `_scene`."""
     figure, scene, seen, shape = points_scene(keypoints, layout)
-    packed = {"joints": pack(scene.joints.reshape(len(scene.joints), -1))}
-    packed["root"] = pack(scene.root, packed["joints"]["step"] or scene.size / 2**16)
-    return {
+    return scene_data(scene) | {
         "label": label,
         "names": figure.names,
         "parents": figure.parents,
         "sides": sides(figure.names),
         "shape": shape.data(),
-        "axes": scene.axes,
-        "size": scene.size,
-        "standing": scene.standing,
         "rate": keypoints.frame_rate,
         "start": 0.0,
         "numbers": None,
         "headings": None,  # nothing is known of where points face
         "seen": pack(seen.astype(float), 1.0),
         "layout": figure.layout,
-        "error": 1e3 * largest_error(scene, packed),
-        **packed,
     }
 
 

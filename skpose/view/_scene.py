@@ -1,6 +1,5 @@
 """Motions in space, as pages draw them: y points up, and the ground is at zero."""
 
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ from skpose.skeleton import Motion
 from skpose.skeleton._root import heading, root_orientations
 from skpose.skeleton._sides import sides
 from skpose.view._ground import find_ground
-from skpose.view._pack import pack, pack_angles, unpack
+from skpose.view._pack import ANGLE, pack, unpack
 from skpose.view._shape import find_shape
 
 # For each axis that points up: which axes of the world are x, y and z here. A cyclic change does not mirror.
@@ -47,32 +46,40 @@ def scene_of(motion: Motion) -> Scene:
     )
 
 
+def vertical_of(motion: Motion) -> np.ndarray:
+    """The vertical of the world (3,) in the axes of the root, summed over the frames."""
+    orientations = root_orientations(motion.root_angles, motion.root_axes)
+    return orientations.inv().apply(np.eye(3)["xyz".index(motion.up)]).sum(axis=0)
+
+
 def motion_data(motion: Motion, label: str) -> dict[str, Any]:
     """Data of a motion in a page, as an object of JSON."""
     scene = scene_of(motion)
-    joints = pack(scene.joints.reshape(len(motion), -1))
-    packed = {"joints": joints, "root": pack(scene.root, joints["step"] or scene.size / 2**16)}
     skeleton, numbers = motion.skeleton, motion.frame_numbers - motion.frame_numbers[0]
-    return {
+    return scene_data(scene) | {
         "label": label,
         "names": list(skeleton.joint_names),
         "parents": skeleton.parents.tolist(),
         "sides": sides(skeleton.joint_names),
         "shape": find_shape(skeleton).data(),
-        "axes": scene.axes,
-        "size": scene.size,
-        "standing": scene.standing,
         "rate": motion.frame_rate,
         "start": float(motion.times[0]),
         "numbers": pack(numbers[:, None], 1.0) if numbers[-1] >= len(numbers) else None,  # frames are missing
-        "headings": pack_angles(scene.headings[:, None]),
-        "error": 1e3 * largest_error(scene, packed),
-        **packed,
+        "headings": pack(scene.headings[:, None], ANGLE),
     }
 
 
-def largest_error(scene: Scene, packed: Mapping[str, Any]) -> float:
-    """The largest distance of a joint in the page from its position, m."""
-    root = unpack(packed["root"]) - scene.root
-    joints = unpack(packed["joints"]).reshape(scene.joints.shape) - scene.joints
-    return float(max(np.linalg.norm(joints + root[:, None], axis=2).max(), np.linalg.norm(root, axis=1).max()))
+def scene_data(scene: Scene) -> dict[str, Any]:
+    """Data of any scene: positions, and by how much these are off, mm."""
+    joints = pack(scene.joints.reshape(len(scene.joints), -1))
+    root = pack(scene.root, joints["step"] or scene.size / 2**16)
+    off = unpack(root) - scene.root
+    off_joints = unpack(joints).reshape(scene.joints.shape) - scene.joints + off[:, None]
+    return {
+        "axes": scene.axes,
+        "size": scene.size,
+        "standing": scene.standing,
+        "error": 1e3 * float(max(np.linalg.norm(one, axis=-1).max() for one in (off, off_joints))),
+        "joints": joints,
+        "root": root,
+    }

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._tree import tree_of
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._sides import sides
 from skpose.view._shape import find_shape
@@ -26,12 +25,9 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
     -------
     dict
         Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges), `rests`,
-        `weights`, `sides` ("left", "right" or ""), and `signs`. A rest rotation is a unit quaternion (w, x, y, z), or
+        `weights` and `sides` ("left", "right" or ""). A rest rotation is a unit quaternion (w, x, y, z), or
         None for the identity. The names of the columns of a pose are `columns`. `offsetFrame` is "own" or "parent",
         and `shape` has the parts of the figure.
-
-        `signs` are for ball joints: two quaternions by which a rotation is multiplied from the left and from the right,
-        before its sign decides which of two equal halves of a turn is taken, as `pose_distances` does; None elsewhere.
 
     Examples
     --------
@@ -54,33 +50,12 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "weights": skeleton.weights.tolist(),
         "sides": sides(skeleton.joint_names),
         "shape": find_shape(skeleton).data(),
-        "signs": _signs(skeleton),
         "columns": list(skeleton.dof_names),
         "offsetFrame": skeleton.offset_frame,
     }
 
 
 def _rest(bone: Bone) -> list[float] | None:
-    return None if bone.rest_rotation is None else _numbers(Rotation.from_matrix(np.array(bone.rest_rotation)))
-
-
-def _numbers(rotation: Rotation) -> list[float]:
-    """The quaternion of a rotation, (w, x, y, z)."""
-    return rotation.as_quat()[[3, 0, 1, 2]].tolist()
-
-
-def _signs(skeleton: Skeleton) -> list[list[list[float]] | None]:
-    """Quaternions before and after the rotation of each ball joint in the code of a pose; None for other joints."""
-    tree = tree_of(skeleton)
-    first = np.cumsum([0, *(bone.n_dofs for bone in skeleton.bones)])
-    frame_of = {int(tree.column[tree.first_dof[f]]): int(f) for f in tree.ball_frame}
-    found: list[list[list[float]] | None] = []
-    for bone, column in zip(skeleton.bones, first[:-1].tolist(), strict=True):
-        f = frame_of.get(column) if bone.is_ball else None
-        if f is None:
-            found.append(None)
-            continue
-        axes = Rotation.from_matrix(tree.ball_axes[f])
-        before = Rotation.from_quat(tree.reference[f][[1, 2, 3, 0]])
-        found.append([_numbers(before * axes), _numbers(axes.inv())])
-    return found
+    if bone.rest_rotation is None:
+        return None
+    return Rotation.from_matrix(np.array(bone.rest_rotation)).as_quat()[[3, 0, 1, 2]].tolist()

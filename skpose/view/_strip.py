@@ -14,6 +14,7 @@ N_POSES = 8
 HEIGHT, GAP, MARGIN = 150, 14, 8  # of a figure, between two, around all, px
 # Colours that colour-blind people can distinguish, on white and on black.
 COLOURS = {"": "#868d96", "left": "#0072b2", "right": "#d55e00"}
+N_CORNERS = 16  # of an outline
 FINE = 2  # steps of a px to which outlines are rounded
 STILL = 1e-3  # sizes; smaller movements count as standing still
 
@@ -76,20 +77,15 @@ def _project(scene: Scene, shape: Shape) -> np.ndarray:
 
 
 def _figure(motion: Motion, shape: Shape, points: np.ndarray, radii: np.ndarray) -> str:
-    """The parts of one pose, far ones first; successive parts of one side are one path."""
-    side = sides(motion.skeleton.joint_names)
-    order = sorted(shape.parts, key=lambda part: float(np.mean([points[i, 2] for hull in part.hulls for i in hull])))
-    found: list[list[str]] = []
-    for part in order:
-        name = side[part.joint] if part.joint >= 0 else ""
-        if not found or found[-1][0] != name:
-            found.append([name])
-        for hull in part.hulls:
-            corners = outline(points[list(hull), :2], radii[list(hull)], [False] * len(hull), 16).points
-            corners = np.rint(FINE * corners).astype(int)
-            steps = np.diff(corners, axis=0)
-            steps = steps[steps.any(axis=1)]
-            first, line = (" ".join(map(str, each.ravel())).replace(" -", "-") for each in (corners[0], steps))
-            found[-1].append(f"M{first}l{line}z")
-    paths = (f'<path fill="{COLOURS[name]}" d="{"".join(d)}"/>' for name, *d in found)
+    """The parts of one pose, far ones first."""
+    side = [*sides(motion.skeleton.joint_names), ""]  # -1 is the root
+    paths = []
+    for part in sorted(shape.parts, key=lambda part: float(points[np.concatenate(part.hulls), 2].mean())):
+        outlines = [
+            outline(points[list(hull), :2], radii[list(hull)], [False] * len(hull), N_CORNERS).points
+            for hull in part.hulls
+        ]
+        steps = (np.diff(np.rint(FINE * one).astype(int), axis=0, prepend=0).ravel() for one in outlines)
+        lines = (f"M0 0m{' '.join(map(str, one)).replace(' -', '-')}z" for one in steps)
+        paths.append(f'<path fill="{COLOURS[side[part.joint]]}" d="{"".join(lines)}"/>')
     return f'<g transform="scale({1 / FINE:g})">{"".join(paths)}</g>'

@@ -171,7 +171,6 @@ function motionOf(file, scale) {
     dofs: below.map((j) => columnsOf(joints[j], "rotation").map(([axis]) => "XYZ"[axis]).join("")),
     axes: below.map(() => null),
     rests: below.map(() => null),
-    signs: below.map(() => null),
     sides: splitSides(below.map((j) => joints[j].name)).map(({ side }) => side),
     offsetFrame: "parent",
   };

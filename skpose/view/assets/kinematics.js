@@ -14,7 +14,7 @@ class Skeleton {
         parent: data.parents[j], offset: data.offsets[j], rest: data.rests[j], weight: data.weights[j],
         // The joint whose orientation the offset has; −1 is the root.
         frame: data.offsetFrame === "own" ? j : data.parents[j],
-        isBall, axes, first, count, intrinsic: dofs === dofs.toUpperCase(), signs: data.signs[j],
+        isBall, axes, first, count, intrinsic: dofs === dofs.toUpperCase(),
       };
       first += count;
       return joint;
@@ -58,9 +58,9 @@ class Skeleton {
   /** The pose at part t of the straight line from a to b: angles by their wrapped difference, ball joints by slerp. */
   between(a, b, t) {
     const pose = Float64Array.from(a);
-    for (const { isBall, first, count, signs } of this.joints) {
+    for (const { isBall, first, count } of this.joints) {
       if (isBall) {
-        const [p, q] = [a, b].map((one) => canonical(rotations.ofVector([...one.subarray(first, first + 3)]), signs));
+        const [p, q] = [a, b].map((one) => rotations.ofVector([...one.subarray(first, first + 3)]));
         pose.set(rotations.toVector(rotations.slerp(p, q, t)), first);
         continue;
       }
@@ -73,9 +73,3 @@ class Skeleton {
 
 /** The orientation of a joint's own axes, −1 for the root. */
 const quaternionAt = (all, j) => (j < 0 ? [1, 0, 0, 0] : [all[4 * j], all[4 * j + 1], all[4 * j + 2], all[4 * j + 3]]);
-
-/** q or −q, which are one rotation: at half a turn from another one they decide its direction. */
-function canonical(q, signs) {
-  const code = signs ? rotations.product(rotations.product(signs[0], q), signs[1]) : q;
-  return rotations.scaled(q, rotations.sign(code));
-}

@@ -1,7 +1,5 @@
 // Rotations as unit quaternions [w, x, y, z] and as rotation vectors; angles are rad.
 
-const TIE = 1e-6; // a component of a quaternion below which it may be a rounded zero
-
 /** The nearest whole number, of two the even one, like numpy's `rint`. */
 function rint(value) {
   const below = Math.floor(value);
@@ -20,8 +18,6 @@ const rotations = {
   ],
 
   inverse: ([w, x, y, z]) => [w, -x, -y, -z],
-
-  scaled: (q, factor) => q.map((value) => factor * value),
 
   apply(q, v) {
     const r = 2 * (q[2] * v[2] - q[3] * v[1]);
@@ -51,7 +47,7 @@ const rotations = {
   /** The rotation vector, no longer than π. */
   toVector([w, x, y, z]) {
     const sine = Math.hypot(x, y, z);
-    const sign = w >= -TIE ? 1 : -1;
+    const sign = w >= 0 ? 1 : -1;
     const share = sine > 1e-300 ? (2 * sign * Math.atan2(sine, sign * w)) / sine : 2;
     return [share * x, share * y, share * z];
   },
@@ -66,12 +62,9 @@ const rotations = {
     return 4 * Math.asin(Math.sqrt(Math.min(minus, plus)) / 2);
   },
 
-  /** Part t of the shorter rotation from p to q; at half a turn their signs decide its direction. */
+  /** Part t of the shorter rotation from p to q. */
   slerp(p, q, t) {
     const [x, y, z] = rotations.toVector(rotations.product(rotations.inverse(p), q));
     return rotations.product(p, rotations.ofVector([t * x, t * y, t * z]));
   },
-
-  /** The factor, 1 or −1, that makes q and −q the same quaternion. */
-  sign: (q) => (q.find((value) => Math.abs(value) > TIE) < 0 ? -1 : 1),
 };
