@@ -8,8 +8,7 @@ from skpose._utils.validation import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.motions import Alignment
 from skpose.motions._alignment import Quantity
-from skpose.plot._axes import axes
-from skpose.plot._joint_map import ROW, draw_joint_map
+from skpose.plot._axes import ROW, axes, draw_joint_map
 from skpose.plot._pose import GAP, check_projection, draw_pose
 from skpose.plot._volume import shape_of_person
 

@@ -4,8 +4,7 @@ import numpy as np
 
 from skpose._utils.validation import check_kind
 from skpose.motions import MeanMotion
-from skpose.plot._axes import axes
-from skpose.plot._joint_map import ROW, draw_joint_map
+from skpose.plot._axes import ROW, axes, draw_joint_map
 
 WIDTH, REST = 8.0, 1.0  # inches: the figure, what is above and below the joints
 

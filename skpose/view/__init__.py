@@ -5,7 +5,7 @@ Each function returns a `Page`, one HTML file without network access. No further
 | module    |                                                                                          |
 |-----------|------------------------------------------------------------------------------------------|
 | `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
-| `_explorer` | all poses of a collection of motions as points in the plane; `_embeddings` computes it |
+| `_explorer` | all poses of a collection of motions as points in the plane                            |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
 | `_points` | keypoints in space, with the bones of a layout                                           |
 | `_skeleton` | a skeleton for the scripts that compute poses and distances                            |

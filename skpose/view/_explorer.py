@@ -7,20 +7,26 @@ from itertools import count
 from typing import Any
 
 import numpy as np
+from sklearn.manifold import TSNE, Isomap
 
 from skpose._utils.validation import check_kind
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
-from skpose.metrics import Metric, Spatial
+from skpose.manifold import SpatialMDS
+from skpose.metrics import Metric, Spatial, pose_distances
 from skpose.metrics._registry import METRICS, resolve
+from skpose.neighbors import PoseKNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
-from skpose.view._embeddings import EMBEDDINGS, embed
 from skpose.view._pack import ANGLE, pack, unpack
 from skpose.view._page import Page, check_labels, page_of
 from skpose.view._scene import AXES, vertical_of
 from skpose.view._skeleton import NUMBERS, skeleton_data
 
 MILLISECOND = 1e-3
+EMBEDDINGS = ("mds", "tsne", "isomap")
+ALL, LANDMARKS = 2000, 1000  # of more poses than ALL only the distances to so many landmarks are computed
+PERPLEXITY, NEIGHBORS = 30, 10  # of t-SNE and of Isomap
+LEAST_OF_TSNE, MOST_OF_ISOMAP = 20, 4000  # poses
 ASSETS = (
     "page.css",
     "panels.css",
@@ -154,7 +160,7 @@ def explorer(
         "size": float(np.median(extents.max(axis=1))) or 1.0,
         "up": _up(motions),
         **_motions_data(dataset, motions, names),
-        "embeddings": embed(X, skeleton, chosen, methods, n_jobs, verbose),
+        "embeddings": _embed(X, skeleton, chosen, methods, n_jobs, verbose),
     }
     return page_of(heading, f"{note}, positions within {error:.2g} mm", data, "explorer.html", ASSETS)
 
@@ -223,3 +229,72 @@ def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequ
         "times": pack(times[:, None], MILLISECOND),
         "groups": groups,
     }
+
+
+def _embed(
+    X: np.ndarray,
+    skeleton: Skeleton,
+    metrics: Sequence[Metric],
+    methods: Sequence[str],
+    n_jobs: int | None,
+    verbose: int,
+) -> list[dict[str, Any]]:
+    """Data of each method and metric; all planes are flipped like the first."""
+    if "tsne" in methods and len(X) < LEAST_OF_TSNE:
+        raise ValueError(f"embeddings 'tsne' needs at least {LEAST_OF_TSNE} poses, got {len(X)}")
+    if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
+        raise ValueError(f"embeddings 'isomap' takes at most {MOST_OF_ISOMAP:,} poses, got {len(X):,}")
+    found: list[dict[str, Any]] = []
+    first = None
+    for metric in metrics:
+        scaling = SpatialMDS(
+            skeleton,
+            n_components=2,
+            metric=metric,
+            landmarks=LANDMARKS if len(X) > ALL else None,
+            random_state=0,
+            n_jobs=n_jobs,
+            verbose=verbose,
+        )
+        scaled = scaling.fit_transform(X)
+        first = scaled if first is None else first
+        scaled = _flip(scaled, first)
+        for method in methods:
+            if method == "mds":
+                points = scaled
+            elif method == "tsne":
+                points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
+            else:
+                points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
+            found.append(
+                {
+                    "metric": metric.label,
+                    "method": method,
+                    "unit": None if method == "tsne" else metric.unit,  # lengths of t-SNE mean nothing
+                    "points": pack(points),
+                    "share": float(scaling.explained_variance_ratio_.sum()) if method == "mds" else None,
+                }
+            )
+    return found
+
+
+def _flip(points: np.ndarray, like: np.ndarray) -> np.ndarray:
+    """Points, mirrored along the axes that point opposite to another plane."""
+    return points * np.where((points * like).sum(axis=0) < 0.0, -1.0, 1.0)
+
+
+def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, n_jobs: int | None) -> np.ndarray:
+    perplexity = min(PERPLEXITY, (len(X) - 1) / 3)
+    k = min(len(X) - 1, int(3.0 * perplexity + 1.0))
+    graph = PoseKNeighborsTransformer(skeleton, n_neighbors=k, metric=metric, n_jobs=n_jobs).fit_transform(X)
+    small = 1e-4 * start / (start[:, 0].std() or 1.0)
+    tsne = TSNE(
+        metric="precomputed", perplexity=perplexity, init=small.astype(np.float32), random_state=0, n_jobs=n_jobs
+    )
+    return tsne.fit_transform(graph)
+
+
+def _isomap(X: np.ndarray, skeleton: Skeleton, metric: Metric, n_jobs: int | None) -> np.ndarray:
+    D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
+    isomap = Isomap(n_neighbors=min(NEIGHBORS, len(X) - 1), n_components=2, metric="precomputed", n_jobs=n_jobs)
+    return isomap.fit_transform(D)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import MotionDataset, make_gait
 from skpose.manifold import SpatialMDS
-from skpose.view import Page, _embeddings, explorer
+from skpose.view import Page, _explorer, explorer
 from skpose.view._pack import unpack
 
 STEP = 2 * np.pi / 65536
@@ -93,8 +93,8 @@ def test_embeddings_are_those_of_spatial_mds(gait, page):
 
 
 def test_many_poses_are_placed_by_landmarks(gait, monkeypatch):
-    monkeypatch.setattr(_embeddings, "ALL", 40)
-    monkeypatch.setattr(_embeddings, "LANDMARKS", 20)
+    monkeypatch.setattr(_explorer, "ALL", 40)
+    monkeypatch.setattr(_explorer, "LANDMARKS", 20)
     (one,) = data_of(explorer(gait, metrics=["position"]))["embeddings"]
     mds = SpatialMDS(gait.skeleton, n_components=2, metric="position", landmarks=20, random_state=0)
     expected = mds.fit_transform(gait.poses(12)[0])
