@@ -4,7 +4,7 @@ Each function returns a `Page`, one HTML file without network access. No further
 
 | module    |                                                                                          |
 |-----------|------------------------------------------------------------------------------------------|
-| `_player` | the player of motions; `_paths` shows a geodesic and the straight line with it           |
+| `_player` | the player of motions, and of a geodesic and the straight line                         |
 | `_explorer` | all poses of a collection of motions as points in the plane                            |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
 | `_points` | keypoints in space, with the bones of a layout                                           |
@@ -17,7 +17,6 @@ Each function returns a `Page`, one HTML file without network access. No further
 
 from skpose.view._explorer import explorer
 from skpose.view._page import Page as Page
-from skpose.view._paths import geodesic_player
-from skpose.view._player import player
+from skpose.view._player import geodesic_player, player
 
 __all__ = ["explorer", "geodesic_player", "player"]

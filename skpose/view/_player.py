@@ -1,15 +1,24 @@
 """The player: motions in one page, side by side or on top of each other, optionally aligned in time."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 
-from skpose._utils.validation import check_kind
+from skpose._utils.typing import ArrayLike
+from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_kind, check_pose
+from skpose.geodesics import geodesic
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._layouts import check_layout
+from skpose.kinematics import forward_kinematics
+from skpose.kinematics._forward import weighted_positions
 from skpose.motions import Alignment
-from skpose.skeleton import Motion
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._interpolation import straight_line
+from skpose.skeleton._limits import limited_dofs
+from skpose.skeleton._rotations import TWO_PI
 from skpose.view._pack import pack
 from skpose.view._page import Page, check_labels, page_of
 from skpose.view._points import points_data
@@ -18,6 +27,8 @@ from skpose.view._scene import motion_data
 Recording = Motion | Keypoints
 
 MOST = 12  # motions in one page; more would be too small to see
+DURATION, FRAME_RATE = 2.0, 30.0  # s, Hz, of paths
+FINE = 640  # chords by which the straight line is measured
 ASSETS = (
     "page.css",
     "panels.css",
@@ -121,6 +132,84 @@ def player(
     ]
     aligned = None if alignment is None else _alignment_data(alignment, shown)
     return page(data, aligned, overlay=overlay, title=" and ".join(names) if title is None else title)
+
+
+def geodesic_player(
+    start: ArrayLike,
+    end: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    joint_limits: str = "ignore",
+    overlay: bool = False,
+    up: Literal["x", "y", "z"] = "y",
+) -> Page:
+    """Make a page that plays the shortest path between two poses next to the straight line.
+
+    Both take two seconds, at constant speed of all joints together. Colours show the distance of each joint
+    from its place on the other path.
+
+    Parameters
+    ----------
+    start, end : array-like of shape (n_dofs,)
+        The two poses: joint angles, rad.
+    skeleton : Skeleton
+        Their skeleton.
+    joint_limits : {"ignore", "enforce"}, default="ignore"
+        "enforce" keeps both paths inside ``skeleton.limits``, as `skpose.geodesic` does: no dof with limits goes over
+        from π to −π.
+    overlay : bool, default=False
+        Whether the two start in one picture instead of side by side.
+    up : {"x", "y", "z"}, default="y"
+        Which axis of the root points up: "z" for robots.
+
+    Returns
+    -------
+    Page
+        Its labels have the lengths of both paths, m, the metrics "geodesic" and "spatial" on a fine grid.
+
+    Raises
+    ------
+    ValueError
+        For poses of the wrong length, or not finite; for poses outside of limits that are enforced.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If the geodesic did not converge, see `skpose.geodesic`.
+    UserWarning
+        If the poses look like degrees.
+
+    See Also
+    --------
+    skpose.geodesic : The shortest path as poses.
+    skpose.plot.GeodesicDisplay : The two paths in the plane of angles.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton
+    >>> from skpose.view import geodesic_player
+    >>> geodesic_player([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], Skeleton.chain(3)).title
+    'shortest path, 7.17 m and straight line, 8.03 m'
+    """
+    first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
+    warn_of_degrees(None, skeleton, start=first[None], end=last[None])
+    found = geodesic(first, last, skeleton, joint_limits=joint_limits)
+    straight = straight_line(skeleton.bones, first, last, FINE + 1, TWO_PI)
+    if joint_limits == "enforce":
+        limited = limited_dofs(skeleton.bones)
+        straight[:, limited] = np.linspace(first[limited], last[limited], FINE + 1)
+    length = np.linalg.norm(np.diff(weighted_positions(straight, skeleton), axis=0), axis=1).sum()
+    paths = {
+        f"shortest path, {found.curve_length:.3g} m": found,
+        f"straight line, {length:.3g} m": replace(found, path=straight),
+    }
+    n = int(DURATION * FRAME_RATE) + 1
+    motions = [Motion(skeleton, path.resample(n), FRAME_RATE, up=up) for path in paths.values()]
+    F, G = (forward_kinematics(motion.angles, skeleton) for motion in motions)
+    same = np.repeat(np.arange(n)[:, None], 2, axis=1)
+    pairs = pairs_data(same, np.linalg.norm(F - G, axis=2), [range(skeleton.n_joints)] * 2)
+    data = [motion_data(motion, label) for motion, label in zip(motions, paths, strict=True)]
+    return page(data, pairs, overlay=overlay, title=" and ".join(paths))
 
 
 def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overlay: bool, title: str) -> Page:
