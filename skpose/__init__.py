@@ -105,11 +105,5 @@ def _player(motion, **options):
     return player(motion, **options)
 
 
-def _strip(motion):
-    from skpose.view._strip import strip
-
-    return strip(motion)
-
-
 # Motions and keypoints show themselves by what comes after them in the flow of data.
-_displays_of_motions.player, _displays_of_motions.strip = _player, _strip
+_displays_of_motions.player = _player

@@ -10,7 +10,6 @@ class Displays:
     """Functions that a motion or keypoints call."""
 
     player: Callable[..., Page]  # `skpose.view.player`
-    strip: Callable[[Any], str]  # some poses as a picture, in HTML
 
 
 displays = Displays()

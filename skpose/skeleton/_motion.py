@@ -630,10 +630,6 @@ class Motion:
         """
         return displays.player(self)
 
-    def _repr_html_(self) -> str:
-        """Some poses of the motion as a picture, for notebooks."""
-        return displays.strip(self)
-
     def to_pandas(self) -> "pandas.DataFrame":
         """Convert the angles to a pandas DataFrame, one column for each dof and one row for each frame.
 

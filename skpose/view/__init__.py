@@ -10,7 +10,6 @@ Each function returns a `Page`, one HTML file without network access. No further
 | `_points` | keypoints in space, with the bones of a layout                                           |
 | `_skeleton` | a skeleton for the scripts that compute poses and distances                            |
 | `_shape`  | the parts of figures; `_person_shape` has the head, trunk and limbs of people            |
-| `_strip`  | some poses of a motion as a small picture (SVG)                                          |
 | `_page`   | one HTML file of markup, styles, scripts and data                                        |
 | `assets`  | markup, styles and scripts: `page.js`, `figure.js` and `orbit.js` are for any page       |
 """

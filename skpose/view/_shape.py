@@ -18,7 +18,7 @@ from skpose.view._person_shape import Part, Shift, Sphere, person_parts
 # the box around all joints at angle zero.
 THICKEST, OF_LENGTH, THINNEST, OF_POINT = 0.018, 0.12, 0.003, 0.008
 GAP = 1.2  # radii around a joint inside a figure that have no edge
-N_DIRECTIONS = 32  # in which the outline of a hull is found, so that it is too small by 0.5 % at most
+DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)  # of an outline, too small by 0.5 % at most
 
 
 class Shape(NamedTuple):
@@ -99,12 +99,9 @@ class Outline(NamedTuple):
     edges: np.ndarray  # (n_edges, 2, 2) the lines between them, except near joints where another part continues
 
 
-def outline(
-    centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool] | np.ndarray, n_directions: int = N_DIRECTIONS
-) -> Outline:
+def outline(centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool] | np.ndarray) -> Outline:
     """The outline of the hull of discs: in each direction the farthest point."""
-    angles = np.linspace(0.0, 2.0 * np.pi, n_directions, endpoint=False)
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    directions = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
     farthest = (directions @ centres.T + radii).argmax(axis=1)
     points = centres[farthest] + radii[farthest, None] * directions
     before, open_ = np.roll(farthest, 1), np.array(inside)
