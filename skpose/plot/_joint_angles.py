@@ -211,9 +211,8 @@ def _find_columns(angles: JointAngles, names: Sequence[str] | None) -> dict[str,
             known[column] = {"": column}
     if names is None:
         names = [name for name in NAMES if name in known]
-    names = [names] if isinstance(names, str) else list(names)
-    if not names or not known.keys() >= set(names):
-        raise ValueError(f"names must be among {', '.join(known)}, got {names}")
+    if not len(names) or not known.keys() >= set(names):
+        raise ValueError(f"names must be a list of {', '.join(known)}, got {names!r}")
     return {name: known[name] for name in names}
 
 

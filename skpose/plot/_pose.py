@@ -11,7 +11,7 @@ from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
 from skpose.plot._axes import COLOURS, SIDES, axes
 from skpose.plot._views import choose_projection, find_vertical
-from skpose.plot._volume import draw_ground, draw_volume, lowest_of, shape_of_person, with_root
+from skpose.plot._volume import draw_ground, draw_volume, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._sides import sides
 from skpose.view._shape import Shape
@@ -122,7 +122,7 @@ class PoseDisplay:
         shape = shape_of_person(self.skeleton) if len(seen) == 2 else None
         draw_pose(self.ax_, self.positions, seen, self.skeleton, shape, 0.0, style)
         if shape is not None and ax is None and seen[1] == Y:
-            draw_ground(self.ax_, lowest_of(shape, self.positions, seen[1]))
+            draw_ground(self.ax_, shape, self.positions, Y)
         self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", projection, strict=False)})
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
@@ -245,7 +245,7 @@ class PoseStripDisplay:
         for pose, centre, middle in zip(self.positions, centres, (low + high) / 2, strict=True):
             draw_pose(self.ax_, pose, plane, self.skeleton, shape, centre - middle, style)
         if shape is not None and plane[1] == self._vertical:
-            draw_ground(self.ax_, lowest_of(shape, self.positions, plane[1]))
+            draw_ground(self.ax_, shape, self.positions, plane[1])
         self.ax_.set_xticks(centres, self.labels)
         self.ax_.set(xlabel=self.title, ylabel=f"{projection[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")

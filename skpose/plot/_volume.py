@@ -39,8 +39,6 @@ def draw_volume(
         if not hulls:
             continue
         *colour, opacity = to_rgba(style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""]))
-        if not opacity:
-            continue
         near = float(np.mean(centres[np.concatenate(hulls)] @ depth))
         outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
         parts.append((near, outlines, (*(TINT * np.array(colour) + (1.0 - TINT) * paper), opacity)))
@@ -60,17 +58,13 @@ def draw_volume(
     ax.add_collection(drawn, autolim="transform" not in style)
 
 
-def draw_ground(ax, height: float) -> None:
-    """Draw a line across the axes."""
+def draw_ground(ax, shape: Shape, positions: np.ndarray, axis: int) -> None:
+    """Draw a line across the axes at the lowest coordinate of poses (n_poses, n_joints, 3) along an axis."""
     from matplotlib.collections import LineCollection
 
+    height = np.nanmin(shape.centres(with_root(positions))[..., axis] - shape.radii)
     line = LineCollection([[(0.0, height), (1.0, height)]], transform=ax.get_yaxis_transform(), **GROUND)
     ax.add_collection(line, autolim=False)
-
-
-def lowest_of(shape: Shape, positions: np.ndarray, axis: int) -> float:
-    """The lowest coordinate of poses (n_poses, n_joints, 3) along an axis."""
-    return float(np.nanmin(shape.centres(with_root(positions))[..., axis] - shape.radii))
 
 
 def with_root(positions: np.ndarray) -> np.ndarray:

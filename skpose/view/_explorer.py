@@ -26,7 +26,7 @@ MILLISECOND = 1e-3
 EMBEDDINGS = ("mds", "tsne", "isomap")
 ALL, LANDMARKS = 2000, 1000  # of more poses than ALL only the distances to so many landmarks are computed
 PERPLEXITY, NEIGHBORS = 30, 10  # of t-SNE and of Isomap
-LEAST_OF_TSNE, MOST_OF_ISOMAP = 20, 4000  # poses
+MOST_OF_ISOMAP = 4000  # poses
 ASSETS = (
     "page.css",
     "panels.css",
@@ -190,10 +190,9 @@ def _default_labels(dataset: MotionDataset) -> list[str]:
 
 def _prepare_motions(dataset: MotionDataset, frame_rate: float | None) -> tuple[Skeleton, list[Motion]]:
     """The mean skeleton, and the motions on it at the frame rate, as in `MotionDataset.poses`."""
-    motions: list[Motion] = []
-    if len(dataset):
-        motions = list(dataset.retarget(dataset.skeleton, method="numbers"))
-        motions = motions if frame_rate is None else [motion.resample(frame_rate) for motion in motions]
+    motions = list(dataset.retarget(dataset.skeleton, method="numbers")) if len(dataset) else []
+    if frame_rate is not None:
+        motions = [motion.resample(frame_rate) for motion in motions]
     if (n := sum(map(len, motions))) < 2:
         raise ValueError(f"dataset must have at least 2 poses at this frame_rate, got {n}")
     return dataset.skeleton, motions
@@ -240,8 +239,6 @@ def _embed(
     verbose: int,
 ) -> list[dict[str, Any]]:
     """Data of each method and metric; all planes are flipped like the first."""
-    if "tsne" in methods and len(X) < LEAST_OF_TSNE:
-        raise ValueError(f"embeddings 'tsne' needs at least {LEAST_OF_TSNE} poses, got {len(X)}")
     if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
         raise ValueError(f"embeddings 'isomap' takes at most {MOST_OF_ISOMAP:,} poses, got {len(X):,}")
     found: list[dict[str, Any]] = []

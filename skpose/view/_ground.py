@@ -1,7 +1,5 @@
 """The height of the ground below a motion: where its lowest points stand still."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 WINDOW = 0.025  # s before and after a frame over which speed is measured
@@ -11,15 +9,10 @@ LEVEL = 0.04  # sizes; heights that differ less are one floor, steps of stairs a
 LOW = 5.0  # %, the percentile of the heights that counts as the lowest: a toe that dips into the floor does not
 
 
-class Ground(NamedTuple):
-    """The height of the ground, and the number of frames behind it."""
+def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> tuple[float, int]:
+    """The height of the ground below points (n_frames, n_points, 3), y up, m, and in how many frames they stand still.
 
-    height: float  # m
-    n_frames: int  # in which the lowest point stands still; if zero, the ground is at the lowest point of all
-
-
-def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
-    """The ground below points (n_frames, n_points, 3), y up, m; NaN for missing points.
+    Points that are missing are NaN. If none ever stands still, the ground is at the lowest point of all.
 
     Times (n_frames,) are in s, the size of the figure in m. The lowest point of a frame stands on something if it is
     slow. The ground is the median of its heights there, among those near the lowest ones, so that one dip of a toe does
@@ -36,7 +29,7 @@ def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> Ground:
     for first, end in np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]))).reshape(-1, 2):
         stands[first:end] &= (end - first) * step >= SHORT
     if not stands.any():
-        return Ground(float(heights.min()), 0)
+        return float(heights.min()), 0
     standing = heights[stands]
     near = standing <= np.percentile(standing, LOW) + LEVEL * size
-    return Ground(float(np.median(standing[near])), int(stands.sum()))
+    return float(np.median(standing[near])), int(stands.sum())

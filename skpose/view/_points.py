@@ -80,10 +80,10 @@ def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, S
     filled = _fill(positions, seen)
     middle = filled[:, seen.any(axis=0)].mean(axis=1)
     size, times = extent_of(positions) or 1.0, np.arange(len(positions)) / keypoints.frame_rate
-    ground = find_ground(positions, times, size)
+    height, standing = find_ground(positions, times, size)
     joints = np.where(seen.any(axis=0)[:, None], filled - middle[:, None], 0.0)
-    axes, root = "".join("xyz"[axis] for axis in order), middle - [0.0, ground.height, 0.0]
-    scene = Scene(joints, root, np.zeros(len(middle)), axes, size, ground.n_frames)
+    axes, root = "".join("xyz"[axis] for axis in order), middle - [0.0, height, 0.0]
+    scene = Scene(joints, root, np.zeros(len(middle)), axes, size, standing)
     return figure, scene, seen, _shape_of(figure, size)
 
 

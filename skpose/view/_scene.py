@@ -35,14 +35,14 @@ def scene_of(motion: Motion) -> Scene:
     root = motion.root_positions[:, order]
     extents = joints.max(axis=1).clip(min=0.0) - joints.min(axis=1).clip(max=0.0)  # the root is at zero
     size = float(extents[0].max() or extents.max() or 1.0)
-    ground = find_ground(np.concatenate([root[:, None], joints + root[:, None]], axis=1), motion.times, size)
+    height, standing = find_ground(np.concatenate([root[:, None], joints + root[:, None]], axis=1), motion.times, size)
     return Scene(
         joints,
-        root - [0.0, ground.height, 0.0],
+        root - [0.0, height, 0.0],
         heading(orientations, motion.up),
         "".join("xyz"[axis] for axis in order),
         size,
-        ground.n_frames,
+        standing,
     )
 
 

@@ -178,7 +178,7 @@ def test_a_jump_of_a_whole_turn_is_none():
 
 def test_each_cycle_can_be_drawn():
     angles = some_angles()
-    display = JointAnglesDisplay.from_angles(angles, CYCLES, names="pelvis_tilt", show_cycles=True)
+    display = JointAnglesDisplay.from_angles(angles, CYCLES, names=["pelvis_tilt"], show_cycles=True)
     curves = curves_of(angles["pelvis_tilt"], angles.times[CYCLES - [0, 1]])
     np.testing.assert_allclose(lines_of(display.axes_["pelvis_tilt"], ""), [*curves, curves.mean(axis=0)], atol=1e-9)
     assert not display.axes_["pelvis_tilt"].collections
