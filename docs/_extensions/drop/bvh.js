@@ -2,12 +2,10 @@
 
 const CHANNELS = /^[xyz](position|rotation)$/;
 
-// Blanks of the format are those of ASCII; around a name they are those of Python's str.strip.
+// Blanks of the format are those of ASCII.
 const WORD = /[{}]|[^ \t\r\n\v\f{}]+/g;
 const AFTER_MOTION = /^\s*Frames:\s*(?<count>\d+)\s+Frame\s+Time:\s*(?<seconds>\S+)/i;
 const NAME = /[^{}\r\n]*/y;
-const AROUND = "[\\t-\\r\\x1c-\\x20\\x85\\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000]+";
-const STRIPPED = new RegExp(`^${AROUND}|${AROUND}$`, "g");
 const WORD_OF_ROW = /[^ \t\r\n\v\f]+/g;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
@@ -29,7 +27,7 @@ class Lexer {
 
   /** The rest of the line, up to a brace: names may have blanks in them. */
   name() {
-    return this.next(NAME).replace(STRIPPED, "");
+    return this.next(NAME).trim();
   }
 }
 

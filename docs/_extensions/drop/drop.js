@@ -46,7 +46,7 @@ async function show(files) {
   const [unit, up] = [Number(value("unit")), value("up")];
   const shown = await Promise.all(files.map(({ label, content }) => named(label, async () => {
     const motion = { label, ...motionOf(content, unit) };
-    return { motion, packed: await motionData(motion, label, up) };
+    return { motion, packed: motionData(motion, label, up) };
   })));
   const [read, motions] = [shown.map(({ motion }) => motion), shown.map(({ packed }) => packed)];
   Object.assign(state, { files, motions: read });

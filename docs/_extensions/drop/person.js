@@ -4,28 +4,14 @@
 const SHAPE = data.constants.person;
 const SHARES = SHAPE.PROPORTIONS;
 
-function heightOf(skeleton, joints) {
-  for (const [start, end, share] of [
-    [HIP, ANKLE, SHARES.thigh + SHARES.shank],
-    [SHOULDER, WRIST, SHARES.upper_arm + SHARES.forearm],
-  ]) {
-    const ends = SIDES.map((side) => [start, end].map((mark) => joints[`${side}_${mark}`]));
-    if (ends.flat().includes(undefined)) continue;
-    const lengths = ends.map((pair) => lengthOfBones(skeleton, between(skeleton.parents, ...pair)));
-    return (lengths[0] + lengths[1]) / 2 / share;
-  }
-  return 0;
-}
-
 class Person {
-  constructor(skeleton, { joints, trunk }, height) {
-    Object.assign(this, { skeleton, joints, trunk, height, spheres: [], parts: [], covered: new Set() });
+  constructor(skeleton, { joints, trunk }) {
+    Object.assign(this, { skeleton, joints, trunk, spheres: [], parts: [], covered: new Set() });
     this.where = positionsAtZero(skeleton);
     [this.hips, this.shoulders] = [HIP, SHOULDER].map((mark) => SIDES.map((side) => this.point(side, mark)));
-  }
-
-  get hasTrunk() {
-    return [...this.hips, ...this.shoulders].every((point) => point > 0);
+    const [left, right] = SIDES.map((side) => [HIP, ANKLE].map((mark) => joints[`${side}_${mark}`]))
+      .map((ends) => lengthOfBones(skeleton, between(skeleton.parents, ...ends)));
+    this.height = (left + right) / 2 / (SHARES.thigh + SHARES.shank);
   }
 
   point(side, mark) {
@@ -33,12 +19,10 @@ class Person {
   }
 
   /** Add a sphere, with lengths as shares of the height; return its index. */
-  sphere(at, radius, { weights, along, across, inside } = {}) {
-    const sphere = { at, radius: this.height * radius };
-    if (weights) sphere.weights = weights;
+  sphere(at, radius, { along, across, ...others } = {}) {
+    const sphere = { at, radius: this.height * radius, ...others };
     if (along) sphere.along = [along[0], along[1], this.height * along[2]];
     if (across) sphere.across = [across[0], across[1], this.height * across[2]];
-    if (inside) sphere.inside = true;
     return this.spheres.push(sphere) - 1;
   }
 
@@ -50,62 +34,49 @@ class Person {
     for (const joint of joints) this.covered.add(joint);
   }
 
-  addLimbs() {
-    const [ofLeg, ofArm] = FINDER.LIMBS;
-    for (const side of SIDES) {
-      const [leg, arm] = [ofLeg, ofArm].map((limb) => limb.map((mark) => this.point(side, mark)));
-      if (leg.every((point) => point)) this.addLeg(side, ...leg);
-      if (arm.every((point) => point)) this.addArm(side, ...arm);
-    }
+  /** Add the two parts of an arm or a leg below a sphere; return the sphere of the wrist or the ankle. */
+  addLimb([first, middle, last], radii, upper, bulge) {
+    const lower = this.sphere([middle], radii[0], { inside: true });
+    const thickest = this.sphere([middle], radii[1], { along: [[middle], [last], bulge] });
+    const end = this.sphere([last], radii[2], { inside: true });
+    this.add(middle - 1, [upper, lower]);
+    this.add(last - 1, [lower, thickest, end]);
+    this.cover(between(this.skeleton.parents, first - 1, last - 1));
+    return end;
   }
 
-  addLeg(side, hip, knee, ankle) {
-    const { parents } = this.skeleton;
+  addLeg(side) {
+    const [hip, knee, ankle, ball, toe] = [HIP, KNEE, ANKLE, BALL, TOE].map((mark) => this.point(side, mark));
     const upper = this.sphere(...this.hip(side, SHAPE.R_HIP, { inside: true }));
-    const lower = this.sphere([knee], SHAPE.R_KNEE, { inside: true });
-    const calf = this.sphere([knee], SHAPE.R_CALF, { along: [[knee], [ankle], SHAPE.CALF * SHARES.shank] });
-    const foot = this.sphere([ankle], SHAPE.R_ANKLE, { inside: true });
-    this.add(knee - 1, [upper, lower]);
-    this.add(ankle - 1, [lower, calf, foot]);
-    this.cover(between(parents, hip - 1, ankle - 1));
-    const [ballOfFoot, endOfToes] = [BALL, TOE].map((mark) => this.point(side, mark));
-    if (!ballOfFoot && !endOfToes) return; // where it points is not known
-    const [first, last] = [ballOfFoot || endOfToes, endOfToes || ballOfFoot];
+    const radii = [SHAPE.R_KNEE, SHAPE.R_CALF, SHAPE.R_ANKLE];
+    const foot = this.addLimb([hip, knee, ankle], radii, upper, SHAPE.CALF * SHARES.shank);
+    if (!ball && !toe) return; // where it points is not known
+    const [first, last] = [ball || toe, toe || ball];
     const shifts = ([along, across]) => ({ along: [[ankle], [first], along], across: [[knee], [ankle], across] });
     const heel = this.sphere([ankle], SHAPE.R_HEEL, shifts(SHAPE.HEEL));
-    if (!ballOfFoot) {
-      this.add(first - 1, [foot, heel, this.sphere([last], SHAPE.R_TOE)]);
-    } else {
-      const ball = this.sphere([first], SHAPE.R_BALL);
-      const toe = this.sphere([last], SHAPE.R_TOE, endOfToes ? {} : shifts(SHAPE.TIP_OF_TOE));
-      this.add(first - 1, [foot, heel, ball], [ball, toe]);
-    }
-    this.cover(between(parents, ankle - 1, last - 1));
+    const middle = ball ? [this.sphere([ball], SHAPE.R_BALL)] : [];
+    const front = this.sphere([last], SHAPE.R_TOE, toe ? {} : shifts(SHAPE.TIP_OF_TOE));
+    this.add(first - 1, [foot, heel, ...(ball ? middle : [front])], ...middle.map((one) => [one, front]));
+    this.cover(between(this.skeleton.parents, ankle - 1, last - 1));
   }
 
-  addArm(side, shoulder, elbow, wrist) {
+  addArm(side) {
     const { parents } = this.skeleton;
+    const [shoulder, elbow, wrist, known] = [SHOULDER, ELBOW, WRIST, HAND].map((mark) => this.point(side, mark));
     const upper = this.sphere([shoulder], SHAPE.R_SHOULDER, { inside: true });
-    const lower = this.sphere([elbow], SHAPE.R_ELBOW, { inside: true });
-    const forearm = [[elbow], [wrist], SHAPE.FOREARM * SHARES.forearm];
-    const bulge = this.sphere([elbow], SHAPE.R_FOREARM, { along: forearm });
-    const hand = this.sphere([wrist], SHAPE.R_WRIST, { inside: true });
-    this.add(elbow - 1, [upper, lower]);
-    this.add(wrist - 1, [lower, bulge, hand]);
-    this.cover(between(parents, shoulder - 1, wrist - 1));
+    const radii = [SHAPE.R_ELBOW, SHAPE.R_FOREARM, SHAPE.R_WRIST];
+    const hand = this.addLimb([shoulder, elbow, wrist], radii, upper, SHAPE.FOREARM * SHARES.forearm);
     const after = this.after(wrist - 1);
-    const known = this.point(side, HAND);
     if (after.filter((j) => !parents.includes(j)).length > SHAPE.FEW_FINGERS) {
       const knuckles = after.filter((j) => parents[j] === wrist - 1 && this.length(j));
       this.add((known || wrist) - 1, [hand, ...knuckles.map((j) => this.sphere([j + 1], SHAPE.R_TIP))]);
-      for (const j of after) if (!knuckles.includes(j) && this.length(j)) this.addLink(j, SHAPE.R_FINGER);
+      for (const j of after) if (!knuckles.includes(j)) this.addLink(j, SHAPE.R_FINGER);
       this.cover(after);
       return;
     }
     const toward = known ? [[wrist], [known]] : [[elbow], [wrist]];
-    const reach = (j) => lengthOfBones(this.skeleton, between(parents, wrist - 1, j)) / this.height;
-    const far = (after.length ? Math.max(...after.map(reach)) : 0) - SHAPE.R_TIP;
-    const length = Math.min(Math.max(far, SHAPE.HAND_LENGTH), SHARES.hand);
+    const reach = after.map((j) => lengthOfBones(this.skeleton, between(parents, wrist - 1, j)) / this.height);
+    const length = Math.min(Math.max(Math.max(0, ...reach) - SHAPE.R_TIP, SHAPE.HAND_LENGTH), SHARES.hand);
     const middle = this.sphere([wrist], SHAPE.R_PALM, { along: [...toward, SHAPE.PALM * length] });
     const tip = this.sphere([wrist], SHAPE.R_TIP, { along: [...toward, length] });
     this.add((known || wrist) - 1, [hand, middle, tip]);
@@ -113,19 +84,17 @@ class Person {
   }
 
   addLink(joint, radius) {
+    if (!this.length(joint)) return;
     const start = this.sphere([this.skeleton.parents[joint] + 1], radius, { inside: true });
     this.add(joint, [start, this.sphere([joint + 1], radius)]);
   }
 
   /** The points, the radius and the weights of a sphere at a hip that is not wider than a person's. */
   hip(side, radius, more) {
-    const here = this.hips[SIDES.indexOf(side)];
-    const other = this.hips[1 - SIDES.indexOf(side)];
+    const [here, other] = side === SIDES[0] ? this.hips : [...this.hips].reverse();
     const width = Math.hypot(...minus(this.where[here - 1], this.where[other - 1])) / this.height;
-    const share = width ? Math.max(0, 0.5 * width + radius - SHAPE.WIDEST) / width : 0;
-    return share > 0
-      ? [[here, other], radius, { weights: [1 - share, share], ...more }]
-      : [[here], radius, more];
+    const share = (0.5 * width + radius - SHAPE.WIDEST) / width;
+    return share > 0 ? [[here, other], radius, { weights: [1 - share, share], ...more }] : [[here], radius, more];
   }
 
   length(joint) {
@@ -167,14 +136,10 @@ class Person {
     const [low, high] = [middle(this.hips), middle(this.shoulders)];
     const up = minus(high, low);
     const [least, most] = SHAPE.SPINE_BETWEEN;
-    let best = [0, SHAPE.WAIST[0]];
-    let nearest = Infinity;
-    for (const joint of up.some(Boolean) ? this.trunk : []) {
-      const share = dot(minus(this.where[joint], low), up) / dot(up, up);
-      const apart = Math.abs(share - SHAPE.WAIST[0]);
-      if (least < share && share < most && apart < nearest) [best, nearest] = [[joint + 1, share], apart];
-    }
-    return best;
+    const apart = ([, share]) => Math.abs(share - SHAPE.WAIST[0]);
+    const near = this.trunk.map((joint) => [joint + 1, dot(minus(this.where[joint], low), up) / dot(up, up)])
+      .filter(([, share]) => least < share && share < most);
+    return near.sort((a, b) => apart(a) - apart(b))[0] ?? [0, SHAPE.WAIST[0]];
   }
 
   addHead() {
@@ -208,29 +173,26 @@ class Person {
         const crown = Math.min(this.length(top) / this.height, SHARES.head);
         return { joint, at, line: [at, [top + 1]], skull: Math.max(skull, crown - SHAPE.R_SKULL) };
       }
-      let above = joint;
-      while (above >= 0 && !this.length(above)) above = parents[above];
+      const above = pathUp(parents, joint).find((j) => this.length(j));
       const before = (parents[above] ?? -1) + 1;
       return { joint, at, line: [before && !shoulders.includes(before) ? [before] : shoulders, at], skull };
     }
     return null;
   }
-
-  addRest() {
-    this.skeleton.parents.forEach((_, j) => {
-      if (!this.covered.has(j) && this.length(j)) this.addLink(j, SHAPE.R_MARKER);
-    });
-  }
 }
 
-/** The shape of a person; null for what is none with hips and shoulders. */
+/** The shape of a person with both arms and legs; null for other skeletons. */
 function personShape(skeleton) {
   const found = findLandmarks(skeleton);
-  const height = found ? heightOf(skeleton, found.joints) : 0;
-  const person = height ? new Person(skeleton, found, height) : null;
-  if (!person?.hasTrunk) return null;
-  person.addLimbs();
+  const marks = FINDER.LIMBS.flat().flatMap((mark) => SIDES.map((side) => `${side}_${mark}`));
+  if (!found || !marks.every((mark) => mark in found.joints)) return null;
+  const person = new Person(skeleton, found);
+  if (!person.height) return null;
+  for (const side of SIDES) {
+    person.addLeg(side);
+    person.addArm(side);
+  }
   person.addTrunk(person.addHead());
-  person.addRest();
+  skeleton.parents.forEach((_, j) => person.covered.has(j) || person.addLink(j, SHAPE.R_MARKER));
   return { spheres: person.spheres, parts: person.parts };
 }

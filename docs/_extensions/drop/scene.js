@@ -1,15 +1,8 @@
-// Motions in space, as the player draws them: what skpose/view/_scene.py, _ground.py and _pack.py do.
+// Motions in space, as the player draws them: what skpose/view/_scene.py and _ground.py do.
 
 // For each axis that points up which axes of the world are x, y and z here, and numbers of find_ground and link_shape.
 const { axes: AXES, ground: GROUND, link: LINK } = data.constants;
-const STEP = 5e-5; // m, to which positions are rounded
-const FARTHEST = 2e4; // m: 32 bits hold the steps
-
-const medianOf = (values) => {
-  const sorted = Float64Array.from(values).sort();
-  const middle = sorted.length >> 1;
-  return sorted.length % 2 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
-};
+const STEP = 5e-5; // m or rad, to which numbers are rounded
 
 function percentileOf(values, percent) {
   const sorted = Float64Array.from(values).sort();
@@ -40,7 +33,7 @@ function findGround(frames, rate, size) {
   const standing = heights.filter((_, f) => stands[f]);
   if (!standing.length) return { height: Math.min(...heights), frames: 0 };
   const limit = percentileOf(standing, GROUND.low) + GROUND.level * size;
-  return { height: medianOf(standing.filter((height) => height <= limit)), frames: standing.length };
+  return { height: percentileOf(standing.filter((height) => height <= limit), 50), frames: standing.length };
 }
 
 /** Positions of the joints about the root, and of the root, y up, m; and the rest of what a page has of a motion. */
@@ -58,8 +51,6 @@ function sceneOf({ skeleton, poses, positions, orientations, rate }, up) {
     return Math.max(0, ...values) - Math.min(0, ...values);
   }));
   const size = sizeOf(joints[0]) || Math.max(...joints.map(sizeOf)) || 1;
-  const isNear = (points) => points.every((point) => point.every((value) => Math.abs(value) <= FARTHEST));
-  if (![root, ...joints].every(isNear)) throw new FileError(`positions are above ${FARTHEST} m: is the unit right?`);
   const moved = (at, f) => at.map((value, axis) => value + root[f][axis]);
   const placed = joints.map((frame, f) => [root[f], ...frame.map((at) => moved(at, f))]);
   const ground = findGround(placed, rate, size);
@@ -100,38 +91,19 @@ function linkShape(skeleton) {
   return { spheres, parts: hulls.map((hull, j) => [j, [hull.map((point) => points.indexOf(point))]]) };
 }
 
-async function motionData(motion, label, up) {
+function motionData(motion, label, up) {
   const { skeleton, rate, poses } = motion;
   const scene = sceneOf(motion, up);
   return {
     label, names: skeleton.names, parents: skeleton.parents, sides: skeleton.sides, shape: shapeOf(skeleton),
     axes: scene.axes, size: scene.size, standing: scene.standing, rate, start: 0, numbers: null,
     error: 1e3 * Math.sqrt(3) * STEP, // half a step along each axis, of the joint and of the root
-    headings: await pack(scene.headings.map((angle) => [angle]), 1e-4),
-    joints: await pack(scene.joints.map((frame) => frame.flat()), STEP),
-    root: await pack(scene.root, STEP),
+    headings: rounded(scene.headings.map((angle) => [angle])),
+    joints: rounded(scene.joints.map((frame) => frame.flat())),
+    root: rounded(scene.root),
     count: poses.length,
   };
 }
 
 /** Rows of numbers as `unpack` of page.js reads them, rounded to a step. */
-async function pack(rows, step) {
-  const [n, k] = [rows.length, rows[0].length];
-  let low = Infinity;
-  for (const row of rows) for (const value of row) low = Math.min(low, value);
-  const bytes = new Uint8Array(4 * n * k);
-  for (let column = 0; column < k; column++) {
-    let before = 0;
-    for (let row = 0; row < n; row++) {
-      const whole = Math.round((rows[row][column] - low) / step);
-      const change = (whole - before) >>> 0;
-      before = whole;
-      for (let b = 0; b < 4; b++) bytes[b * n * k + column * n + row] = change >>> (8 * b);
-    }
-  }
-  const stream = new Blob([bytes]).stream().pipeThrough(new CompressionStream("deflate"));
-  const packed = new Uint8Array(await new Response(stream).arrayBuffer());
-  let text = "";
-  for (let i = 0; i < packed.length; i += 8192) text += String.fromCharCode(...packed.subarray(i, i + 8192));
-  return { shape: [n, k], low, step, bytes: 4, data: btoa(text) };
-}
+const rounded = (rows) => ({ step: STEP, given: rows.map((row) => row.map((value) => Math.round(value / STEP))) });

@@ -9,7 +9,8 @@ const data = JSON.parse(element("data").textContent);
  *
  * The bytes are those of differences from row to row, column by column, of all numbers first the low bytes.
  */
-async function unpack({ shape: [rows, columns], low, step, bytes, data: text }) {
+async function unpack({ shape: [rows, columns] = [], low, step, bytes, data: text, given }) {
+  if (given) return { rows: given.length, at: (row, column) => step * given[row][column] }; // as they are
   const compressed = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
   const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("deflate"));
   const content = new Uint8Array(await new Response(stream).arrayBuffer());

@@ -37,7 +37,7 @@ class Scatter {
 
   constructor(layer, canvas, count) {
     Object.assign(this, { layer, canvas, count, x: new Float64Array(count), y: new Float64Array(count) });
-    this.context = layer.getContext("2d", { willReadFrequently: true });
+    this.context = layer.getContext("2d");
     this.colours = new Uint8Array(count); // of the points, by their places in the palette
     this.forms = new Uint8Array(count); // by their places among FORMS
     this.cells = new Uint32Array(count); // 0 for those that are not seen
@@ -150,36 +150,44 @@ class Scatter {
 
   draw() {
     sharpen(this.layer, this.context);
-    this.paint(this.context);
+    this.context.putImageData(this.imageOf(this.context.getTransform().a), 0, 0);
   }
 
-  /** Draw all points, those that step back first, into any canvas whose unit is a px of the page. */
+  /** Draw all points into any canvas whose unit is a px of the page. */
   paint(context) {
-    const density = context.getTransform().a;
+    const image = this.imageOf(context.getTransform().a);
+    const { width, height } = image;
+    const points = Object.assign(document.createElement("canvas"), { width, height });
+    points.getContext("2d").putImageData(image, 0, 0);
+    context.save();
+    context.resetTransform();
+    context.drawImage(points, 0, 0);
+    context.restore();
+  }
+
+  /** All points, those that step back first, on nothing; the next call draws into the same image. */
+  imageOf(density) {
     const scale = this.scale * density;
     const [x0, y0] = [this.width, this.height].map((length) => (length * density) / 2);
+    const [width, height] = [x0, y0].map((half) => Math.max(1, Math.ceil(2 * half)));
+    if (this.image?.width === width && this.image.height === height) this.image.data.fill(0);
+    else this.image = new ImageData(width, height);
     const levels = this.crowding();
     const radius = Math.round(4 * this.radius * density) / 4;
     const look = `${radius} ${colours.paper} ${this.palette}`;
     if (look !== this.look) Object.assign(this, { look, pictures: [[], []] });
     const { x, y, centre, cells, colours: shades, forms, faded, absent } = this;
-    context.save();
-    context.resetTransform();
-    context.fillStyle = colours.paper;
-    context.fillRect(0, 0, Math.ceil(2 * x0), Math.ceil(2 * y0));
-    const image = context.getImageData(0, 0, Math.ceil(2 * x0), Math.ceil(2 * y0));
     for (const back of faded || absent ? [1, 0] : [0]) {
       const pictures = this.pictures[back];
       for (const i of this.order) {
         if (!cells[i] || (faded?.[i] || absent?.[i] || 0) !== back) continue;
         const key = (shades[i] * FORMS.length + forms[i]) * SHARES.length + levels[cells[i]];
         const one = pictures[key] ??= this.pictureOf(shades[i], forms[i], levels[cells[i]], radius, back);
-        stamp(image, one, Math.round(x0 + scale * (x[i] - centre[0]) - one.width / 2),
+        stamp(this.image, one, Math.round(x0 + scale * (x[i] - centre[0]) - one.width / 2),
           Math.round(y0 - scale * (y[i] - centre[1]) - one.width / 2));
       }
     }
-    context.putImageData(image, 0, 0);
-    context.restore();
+    return this.image;
   }
 
   /** The picture of a point, so large that it can be drawn at whole pixels. */
@@ -224,12 +232,17 @@ class Scatter {
 
 /** Draw a picture over a part of an image: ten thousand of them sooner than `drawImage` does. */
 function stamp({ data, width, height }, { data: from, width: side }, left, top) {
-  for (let row = Math.max(0, -top); row < Math.min(side, height - top); row++) {
-    for (let column = Math.max(0, -left); column < Math.min(side, width - left); column++) {
+  const [endRow, end] = [Math.min(side, height - top), Math.min(side, width - left)];
+  for (let row = Math.max(0, -top); row < endRow; row++) {
+    for (let column = Math.max(0, -left); column < end; column++) {
       const at = 4 * ((top + row) * width + left + column);
       const of = 4 * (row * side + column);
-      const share = from[of + 3] / 255;
-      if (share) for (let c = 0; c < 3; c++) data[at + c] += share * (from[of + c] - data[at + c]);
+      const opacity = from[of + 3];
+      if (!opacity) continue;
+      const both = opacity + data[at + 3] * (1 - opacity / 255);
+      const share = opacity / both;
+      for (let c = 0; c < 3; c++) data[at + c] += share * (from[of + c] - data[at + c]);
+      data[at + 3] = both;
     }
   }
 }

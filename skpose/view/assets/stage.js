@@ -46,7 +46,6 @@ class Stage {
     }));
   }
 
-  /** What the camera looks at: a fixed point, or one that goes with the roots. */
   /** A function that moves a point aside where all motions are in one picture: across where the first one goes. */
   aside(i) {
     const far = this.overlaid ? (i - (this.clips.length - 1) / 2) * Number(this.options.apart) : 0;
@@ -54,6 +53,7 @@ class Stage {
     return ([x, y, z]) => [x + far * Math.cos(this.front), y, z - far * Math.sin(this.front)];
   }
 
+  /** What the camera looks at: a fixed point, or one that goes with the roots. */
   target(members, frames) {
     if (!this.follows) return this.centre;
     const roots = members.map((i) => this.clips[i].point(frames[i], 0, "world"));
@@ -155,7 +155,6 @@ class Stage {
     return [this.clips[i].points(moment, this.options.place).map(this.aside(i)), (index) => this.clips[i].shows(moment, index)];
   }
 
-  /** Draw each of some motions; where all but one step back, these first, as one picture that is mostly transparent. */
   colour(i, joint, tick) {
     const { pairs } = this.clock;
     if (this.compares && (!this.overlaid || i === 1)) return heat(joint < 0 ? 0 : pairs.share(tick, i, joint));

@@ -3,6 +3,7 @@
 const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s"}`;
 const named = (row) => [textElement("span", poses.label(row)), `, ${seconds(row)}`];
 const seconds = (row) => `${poses.time(row).toFixed(2)} s`;
+const nameOf = (row) => `${poses.label(row)}, ${seconds(row)}`;
 
 function describe() {
   const { title, error, rate, skeleton, embeddings, groups } = data;
@@ -45,12 +46,11 @@ function write() {
 
 /** What is written in a picture: which pose or line it shows, and what the colours mean. */
 function keyOf({ hover, current, comparison }) {
-  const name = (row) => `${poses.label(row)}, ${seconds(row)}`;
   const { names, longest } = poses.groups(element("colour").value);
   const groupOf = (words, i) => ({ words: words || "unnamed", colour: groupColour(i), form: formOf(i) });
   const timeOf = (share) => ({ words: `${(share * longest).toFixed(2)} s`, colour: heat(share), form: 0 });
   const groups = names ? names.map(groupOf) : [0, 0.5, 1].map(timeOf);
-  return { name: hover < 0 && comparison ? comparison.label : name(hover >= 0 ? hover : current), groups };
+  return { name: hover < 0 && comparison ? comparison.label : nameOf(hover >= 0 ? hover : current), groups };
 }
 
 /** Say, to those who do not see it, which pose has been reached or chosen, what it is compared with, what is inside. */
@@ -69,9 +69,8 @@ function writeComparison() {
   const { comparison } = state;
   element("compared").hidden = !comparison;
   if (!comparison) return;
-  const name = (row) => `${poses.label(row)}, ${seconds(row)}`;
   element("pair").replaceChildren(
-    "A: ", textElement("span", name(comparison.first)), "; B: ", textElement("span", name(comparison.second)),
+    "A: ", textElement("span", nameOf(comparison.first)), "; B: ", textElement("span", nameOf(comparison.second)),
   );
   element("distances").replaceChildren(...comparison.rows.map((cells) => {
     const row = document.createElement("tr");
