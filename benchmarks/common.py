@@ -12,7 +12,7 @@ from pathlib import Path
 from llvmlite import binding
 from numba import config
 
-from skpose.datasets import load_cmu, load_hdm05, make_gait
+from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
 
 REPEATS = 5
 PAUSE = 0.1  # s, in which the threads of the contestant before, which wait for work by spinning, go to sleep
@@ -67,6 +67,12 @@ def processor():
 def motions(folder, n_subjects=10, n_sequences=10):
     """Return the CMU motions of a folder, or generated gait without one."""
     return load_cmu(folder) if folder else make_gait(n_subjects, n_sequences, random_state=0)
+
+
+def resampled(dataset, rate):
+    """The dataset at another frame rate."""
+    motions = [motion.resample(rate) for motion in dataset]
+    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
 
 
 def datasets(options):

@@ -18,7 +18,7 @@ import numpy as np
 
 from skpose import forward_kinematics, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate
-from skpose.datasets import MotionDataset, load_hdm05, make_gait
+from skpose.datasets import load_hdm05, make_gait
 
 RATE = 12  # Hz
 SEED, N_CHECKED = 0, 30  # pairs of motions whose distances are computed again
@@ -40,12 +40,6 @@ def installed(name):
     except ImportError:
         print(f"{name} is not installed: it is left out")
         return None
-
-
-def resampled(dataset, rate):
-    """The dataset at another frame rate."""
-    motions = [motion.resample(rate) for motion in dataset]
-    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
 
 
 def on_one_skeleton(dataset):
@@ -136,7 +130,7 @@ def main():
     common.print_machine()
     size, n = (QUICK, 2) if options.quick else (FULL, 10)
     dataset = load_hdm05(options.hdm05) if options.hdm05 else make_gait(n, n, random_state=SEED)
-    slow = resampled(dataset, RATE)
+    slow = common.resampled(dataset, RATE)
     race(f"{RATE} Hz", slow[: size.n_motions] if options.quick else slow, size.repeats)
     chosen = np.sort(np.random.default_rng(SEED).choice(len(dataset), size.n_motions, replace=False))
     race(f"{dataset[0].frame_rate:g} Hz", dataset[chosen], size.repeats)

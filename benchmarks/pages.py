@@ -22,7 +22,6 @@ import common
 import numpy as np
 
 from skpose import Motion
-from skpose.datasets import MotionDataset
 from skpose.view import explorer, player
 
 RATE, SECONDS, N_POSES = 30.0, 60.0, 10_000
@@ -87,13 +86,6 @@ def minute(motions):
     return Motion.concatenate(joined)[:n]
 
 
-def resampled(dataset, n):
-    """The dataset at a frame rate that gives about n poses."""
-    rate = np.ceil(n / sum(motion.times[-1] for motion in dataset))
-    motions = [motion.resample(rate) for motion in dataset]
-    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
-
-
 def size_of(name, page, seconds):
     """Print the size of a page, and of what is not data."""
     markup = page.n_bytes - len(re.search(r'id="data">([^<]*)<', page.html)[1].encode())
@@ -106,7 +98,8 @@ def main():
     options = arguments.parse_args()
     common.print_machine()
     dataset = common.motions(options.cmu, 3, 5)
-    dataset = resampled(dataset, 600 if options.quick else N_POSES)
+    rate = np.ceil((600 if options.quick else N_POSES) / sum(motion.times[-1] for motion in dataset))
+    dataset = common.resampled(dataset, rate)
     explorer(dataset[:1], frame_rate=None)  # compiles
     pages = {}
     makers = {"player": lambda: player(minute(list(dataset))), "explorer": lambda: explorer(dataset, frame_rate=None)}
