@@ -10,10 +10,10 @@ from skpose._utils.validation import check_integer, check_kind, check_pose, chec
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
 from skpose.plot._axes import COLOURS, SIDES, axes
-from skpose.plot._views import choose_projection, find_vertical
 from skpose.plot._volume import draw_ground, draw_volume, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._sides import sides
+from skpose.view._scene import vertical_of
 from skpose.view._shape import Shape
 
 Y = 1
@@ -112,7 +112,7 @@ class PoseDisplay:
         """
         if projection is None:
             is_deep = getattr(ax, "name", None) == "3d"
-            projection = "zxy" if is_deep else choose_projection(self.positions[None], Y)
+            projection = "zxy" if is_deep else _choose_projection(self.positions[None], Y)
         self.projection_ = projection
         seen = check_projection(projection)
         self.ax_, self.figure_ = axes(ax, projection="3d" if len(seen) == 3 else None)
@@ -233,7 +233,7 @@ class PoseStripDisplay:
             The display itself.
         """
         if projection is None:
-            projection = choose_projection(self.positions, self._vertical)
+            projection = _choose_projection(self.positions, self._vertical)
         self.projection_ = projection
         plane, shape = check_projection(projection), shape_of_person(self.skeleton)
         self.ax_, self.figure_ = axes(ax, (max(4.0, 1.4 * len(self.positions)), 3.5))
@@ -319,7 +319,7 @@ class PoseStripDisplay:
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         display = cls(forward_kinematics(motion.angles[frames], motion.skeleton), motion.skeleton, labels, "time (s)")
-        display._vertical = find_vertical(motion)
+        display._vertical = _find_vertical(motion)
         return display.plot(ax, **options)
 
     @classmethod
@@ -351,3 +351,21 @@ class PoseStripDisplay:
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         title = "arc length from the first pose (m)"
         return cls.from_poses(geodesic.resample(n_poses), skeleton, labels=labels, title=title, ax=ax, **options)
+
+
+def _find_vertical(motion: Motion) -> int:
+    """The axis of the root that is nearest to the vertical of the world."""
+    return int(np.abs(vertical_of(motion)).argmax())
+
+
+def _choose_projection(positions: np.ndarray, vertical: int) -> str:
+    """The two axes that show poses (n_poses, n_joints, 3) from the side on which they differ more, upright.
+
+    A single pose is shown from the side on which it is wider.
+    """
+    low, high = (axis for axis in range(3) if axis != vertical)
+    known = positions[:, np.isfinite(positions).all(axis=(0, 2))]
+    spread = known.var(axis=0).sum(axis=0)
+    if not spread[[low, high]].any():
+        spread = known.max(axis=(0, 1), initial=0.0) - known.min(axis=(0, 1), initial=0.0)
+    return "xyz"[high if spread[high] > spread[low] * (1.0 + 1e-9) else low] + "xyz"[vertical]

@@ -11,6 +11,7 @@ from skpose.view._shape import Shape, find_shape, outline
 
 TINT = 0.5  # share of a side's colour in its parts, mixed with the colour of the axes
 EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
+SHARED = ("alpha", "transform", "clip_on", "zorder", "visible")  # what of the style of the lines areas have too
 GROUND: dict[str, Any] = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
 
 
@@ -50,11 +51,8 @@ def draw_volume(
         paths += [Path(edges, lines * (len(edges) // 2)), Path.make_compound_path(*closed)]
         fills += ["none", fill]
         widths += [2.0 * EDGE, 0.0]
-    known = "alpha", "transform", "clip_on", "zorder", "visible"
-    options: dict[str, Any] = {key: style[key] for key in known if key in style}
-    drawn = PathCollection(
-        paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **{"zorder": 2} | options
-    )
+    options: dict[str, Any] = {"zorder": 2} | {key: style[key] for key in SHARED if key in style}
+    drawn = PathCollection(paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **options)
     ax.add_collection(drawn, autolim="transform" not in style)
 
 

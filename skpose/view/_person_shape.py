@@ -247,8 +247,8 @@ class _Maker:
 
     def add_head(self) -> tuple[int, ...]:
         """Add the head; return the spheres of the neck, none where no head is known."""
-        names = {name.lower(): j for j, name in enumerate(self.skeleton.joint_names)}
-        face = {name: names[name] for name in (*EARS, NOSE) if name in names}
+        names = enumerate(map(str.lower, self.skeleton.joint_names))
+        face = {name: j for j, name in names if name in (*EARS, NOSE)}
         found = self._find_head(face)
         if found is None:
             return ()

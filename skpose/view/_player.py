@@ -217,10 +217,9 @@ def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overla
     plural = "s" * (len(data) > 1)
     are_points = all("seen" in motion for motion in data)
     count = f"{len(data)} " + (f"recording{plural} of points" if are_points else f"motion{plural}")
-    error = max((motion["error"] for motion in data), default=0.0)
     return page_of(
         title,
-        f"{count}, positions within {error:.2g} mm",
+        f"{count}, positions within {max((motion['error'] for motion in data), default=0.0):.2g} mm",
         {"title": title, "motions": data, "alignment": alignment, "overlay": bool(overlay)},
         "player.html",
         ASSETS,

@@ -90,9 +90,7 @@ def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, S
 def _shape_of(figure: Figure, size: float) -> Shape:
     """The shape of a skeleton with the bones' median lengths, and balls for points without bones."""
     parents = figure.parents
-    root = next((parent for parent in parents if parent >= 0), -1)
-    while root >= 0 and parents[root] >= 0:
-        root = parents[root]
+    root = next((parent for parent in parents if parent >= 0 and parents[parent] < 0), -1)
     shape, bones = Shape([], [], False), []
     if root >= 0:
         order = [root]  # each point after its parent

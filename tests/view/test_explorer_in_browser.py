@@ -147,3 +147,20 @@ def test_a_picture_of_the_points_with_the_pose_is_a_file(browser, page):
     browser.click("#picture")
     browser.wait_for("window.file?.type === 'image/png'")
     assert browser.js("window.file.size") > 10_000
+
+
+def test_a_picture_without_a_background_is_transparent_between_the_points(browser, page):
+    browser.show(page, "#figures=0")
+    browser.run("URL.createObjectURL = (blob) => (window.file = blob, 'blob:x')")
+    browser.run("document.getElementById('paper').checked = false")
+    browser.click("#picture")
+    browser.wait_for("window.file?.type === 'image/png'")
+    opacities = """createImageBitmap(file).then((bitmap) => {
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+      return [0, 255].map((one) => data.filter((value, i) => i % 4 === 3 && value === one).length / (data.length / 4));
+    })"""
+    transparent, opaque = browser.run(opacities)
+    assert transparent > 0.8
+    assert opaque > 0.001
