@@ -70,7 +70,7 @@ def motion_data(motion: Motion, label: str) -> dict[str, Any]:
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
-    """Data of any scene: positions, and by how much these are off, mm."""
+    """Data of any scene: positions, and their largest error, mm."""
     joints = pack(scene.joints.reshape(len(scene.joints), -1))
     root = pack(scene.root, joints["step"] or scene.size / 2**16)
     off = unpack(root) - scene.root
