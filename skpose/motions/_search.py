@@ -18,7 +18,7 @@ from sklearn.utils import gen_batches
 
 from skpose._compiled.pose import loops
 from skpose._compiled.warping.paths import Paths
-from skpose._compiled.warping.within import Ends, Within, path_sum_loop, warp_within_loop
+from skpose._compiled.warping.within import Ends, Within, warp_within_loop
 from skpose._utils.backends import from_workers, in_processes
 from skpose._utils.parallel import TASKS_PER_WORKER, in_threads
 from skpose._utils.progress import progress
@@ -31,6 +31,7 @@ FIRST_MOTIONS = 48  # bounded by their frames before there is a limit, in additi
 MOST_CELLS = 2**24  # whose bounds of the rest of a path are stored, 128 MB
 ROUNDING = 1e-9  # relative, of sums that are compared with a limit
 NO_BOUNDS = np.zeros((0, 0))
+LARGEST = 1e300  # a limit that no sum exceeds
 FEWEST_QUERIES = 4  # in a task
 MOST_DISTANCES = 2**22  # of brute force, in memory at once
 WORTH_FILTERING = 2e7  # work of brute force for a query, 4 ms: a search takes some milliseconds in any case
@@ -52,24 +53,28 @@ class Aligner:
 
     def ends(self, codes: np.ndarray, start: int, stop: int, bounds: Bounds | None, limit: float) -> Ends:
         """The paths that end at the frames start:stop; sums above the limit are infinite."""
-        n_columns = stop - start
         remaining = NO_BOUNDS
-        if bounds is not None and np.isfinite(limit) and len(codes) * n_columns <= MOST_CELLS:
+        if bounds is not None and np.isfinite(limit) and len(codes) * (stop - start) <= MOST_CELLS:
             remaining = sums_to_end(bounds.of_frames(start, stop), self.paths)
+        return self._ends(codes, start, stop, Within(limit * (1.0 + ROUNDING), remaining))
+
+    def path_sum(self, codes: np.ndarray, start: int, path: np.ndarray) -> float:
+        """The sum of the distances along one path to the frames from `start` on: no other cell is within reach."""
+        remaining = np.full(path[-1] + 1, np.inf)
+        remaining[tuple(path.T)] = 0.0
+        ends = self._ends(codes, start, start + remaining.shape[1], Within(LARGEST, remaining))
+        return float(ends.sums[-1])
+
+    def _ends(self, codes: np.ndarray, start: int, stop: int, within: Within) -> Ends:
+        n_columns = stop - start
         ends = Ends(np.empty(n_columns), np.empty(n_columns, np.int64))
         lanes = loops.in_lanes(self.encode(self.index.sequences.poses[start:stop]))
-        within = Within(limit * (1.0 + ROUNDING), remaining)
         n_cells, *unconverged = warp_within_loop(FLOAT64)(
             codes, lanes, self.paths, within, self.metric.measure, self._tree, self.metric.steps, ends
         )
         self.n_cells += n_cells
         self.unconverged.append(tuple(unconverged))
         return ends
-
-    def path_sum(self, codes: np.ndarray, lanes: np.ndarray, path: np.ndarray) -> float:
-        """The sum of the distances along one path to encoded frames."""
-        loop = path_sum_loop(FLOAT64)
-        return loop(codes, lanes, path, self.metric.measure, self._tree, self.metric.steps)
 
 
 class MotionSearch:

@@ -47,7 +47,8 @@ def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.Ra
         orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
 
         def rate(i: int, similarities: np.ndarray, is_far: np.ndarray, order: np.ndarray) -> None:
-            of_section = fitness_by_length(similarities, is_far, order, lengths, STARTS_PER_LENGTH, BACK)
+            shuffled = (matrix[np.ix_(order, order)] for matrix in (similarities, is_far))
+            of_section = fitness_by_length(*shuffled, lengths, STARTS_PER_LENGTH, BACK)
             fitness[i] = np.maximum(fitness[i], of_section)
 
         in_threads((partial(rate, i, similarities, is_far, order) for i, order in enumerate(orders)), n_jobs)

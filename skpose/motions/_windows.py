@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._compiled.pose.loops import in_lanes
 from skpose._compiled.warping.paths import accumulate, accumulate_from, path_to
 from skpose._utils.parallel import in_threads
 from skpose._utils.progress import progress
@@ -176,9 +175,7 @@ class WindowSearch:
         accumulate(sums, OPEN)
         path = path_to(sums, True, end - start)
         first = start + int(path[0, 1])
-        aligner = Aligner(self.index, OPEN)
-        lanes = in_lanes(aligner.encode(self.index.sequences.poses[first : end + 1]))
-        total = aligner.path_sum(codes, lanes, path - [0, first - start])
+        total = Aligner(self.index, OPEN).path_sum(codes, first, path - [0, first - start])
         return Window(total, motion, first, end + 1)
 
     def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled.pose.candidates import Batch, Candidates, copy_code, nearest_of_candidates_loop
-from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
+from skpose._compiled.pose.candidates import Batch, Candidates, nearest_of_candidates_loop
+from skpose._compiled.pose.loops import encode_poses, in_lanes
 from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
-from skpose._compiled.simd.lanes import empty_aligned, lanes
+from skpose._compiled.simd.lanes import lanes
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose.metrics import Metric
 from skpose.metrics._matrix import ENCODED_AT_ONCE
@@ -100,7 +100,7 @@ class Refinement:
             poses, indices = poses[rows], indices[rows]
         if len(indices) == 0:
             return
-        codes = self._encode(poses, self.metric.encode, queries.codes.shape[1], FLOAT64)
+        codes = in_lanes(self.encode(poses, self.metric.encode, queries.codes))
         groups, loop = Groups(codes, indices, near, slack), nearest_of_groups_loop(FLOAT64)
         tail = queries.excluded, self.measure, self.tree, self.steps, best.heaps
         self.n_measured += sum(
@@ -124,7 +124,7 @@ class Refinement:
             if self.coarse is not None:
                 left = self._sharpen(self.coarse, some, left, best_of_some.current_limits)
             left, poses = self._gather(left, best_of_some.current_limits)
-            codes = self._encode_rows(poses, self.metric.encode, some.codes)
+            codes = self.encode(poses, self.metric.encode, some.codes)
             measured = self._loop_over(some.codes, codes, left, self.measure, self.tree, best_of_some, sort=False)
             self.n_measured += sum(n for n, *_ in measured)
             best.put(rows, best_of_some)
@@ -133,7 +133,7 @@ class Refinement:
         """Return the candidates whose coarse bounds are within limits, by these bounds."""
         coarse_limits = (limits + self._slack) * (1.0 + 2.0**-22)
         candidates, poses = self._gather(candidates, coarse_limits)
-        codes = self._encode_rows(poses, coarse.encode, queries.coarse)
+        codes = self.encode(poses, coarse.encode, queries.coarse)
         near = NearestSoFar(coarse_limits, candidates.indices.shape[1], FLOAT32)
         tree = self.metric.tree_for(self.index.skeleton, FLOAT32)
         self._loop_over(queries.coarse, codes, candidates, coarse.measure, tree, near, sort=True)
@@ -153,7 +153,7 @@ class Refinement:
         rows[used] = places[indices[used]]
         return candidates._replace(rows=rows), self.index.poses[union]
 
-    def _encode_rows(self, poses: np.ndarray, encode: Any, like: np.ndarray) -> np.ndarray:
+    def encode(self, poses: np.ndarray, encode: Any, like: np.ndarray) -> np.ndarray:
         """Return the codes of poses as rows, which are as those of queries are."""
         codes = np.empty((len(poses), like.shape[1]), like.dtype)
 
@@ -178,8 +178,8 @@ class Refinement:
         sort: bool,
     ) -> list:
         """Measure candidates that are encoded."""
-        loop, width = nearest_of_candidates_loop(codes.dtype, codes.dtype), lanes(codes.dtype)
-        tail = copy_code, measure, tree, self.steps, best.heaps
+        loop, width = nearest_of_candidates_loop(codes.dtype), lanes(codes.dtype)
+        tail = measure, tree, self.steps, best.heaps
         return over_rows(
             lambda first, last: loop(queries, codes, candidates, Batch(first, last, width, sort), *tail),
             len(queries),
@@ -190,7 +190,7 @@ class Refinement:
 
     def _bound(self, coarse: CoarseBound, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:
         """Replace zeros by coarse bounds."""
-        groups, loop = self._encode(poses, coarse.encode, codes.shape[1], FLOAT32), bounds_of_groups_loop()
+        groups, loop = in_lanes(self.encode(poses, coarse.encode, codes)), bounds_of_groups_loop()
         tail: Any = (coarse.measure, self.metric.tree_for(self.index.skeleton, FLOAT32), self.steps, near)
         limits = np.zeros(len(codes), FLOAT32)
         over_rows(
@@ -199,15 +199,6 @@ class Refinement:
             self._work(near, codes.shape[1]) / 4,
             self.n_jobs,
         )
-
-    def _encode(self, poses: np.ndarray, encode: Any, n_codes: int, dtype: np.dtype) -> np.ndarray:
-        """Return poses as groups of lanes."""
-        width = lanes(dtype)
-        n_groups, loop, tail = len(poses) // width, encode_lanes_loop(dtype), (encode, self.tree, self.steps)
-        codes = empty_aligned(n_groups * n_codes, width, dtype)
-        work = len(poses) * n_codes * self.metric.encode_work
-        over_rows(lambda first, last: loop(poses, first, last, *tail, codes), n_groups, work, self.n_jobs)
-        return codes
 
     def _work(self, near: np.ndarray, n_codes: int) -> float:
         return float(np.count_nonzero(near < np.inf)) * LANES * n_codes * self.metric.measure_work

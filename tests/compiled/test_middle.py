@@ -5,10 +5,10 @@ import pytest
 from conftest import MIXED, random_tree
 
 from skpose import Skeleton, pose_distances
-from skpose._compiled.pose.loops import encode_lanes_loop, encode_poses
+from skpose._compiled.pose.loops import encode_poses, in_lanes
 from skpose._compiled.pose.nearest import bounds_of_groups_loop
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.simd.lanes import empty_aligned, lanes
+from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
 
@@ -26,9 +26,10 @@ def two_chords(X, Y, skeleton):
     """The least bound of each pose, alone in a group: the lanes hold copies of it."""
     tree, steps = tree_of(skeleton), Steps.of(10, wrap=True)
     n_codes = COARSE.n_codes(tree)
-    codes, groups = np.empty((len(X), n_codes)), empty_aligned(len(Y) * n_codes, LANES, FLOAT32)
+    codes, others = np.empty((len(X), n_codes)), np.empty((len(Y), n_codes))
     encode_poses(X, COARSE.encode, tree, steps, codes)
-    encode_lanes_loop(FLOAT32)(np.repeat(Y, LANES, axis=0), 0, len(Y), COARSE.encode, tree, steps, groups)
+    encode_poses(Y, COARSE.encode, tree, steps, others)
+    groups = in_lanes(np.repeat(others, LANES, axis=0).astype(FLOAT32))
     bounds, limits = np.zeros((len(X), len(Y)), FLOAT32), np.zeros(len(X), FLOAT32)
     tail = limits, COARSE.measure, tree_of(skeleton, FLOAT32), steps, bounds
     bounds_of_groups_loop()(codes.astype(FLOAT32), groups, 0, len(X), *tail)

@@ -8,22 +8,20 @@ from conftest import MIXED, random_tree
 from entries import from_python
 
 from skpose import Bone, Skeleton
-from skpose._compiled.path import order as orders
 from skpose._compiled.path.block_cholesky import factorise, solve
 from skpose._compiled.path.elimination import factors_for
 from skpose._compiled.path.energy import LANES, STEPS, evaluate, path_of, samples_for
 from skpose._compiled.path.normal_equations import NormalEquations, equations_for, normal_equations
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics import position_jacobian
+from skpose.kinematics._supernodes import supernodes_of
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 
 factorise, factors_for, solve = map(from_python, (factorise, factors_for, solve))
-order_by = from_python(orders.order_by)
 evaluate, path_of = from_python(evaluate), from_python(path_of)
 normal_equations, equations_for, samples_for = map(from_python, (normal_equations, equations_for, samples_for))
 
 N_NODES = 4
-N_FREE = orders.N_FREE, orders.N_FREE_REFINED
 SUBSTEPS = pytest.mark.parametrize("substeps", [1, 4])
 
 # Small, so that the tests run without compilation too; one branch of the tree fills more than two registers.
@@ -190,16 +188,18 @@ def test_solution_where_limbs_are_eliminated_first(n_nodes, share_fixed):
     poses = np.cumsum(rng.normal(size=(n_nodes, skeleton.n_dofs)) * 0.4, axis=0)
     part = parts(skeleton, poses, 1)
     # These skeletons are too small to gain from it; limbs are single bones as if trunks cost little.
-    order = order_by(part.tree, 100.0, orders.CALL, *N_FREE)
-    assert (order.supernodes[:, 3] > 0).sum() >= 5
+    tree = part.tree
+    ranges = np.split(tree.dof_ranges, tree.first_dof_range[1:-1])
+    tree = tree._replace(**supernodes_of(tree.first_dof, tree.end_dof, [one.tolist() for one in ranges], worth=100.0))
+    assert (tree.supernodes[:, 3] > 0).sum() >= 5
     fixed = np.zeros(poses.shape, bool)
     fixed[1:-1] = rng.random((n_nodes - 2, skeleton.n_dofs)) < share_fixed
     part.equations.gradient[fixed] = 0.0
     for kind in (0, 1):
-        chosen = order._replace(most_poses=np.array([n_nodes - 3 + kind]))
+        chosen = tree._replace(most_poses=np.array([n_nodes - 3 + kind]))
         step, factors = np.zeros(poses.shape), factors_for(chosen, n_nodes)
         assert factors.kind == kind
         for _ in range(2):  # what is left from the first time changes nothing
-            assert factorise(part.tree, part.equations, 0.5, fixed, factors)
+            assert factorise(part.equations, 0.5, fixed, factors)
             solve(part.equations, factors, step)
             np.testing.assert_allclose(step[1:-1].ravel(), expected_step(part, 0.5, fixed), rtol=0, atol=1e-12)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.inverse.energy import Target, copy_state, place_state, set_pose, start_at, workspace_of
-from skpose._compiled.inverse.start import fit_afresh, fit_from
+from skpose._compiled.inverse.start import fit_afresh
 from skpose._compiled.inverse.step import LEAST_DAMPING, Fit, minimise_pose
 from skpose._compiled.pose.chart import dofs_of
 from skpose._compiled.pose.tree import TWO_PI
@@ -160,7 +160,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
             distance = _distance(fit, target.weights)
             if change == math.inf and (not started or not fit.converged or distance > WORSE * last + MORE):
                 copy_state(work.here, work.kept)
-                again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter)
+                again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter, True)
                 n_iter = fit.n_iter + again.n_iter
                 if fit.converged and (fit.half <= again.half or not again.converged):
                     copy_state(work.kept, work.here)
@@ -169,7 +169,7 @@ def fit_frames(tree, observed, initials, rules, warm_up, found):
                 fit = Fit(fit.half, n_iter, fit.converged)
             if rules.tries_first and not started:
                 copy_state(work.here, work.kept)
-                again = fit_from(work, target, prior, prior_dofs, rules.max_iter)
+                again = fit_afresh(work, target, prior, prior_dofs, rules.max_iter, False)
                 if again.half < fit.half:
                     fit = Fit(again.half, fit.n_iter + again.n_iter, again.converged)
                 else:

@@ -15,7 +15,7 @@ from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import copy_to
-from skpose._compiled.simd.signatures import INTEGER, MATRIX, VECTOR
+from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, VECTOR
 
 ROOT = np.int64(1)  # frame that turns the root; not a literal: numba would compile its users once more
 TIE = 1e-6  # of a rotation's products: smaller rotations fit better by this share
@@ -333,21 +333,16 @@ def _try_hinges(work, target, fit, max_iter):
     return Fit(fit.half, n_iter, fit.converged)
 
 
-@by_address(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, INTEGER))
-def fit_afresh(work, target, rotations, angles, max_iter):
-    """Find the pose from a first one on, with the root's position and orientation by the best fit of all joints."""
-    start_at(work.tree, work.here, rotations, angles)
-    _align_root(work, target)
-    _point_bones(work, target, ROOT)
-    return _try_hinges(work, target, minimise_pose(work, target, FIRST_DAMPING, max_iter), max_iter)
+@by_address(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, INTEGER, FLAG))
+def fit_afresh(work, target, rotations, angles, max_iter, points_bones):
+    """Find the pose from a first one on, with the root's position and orientation by the best fit of all joints.
 
-
-@by_address(lambda: FIT(WORKSPACE, TARGET, MATRIX, VECTOR, INTEGER))
-def fit_from(work, target, rotations, angles, max_iter):
-    """Find the pose from a first one on, with the root by the best fit of all joints, and the pose as it is.
-
-    Where limits matter, a joint that points its bone at the target may end at a limit and stay there.
+    Its bones point at the target first, if so asked. Where limits matter, a joint that does may end at a limit and stay
+    there.
     """
     start_at(work.tree, work.here, rotations, angles)
     _align_root(work, target)
-    return minimise_pose(work, target, FIRST_DAMPING, max_iter)
+    if not points_bones:
+        return minimise_pose(work, target, FIRST_DAMPING, max_iter)
+    _point_bones(work, target, ROOT)
+    return _try_hinges(work, target, minimise_pose(work, target, FIRST_DAMPING, max_iter), max_iter)

@@ -102,13 +102,13 @@ def minimise_pose(work, target, first_damping, max_iter):
         falling = True  # the energy, with this damping
         least = max(PRECISION * PRECISION, NEGLIGIBLE * half)
         while True:
-            if not factorise(tree, equations, damping):
+            if not factorise(equations, damping):
                 if exact:
                     exact = False
                     fill_matrix(here, stiffness, work)
                     continue
                 return Fit(half, iteration, False)
-            predicted = solve(tree, equations, damping)
+            predicted = solve(equations, damping)
             certain = damping <= CERTAIN * scale
             if predicted <= least:
                 if certain or not falling:
@@ -121,7 +121,7 @@ def minimise_pose(work, target, first_damping, max_iter):
                 # Most often the step has left a narrow curved valley. A second one by the same equations leads back to
                 # it: J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, sec. 18.3, second-order correction.
                 fill_gradient(there, target, stiffness, work)
-                solve(tree, equations, damping)
+                solve(equations, damping)
                 retract(tree, there, equations.step, target, work.beyond)
                 again = evaluate_pose(work, work.beyond, target, stiffness)
                 if again < reached:

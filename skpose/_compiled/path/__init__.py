@@ -2,9 +2,7 @@
 
 What calls what::
 
-    exponential    kept_paths                               logarithms; geodesics from a pose that moves
-         |             |
-         +------+------+
+            kept_paths                                      geodesics from a pose that moves
                 |
             geodesic      mean                              a path between two poses, its length; the pose nearest to
                 |           |                               mean positions
@@ -17,8 +15,6 @@ What calls what::
              |           block_cholesky                     its steps
              |                 |
     normal_equations     band_cholesky, elimination         gradient and Hessian; the factors, and their indices
-             |                 |
-             |               order                          the order of elimination, limb by limb
              |                 |
              +---- energy -----+                            the energy of a path, eight poses at once
 

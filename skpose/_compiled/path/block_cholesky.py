@@ -6,7 +6,6 @@ from skpose._compiled.path.band_cholesky import AT_ONCE, factorise_band, substit
 from skpose._compiled.path.elimination import FACTORS, n_registers, supernode_at
 from skpose._compiled.path.energy import LANES, STEPS
 from skpose._compiled.path.normal_equations import EQUATIONS, first_row
-from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import rows
 from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, INTEGER, MATRIX, REAL
@@ -20,14 +19,14 @@ def _clear(cells, first, n):
         chunks[at] = 0.0
 
 
-@by_address(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, INTEGER, FACTORS))
-def _fill(tree, equations, damping, fixed, k, factors):
+@by_address(lambda: types.void(EQUATIONS, REAL, FLAG_MATRIX, INTEGER, FACTORS))
+def _fill(equations, damping, fixed, k, factors):
     """Copy the numbers of a supernode's dofs to its band, D damped, and those with its ancestors to the border.
 
     A fixed dof keeps the damping alone; padded dofs get a row of the identity.
     """
-    supernode, pairs, n_free = supernode_at(factors, k), equations.pairs, factors.n_free
-    indices, numbers = factors.order.indices[factors.kind], factors.cells.reshape(factors.cells.size)
+    supernode, pairs, n_free, tree = supernode_at(factors, k), equations.pairs, factors.n_free, factors.tree
+    indices, numbers = tree.supernode_of[factors.kind], factors.cells.reshape(factors.cells.size)
     start, stride, width, m = supernode.band * LANES, supernode.stride, supernode.width * LANES, supernode.n * LANES
     _clear(factors.cells, supernode.band, supernode.n_blocks * m * supernode.width)
     for row in range(supernode.n_blocks * m):
@@ -77,8 +76,8 @@ def _eliminate(factors, k, is_first):
     Returns whether the next limb is the first of others.
     """
     supernode, cells, n_free = supernode_at(factors, k), factors.cells, factors.n_free
-    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.order.ancestors[k]
-    indices = factors.order.indices[factors.kind]
+    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.tree.limb_ancestors[k]
+    indices = factors.tree.supernode_of[factors.kind]
     n, width, m = supernode.n_ancestors, supernode.width - supernode.edge, supernode.n * LANES
     sums, numbers = factors.starts[-1, 0], cells.reshape(cells.size)
     if is_first:
@@ -88,7 +87,7 @@ def _eliminate(factors, k, is_first):
         source = supernode.band + top * supernode.width + supernode.edge
         n_rows, n_chunks, factor = n_free * m - top, n_registers(q + AT_ONCE), source + q // LANES
         subtract(cells, sums + q * width, width, source, supernode.width, n_rows, n_chunks, factor, q % LANES)
-    if supernode_at(factors, k + 1).n_ancestors == n and factors.order.ancestors[k + 1, n - 1] == ancestors[n - 1]:
+    if supernode_at(factors, k + 1).n_ancestors == n and factors.tree.limb_ancestors[k + 1, n - 1] == ancestors[n - 1]:
         return False
     for q in range(n_free * n):
         column = q // n * trunk.stride + indices[ancestors[q % n], 1]
@@ -99,16 +98,16 @@ def _eliminate(factors, k, is_first):
     return True
 
 
-@by_address(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
-def factorise(tree, equations, damping, fixed, factors):
+@by_address(lambda: FLAG(EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
+def factorise(equations, damping, fixed, factors):
     """Factorise H + λ, without the dofs that are fixed; return whether it is positive definite."""
     first, last, is_first = (
-        factors.order.first_supernode[factors.kind],
-        factors.order.first_supernode[factors.kind + 1],
+        factors.tree.first_supernode[factors.kind],
+        factors.tree.first_supernode[factors.kind + 1],
         True,
     )
     for k in range(first, last):
-        _fill(tree, equations, damping, fixed, k, factors)
+        _fill(equations, damping, fixed, k, factors)
     for k in range(first, last):
         supernode = supernode_at(factors, k)
         if not factorise_band(factors.cells, supernode):
@@ -122,8 +121,8 @@ def factorise(tree, equations, damping, fixed, factors):
 def _carry(factors, k, to_trunk):
     """Add a limb's solution at its border to that of its trunk, or copy the trunk's there."""
     supernode, numbers = supernode_at(factors, k), factors.cells.reshape(factors.cells.size)
-    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.order.ancestors[k]
-    indices = factors.order.indices[factors.kind]
+    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.tree.limb_ancestors[k]
+    indices = factors.tree.supernode_of[factors.kind]
     n, border = supernode.n_ancestors, (supernode.solution + supernode.n_blocks * supernode.n) * LANES
     for q in range(factors.n_free * n):
         at = trunk.solution * LANES + q // n * trunk.stride + indices[ancestors[q % n], 1]
@@ -136,8 +135,8 @@ def _carry(factors, k, to_trunk):
 @by_address(lambda: types.void(EQUATIONS, FACTORS, MATRIX))
 def solve(equations, factors, step):
     """Compute step = −(H + λ)⁻¹ gradient by the factors; of fixed dofs the gradient has to be zero."""
-    first, last = factors.order.first_supernode[factors.kind], factors.order.first_supernode[factors.kind + 1]
-    indices, cells = factors.order.indices[factors.kind], factors.cells
+    first, last = factors.tree.first_supernode[factors.kind], factors.tree.first_supernode[factors.kind + 1]
+    indices, cells = factors.tree.supernode_of[factors.kind], factors.cells
     numbers = cells.reshape(cells.size)
     for k in range(first, last):
         supernode = supernode_at(factors, k)

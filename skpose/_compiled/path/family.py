@@ -104,18 +104,6 @@ def fitness_of(similarities, pauses, longest, start, stop, row):
     return 2.0 * mean_score * coverage / (mean_score + coverage)
 
 
-@internal
-def _rearrange(matrix, order):
-    """A matrix with rows and columns in another order."""
-    n = order.shape[0]
-    out = np.empty((n, n), matrix.dtype)
-    for i in range(n):
-        row, given = out[i], matrix[order[i]]
-        for j in range(n):
-            row[j] = given[order[j]]
-    return out
-
-
 @jit
 def first_far(is_far):
     """Find, for each first frame, the last one that a segment needs so that two of its frames are far apart."""
@@ -145,14 +133,13 @@ def comes_back(similarities, start, stop, share):
 
 
 @jit
-def fitness_by_length(similarities, is_far, order, lengths, starts_per_length, share):
-    """The fitness of the fittest template of each length, where the frames are in another order, without pauses.
+def fitness_by_length(similarities, is_far, lengths, starts_per_length, share):
+    """The fitness of the fittest template of each length, without pauses.
 
     Templates start a part of their length apart, have two frames that are far apart, and come back, see `comes_back`.
     """
-    n, pauses = order.shape[0], np.zeros(order.shape[0], np.int64)
-    similarities, reach = _rearrange(similarities, order), first_far(_rearrange(is_far, order))
-    best = np.zeros(lengths.shape[0])
+    n, reach = similarities.shape[0], first_far(is_far)
+    best, pauses = np.zeros(lengths.shape[0]), np.zeros(n, np.int64)
     for k in range(lengths.shape[0]):
         length = lengths[k]
         for start in range(0, n - length + 1, max(1, length // starts_per_length)):

@@ -14,7 +14,6 @@ import numpy as np
 
 from skpose._compiled.path.energy import divide, path_of, samples_for
 from skpose._compiled.path.geodesic import (
-    LEAST_CHANGE,
     MAX_ITER,
     PATIENCE,
     REFINEMENTS,
@@ -23,7 +22,7 @@ from skpose._compiled.path.geodesic import (
     find_geodesic,
     shorter_line,
 )
-from skpose._compiled.path.minimiser import FIRST_DAMPING, Settings, Stop, minimise, no_bounds
+from skpose._compiled.path.minimiser import Settings, Stop, minimise, no_bounds
 from skpose._compiled.path.normal_equations import equations_for, gradient_of
 from skpose._compiled.pose.chart import coordinates_of, follow, free_tree, slopes_of_turns
 from skpose._compiled.simd.jit import internal, jit
@@ -121,7 +120,7 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
     bounds, least, gain = no_bounds(pose.shape[0]), search.gradient_norm, search.gain
-    settings = Settings(Stop(MAX_STEPS, least, gain), FIRST_DAMPING, False, LEAST_CHANGE, False, PATIENCE)
+    settings = Settings(Stop(MAX_STEPS, least, gain), False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:

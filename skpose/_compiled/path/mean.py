@@ -1,12 +1,10 @@
 """The pose nearest to given positions of the joints."""
 
-import math
-
 import numpy as np
 
 from skpose._compiled.path.energy import Path
 from skpose._compiled.path.geodesic import NEVER
-from skpose._compiled.path.minimiser import LEAST_DAMPING, Outcome, Settings, Stop, minimise, no_bounds
+from skpose._compiled.path.minimiser import Outcome, Settings, Stop, minimise, no_bounds
 from skpose._compiled.pose.chart import chart_at, pose_of
 from skpose._compiled.pose.forward import place, workspace_rows
 from skpose._compiled.simd.jit import jit
@@ -35,7 +33,7 @@ def project(tree, target, pose, max_iter, tol):
     for i in range(2):
         copy_to(ends[i], target)
     path = Path(poses, ends, 1)
-    settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), LEAST_DAMPING, True, math.inf, True, NEVER)
+    settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), True, NEVER)
     outcome = minimise(free, path, no_bounds(pose.shape[0]), settings)
     found = pose_of(tree, free, path.poses[1], pose)
     return found, Outcome(0.5 * outcome.gradient_norm, outcome.gain, outcome.n_iter, outcome.converged)

@@ -35,7 +35,6 @@ from skpose._compiled.path.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
-from skpose._compiled.path.order import CALL, N_FREE, N_FREE_REFINED, WORTH, order_by
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, VECTOR, tuple_type
@@ -45,6 +44,7 @@ FIRST_DAMPING, LEAST_DAMPING, MAX_DAMPING = 1e-6, 1e-8, 1e6
 # Where some energy may be left, λ is at least so many times that share of it: smaller, steps go far along directions
 # in which almost no joint moves, and fail.
 DAMPING_OVER_GAIN = 10.0
+LEAST_CHANGE = 0.1  # of a step's length that is worth a second trial, relative
 LONGEST = 4.0  # step that is tried, in steps of the quadratic model
 LEAST_RATIO = 1e-4  # of actual to predicted decrease, for a step to be taken
 ROUNDING = 1e-14  # relative to the energy or to the sum of the bones, what float64 cannot show
@@ -73,10 +73,9 @@ class Settings(NamedTuple):
     """Settings of the search for a minimum."""
 
     stop: Stop
-    damping: float  # λ at first
-    exact: bool  # whether the Hessian is exact throughout, and not only where almost no energy is left
-    least_change: float  # relative change of a step's length that is worth a second trial; inf: none is
-    raise_used: bool  # after a poor step, multiply the damping that was used, not the one before it was raised
+    # Whether the Hessian is exact throughout, and not only where almost no energy is left. Then steps are tried once,
+    # with little damping at first; a poor step multiplies the damping that was used, not the one before it was raised.
+    exact: bool
     patience: int  # a path is checked for divergence every so many iterations
 
 
@@ -90,7 +89,7 @@ class Outcome(NamedTuple):
 
 
 BOUNDS, STOP = tuple_type(Bounds, VECTOR, VECTOR), tuple_type(Stop, INTEGER, REAL, REAL)
-SETTINGS = tuple_type(Settings, STOP, REAL, FLAG, REAL, FLAG, INTEGER)
+SETTINGS = tuple_type(Settings, STOP, FLAG, INTEGER)
 OUTCOME = tuple_type(Outcome, REAL, REAL, INTEGER, FLAG)
 
 
@@ -100,7 +99,7 @@ class Line(NamedTuple):
     direction: np.ndarray  # (n_nodes, n_dofs)
     half: float  # half the energy of the path
     descent: float  # its decrease along the direction, at the path
-    least_change: float  # relative change of the step's length that is worth a second trial
+    least_change: float  # relative change of the step's length that is worth a second trial; inf: none is
 
 
 class System(NamedTuple):
@@ -140,8 +139,7 @@ def _dot(a, b):
 @internal
 def _system_for(tree, path):
     """The system of a path, not yet filled, no dof fixed."""
-    order = order_by(tree, WORTH, CALL, N_FREE, N_FREE_REFINED)
-    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(order, path.poses.shape[0])
+    fixed, factors = np.zeros(path.poses.shape, np.bool_), factors_for(tree, path.poses.shape[0])
     return System(equations_for(tree, path), fixed, factors, samples_for(tree, path))
 
 
@@ -171,7 +169,7 @@ def _damped_step(tree, system, damping, scale, step):
     The result is that damping, or inf if it would be hopelessly large.
     """
     while damping < MAX_DAMPING * scale:
-        if factorise(tree, system.equations, damping, system.fixed, system.factors):
+        if factorise(system.equations, damping, system.fixed, system.factors):
             solve(system.equations, system.factors, step)
             return damping
         damping = max(10.0 * damping, FIRST_DAMPING * scale)
@@ -235,7 +233,7 @@ def _is_minimum(tree, path, exact, scale, system):
     """Whether the curvature of the energy is positive, or flat, in all directions."""
     if not exact:
         normal_equations(tree, path, True, system.samples, system.equations)
-    return factorise(tree, system.equations, FLAT * scale, system.fixed, system.factors)
+    return factorise(system.equations, FLAT * scale, system.fixed, system.factors)
 
 
 @internal
@@ -268,11 +266,12 @@ def minimise(tree, path, bounds, settings):
     norm, predicted, n_perturbations = math.inf, 0.0, 0
     last_slope = 0.0  # along the step before; zero where the conjugate directions start anew
     verified = False  # that almost no energy is left, by the exact model with the least damping
-    exact = settings.exact
+    exact, first_damping = settings.exact, LEAST_DAMPING if settings.exact else FIRST_DAMPING
+    least_change = math.inf if settings.exact else LEAST_CHANGE
     least_gain, least_damping = max(ROUNDING, stop.gain), max(LEAST_DAMPING, DAMPING_OVER_GAIN * stop.gain)
     normal_equations(tree, path, False, system.samples, system.equations)
     scale = mean_diagonal(system.equations)
-    damping = max(settings.damping, least_damping) * scale
+    damping = max(first_damping, least_damping) * scale
     for iteration in range(stop.max_iter):
         if exact or iteration > 0:
             normal_equations(tree, path, exact, system.samples, system.equations)
@@ -303,10 +302,10 @@ def minimise(tree, path, bounds, settings):
             n_perturbations += 1
             _perturb(path, bounds)
             half = evaluate(tree, path, system.samples)
-            last_slope, damping = 0.0, max(settings.damping, least_damping) * scale
+            last_slope, damping = 0.0, max(first_damping, least_damping) * scale
             continue
         _combine(step, last_slope, last_step, slope, gradient, direction)
-        line = Line(direction, half, -_dot(gradient, direction), settings.least_change)
+        line = Line(direction, half, -_dot(gradient, direction), least_change)
         lowest = _line_search(tree, path, line, bounds, trial, second, system.samples)
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
@@ -315,7 +314,7 @@ def minimise(tree, path, bounds, settings):
             half = lowest
             step, last_step = last_step, step
         last_slope = slope if ratio > 0.25 and not exact else 0.0
-        raised = 4.0 * (used if settings.raise_used else damping)
+        raised = 4.0 * (used if settings.exact else damping)
         if ratio > 0.75:
             damping = max(0.1 * damping, least_damping * scale)
         elif ratio < 0.25:

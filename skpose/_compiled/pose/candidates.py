@@ -4,7 +4,7 @@ Bounds are distances between points. Groups of lanes of them are in boxes, each 
 so are groups of lanes of these boxes, the *nodes*; the distance from a query to a box is no more than that to any point
 in it. A query takes the nodes in order, the nearest first, until the next one is out of reach.
 
-Candidates are gathered into lanes from rows of poses or of codes.
+Candidates are gathered into lanes from rows of codes.
 """
 
 import functools
@@ -14,7 +14,7 @@ import numpy as np
 from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import FLOAT64, encode_type, measure_type
+from skpose._compiled.pose.loops import measure_type
 from skpose._compiled.pose.measure import to_boxes, to_points
 from skpose._compiled.pose.nearest import (
     comes_before,
@@ -27,7 +27,7 @@ from skpose._compiled.pose.nearest import (
 )
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import shared_types
-from skpose._compiled.simd.jit import first_class, inlined, jit
+from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import VECTOR_BYTES, empty_aligned, flat, least, rows
 from skpose._compiled.simd.signatures import array_type, tuple_type
 
@@ -68,14 +68,6 @@ class Batch(NamedTuple):
     last: int
     at_once: int  # candidates of a query, a register's lanes at most
     sort: bool  # what a query keeps by value and then by index; it is then no heap
-
-
-@first_class
-def copy_code(code, tree, steps, scratch, copy):
-    """Encode what is a code already."""
-    before, put = rows(code, 0), rows(copy, 0)
-    for k in range(code.shape[0]):
-        put[k] = before[k]
 
 
 @inlined
@@ -139,12 +131,11 @@ def _nearest_of_boxes(queries, boxes, batch, known, heaps):
             _sort(heaps, i)
 
 
-def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, tree, steps, heaps):
-    n_dofs, width = poses.shape[1], VECTOR_BYTES // queries.itemsize
+def _nearest_of_candidates(queries, codes, candidates, batch, measure, tree, steps, heaps):
+    n_codes, width = codes.shape[1], VECTOR_BYTES // queries.itemsize
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
-    pose = empty_aligned(n_dofs, width, queries.dtype)
-    code = empty_aligned(queries.shape[1], width, queries.dtype)
-    lanes_of_pose, numbers = flat(pose), flat(poses)
+    code = empty_aligned(n_codes, width, queries.dtype)
+    lanes_of_code, numbers = flat(code), flat(codes)
     results = results_of(1, width, queries.dtype)
     taken, taken_rows = np.empty(width, np.int64), np.empty(width, np.int64)
     rounding, n_measured, n_unconverged, worst = rounding_of(tree), 0, 0, 0.0
@@ -162,10 +153,9 @@ def _nearest_of_candidates(queries, poses, candidates, batch, encode, measure, t
             results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
             for w in range(width):
                 results.skip[0, w], results.gap[0, w] = w >= n, 0.0
-                row = taken_rows[min(w, n - 1)] * n_dofs
-                for d in range(n_dofs):
-                    lanes_of_pose[d * width + w] = numbers[row + d]
-            encode(pose, tree, steps, scratch, code)
+                row = taken_rows[min(w, n - 1)] * n_codes
+                for k in range(n_codes):
+                    lanes_of_code[k * width + w] = numbers[row + k]
             measure(queries[i], code, 0, 1, tree, steps, scratch, results)
             n_measured += n * (1 - results.n_ruled_out[0])
             for w in range(n):
@@ -203,26 +193,24 @@ def nearest_of_boxes_loop():
 
 
 @functools.cache
-def nearest_of_candidates_loop(poses_dtype, dtype=FLOAT64):
-    """``loop(queries, poses, candidates, batch, encode, measure, tree, steps, heaps)``: keep the nearest candidates.
+def nearest_of_candidates_loop(dtype):
+    """``loop(queries, codes, candidates, batch, measure, tree, steps, heaps)``: keep the nearest candidates.
 
-    `queries` holds codes as rows, of dtype, `poses` rows of what encode takes, of poses_dtype. The Candidates of each
-    query of the Batch are measured in order, except those whose bound is above the largest distance that the query
-    would still keep. Returns the number of pairs measured, the number of geodesics that did not converge and the
-    largest of their gaps.
+    `queries` and `codes` hold codes as rows. The Candidates of each query of the Batch are measured in order, except
+    those whose bound is above the largest distance that the query would still keep. Returns the number of pairs
+    measured, the number of geodesics that did not converge and the largest of their gaps.
     """
     real, integer, float64 = from_dtype(dtype), types.int64, types.float64
     tree, steps = shared_types(dtype)
-    queries, poses = array_type(real, 2, readonly=True), array_type(from_dtype(poses_dtype), 2, readonly=True)
+    codes = array_type(real, 2, readonly=True)
     kinds = (integer, 2), (integer, 2), (float64, 2), (integer, 1)
     candidates = tuple_type(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
     counts = types.Tuple((integer, integer, float64))
     signature = counts(
-        queries,
-        poses,
+        codes,
+        codes,
         candidates,
         _batch_type(),
-        encode_type(dtype),
         measure_type(dtype),
         tree,
         steps,

@@ -44,23 +44,6 @@ def _encode_poses(poses, encode, tree, steps, codes):
                 codes[start + w, k] = code[k, w]
 
 
-def _encode_lanes(poses, first, last, encode, tree, steps, codes):
-    n_dofs, n_codes = poses.shape[1], codes.shape[0] // (poses.shape[0] // codes.shape[1])
-    width = codes.shape[1]
-    scratch = empty_aligned(workspace_rows(tree), FLOAT64_LANES, poses.dtype)
-    pose = empty_aligned(n_dofs, FLOAT64_LANES, poses.dtype)
-    code = empty_aligned(n_codes, FLOAT64_LANES, poses.dtype)
-    for start in range(first * width, last * width, FLOAT64_LANES):
-        for w in range(FLOAT64_LANES):
-            for d in range(n_dofs):
-                pose[d, w] = poses[start + w, d]
-        encode(pose, tree, steps, scratch, code)
-        row, lane = start // width * n_codes, start % width
-        for k in range(n_codes):
-            for w in range(FLOAT64_LANES):
-                codes[row + k, lane + w] = code[k, w]
-
-
 def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
     width = Y.shape[1]
     scratch = empty_aligned(workspace_rows(tree), width, X.dtype)
@@ -130,18 +113,6 @@ def _encode_poses_loop():
 def encode_poses(poses, encode, tree, steps, codes):
     """Write the codes (n_poses, n_codes) of poses (n_poses, n_dofs), in float64."""
     _encode_poses_loop()(np.ascontiguousarray(poses, dtype=np.float64), encode, tree, steps, codes)
-
-
-@functools.cache
-def encode_lanes_loop(dtype):
-    """``loop(poses, first, last, encode, tree, steps, codes)``: encode poses as the groups of lanes first:last.
-
-    There are as many poses, in float64, as all groups have lanes.
-    """
-    float64, integer = np.dtype(np.float64), types.int64
-    tree, steps = shared_types(float64)
-    poses, codes = array_type(types.float64, 2, readonly=True), array_type(from_dtype(dtype), 2, readonly=False)
-    return jit(_encode_lanes, signatures=[types.void(poses, integer, integer, encode_type(), tree, steps, codes)])
 
 
 @functools.cache

@@ -114,27 +114,13 @@ def _rotate_balls(first, last, plan, Q, H):
 
 
 @inlined
-def _rotate_fixed(first, last, plan, H):
-    """Compute the orientations of frames without dofs."""
-    for f in range(first, last):
-        before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
-        b, c = (a + 1) % 3, (a + 2) % 3
-        cos, sin = plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1]
-        for i in range(0, 6, 3):
-            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
-            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
-
-
-@inlined
-def _rotate_hinges(first, last, plan, C, S, H):
-    """Compute the orientations of frames with one angle about y or z."""
-    for f in range(first, last):
-        before, row, a, d = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f], plan.end_angle[f] - 1
-        b, c = (a + 1) % 3, (a + 2) % 3
-        cos, sin = C[d], S[d]
-        for i in range(0, 6, 3):
-            u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
-            H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
+def _rotate_hinge(f, plan, cos, sin, H):
+    """Compute the orientation of a frame that is rotated about any one axis."""
+    before, row, a = 6 * plan.frame_parent[f], 6 * f, plan.single_axis[f]
+    b, c = (a + 1) % 3, (a + 2) % 3
+    for i in range(0, 6, 3):
+        u, v = rotate(H[before + i + b], H[before + i + c], cos, sin)
+        H[row + i + a], H[row + i + b], H[row + i + c] = H[before + i + a], u, v
 
 
 @inlined
@@ -182,9 +168,11 @@ def _rotate_frames(plan, arrays):
         elif kind == 1:
             _rotate_batch(1, first, last, plan, C, S, H)
         elif kind == HINGE:
-            _rotate_hinges(first, last, plan, C, S, H)
+            for f in range(first, last):
+                _rotate_hinge(f, plan, C[plan.end_angle[f] - 1], S[plan.end_angle[f] - 1], H)
         else:
-            _rotate_fixed(first, last, plan, H)
+            for f in range(first, last):
+                _rotate_hinge(f, plan, plan.fixed_rotation[4 * f], plan.fixed_rotation[4 * f + 1], H)
 
 
 @inlined

@@ -11,7 +11,7 @@ from numba import config, njit
 
 from skpose._compiled.simd import announce, lanes_llvm  # noqa: F401  (numba needs to know lanes before it compiles)
 from skpose._compiled.simd.by_address import FunctionByAddress, load_callees
-from skpose._compiled.simd.cache import CACHED, cache_under
+from skpose._compiled.simd.cache import CACHED, Cache
 
 
 def sources_digest() -> str:
@@ -47,7 +47,7 @@ def _compile(function: Callable | None = None, *, cache: bool = True, signatures
     compiled = njit(nogil=True, fastmath={"contract"}, **options)(function)
     compiled.__reduce_ex__ = functools.partial(_reduce, compiled)
     if cache and CACHED:
-        cache_under(DIGEST, compiled, load_callees)
+        compiled._cache = Cache(function, DIGEST, load_callees)
     for signature in signatures:
         compiled.compile(signature)
         compiled.disable_compile()

@@ -99,20 +99,6 @@ def _warp_within(X, Y, paths, within, measure, tree, steps, ends):
     return n_measured, n_unconverged, worst
 
 
-def _path_sum(X, Y, path, measure, tree, steps):
-    width = Y.shape[1]
-    scratch = empty_aligned(workspace_rows(tree), width, X.dtype)
-    results = results_of(1, width, X.dtype)
-    total = 0.0
-    for cell in range(path.shape[0]):
-        i, j = path[cell, 0], path[cell, 1]
-        for w in range(width):
-            results.skip[0, w] = w != j % width
-        measure(X[i], Y, j // width, j // width + 1, tree, steps, scratch, results)
-        total += results.distances[0, j % width]
-    return total
-
-
 @functools.cache
 def warp_within_loop(dtype):
     """``loop(X, Y, paths, within, measure, tree, steps, ends)``: the Ends of the paths of one pair within a limit.
@@ -129,13 +115,3 @@ def warp_within_loop(dtype):
     counts = types.Tuple((integer, integer, types.float64))
     signature = counts(X, Y, paths, within, measure_type(dtype), tree, steps, ends)
     return jit(_warp_within, signatures=[signature])
-
-
-@functools.cache
-def path_sum_loop(dtype):
-    """``loop(X, Y, path, measure, tree, steps)``: the sum of the distances along one path (n_cells, 2)."""
-    real = from_dtype(dtype)
-    tree, steps = shared_types(dtype)
-    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    path = array_type(types.int64, 2, readonly=True)
-    return jit(_path_sum, signatures=[types.float64(X, Y, path, measure_type(dtype), tree, steps)])
