@@ -29,7 +29,5 @@ Glossary
 | lane         | one number of a vector register; a group of lanes is what one register holds                      |
 | frame, dof   | a coordinate system that turns with a joint; one of its one to three degrees of freedom           |
 | leaf         | a frame that carries no other one, and one joint                                                  |
-| limb, trunk  | a subtree, such as an arm with its fingers, that is eliminated first; the frames that carry limbs |
-| supernode    | the dofs that are eliminated together: those of a limb, a trunk, or a branch without limbs        |
 | code         | the numbers of a pose that a metric needs, as its *encode* writes them                            |
 """

@@ -51,7 +51,6 @@ import numpy as np
 
 from skpose._compiled.pose.tree import TWO_PI, Tree
 from skpose.kinematics._frames import ROUNDING, Frame, Frames, absorb, frames_of
-from skpose.kinematics._supernodes import supernodes_of
 from skpose.skeleton import Skeleton
 from skpose.skeleton._selection import with_carriers
 
@@ -169,7 +168,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         from scipy.spatial.transform import Rotation  # 0.1 s to import, for ball joints only
 
         reference[balls] = Rotation.from_matrix([frames[f].rest for f in balls]).as_quat()[:, [3, 0, 1, 2]]
-    first_dof, end_dof = np.array([(frame.first_dof, frame.end_dof) for frame in frames]).T
+    end_dof = np.array([frame.end_dof for frame in frames])
     number: dict[Frame | None, int] = {frame: f for f, frame in enumerate(frames)}
     order = [0, *(j for frame in frames for j in frame.joints)]  # the skeleton's number of each joint in the tree
     tree_joint = np.argsort(order)
@@ -184,7 +183,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     fixed_rotation[np.abs(fixed_rotation) < ROUNDING] = 0.0  # of right angles
     return Tree(
         frame_parent=np.array([number.get(frame.parent, 0) for frame in frames]),
-        first_dof=first_dof,
+        first_dof=np.array([frame.first_dof for frame in frames]),
         end_dof=end_dof,
         end_angle=n_angles_to[end_dof],
         ball=np.array([balls.index(f) if f in balls else -1 for f in range(len(frames))]),
@@ -214,7 +213,6 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
         code_joint=np.array(order),
         first_dof_range=np.cumsum([0, *map(len, ranges)]),
         dof_ranges=np.array([one for frame_ranges in ranges for one in frame_ranges], dtype=int).reshape(-1, 2),
-        **supernodes_of(first_dof, end_dof, ranges),
     )
 
 

@@ -1,4 +1,4 @@
-"""Paths between poses: energy, normal equations, the trust region, elimination order.
+"""Paths between poses: energy, normal equations, the trust region.
 
 What calls what::
 
@@ -14,7 +14,7 @@ What calls what::
              |                 |
              |           block_cholesky                     its steps
              |                 |
-    normal_equations     band_cholesky, elimination         gradient and Hessian; the factors, and their indices
+    normal_equations     band_cholesky                      gradient and Hessian; the factors
              |                 |
              +---- energy -----+                            the energy of a path, eight poses at once
 

@@ -1,29 +1,40 @@
-"""Cholesky factors of a block-tridiagonal matrix with a border, in lanes.
+"""Cholesky factors of a block-tridiagonal matrix, in lanes.
 
-The blocks are the block rows [D B W] of a band: D is on the diagonal, B right of it and W the border. Elimination from
-the top makes them [U X Y], with D = UᵀU, X = U⁻ᵀB, Y = U⁻ᵀW, and XᵀX and XᵀY subtracted from the next D and W; one pass
-over the rows computes all three. Widths are padded to whole lanes, and four rows are computed at once, so that their
-sums stay in registers: a library's Cholesky, which would be called some fifty times a step for blocks of forty dofs,
-takes twice the time.
+The blocks are the block rows [D B] of a band: D is on the diagonal, B right of it. Elimination from the top makes them
+[U X], with D = UᵀU, X = U⁻ᵀB, and XᵀX subtracted from the next D; one pass over the rows computes both. Widths are
+padded to whole lanes, and four rows are computed at once, so that their sums stay in registers: a library's Cholesky,
+which would be called some fifty times a step for blocks of forty dofs, takes twice the time.
 
-Row p of block i is row i · m + p, with m = n · LANES. A single block is a dense matrix.
+Row p of block i is row i · m + p, with m = n · LANES, and 2 n registers wide.
 """
 
 import math
+from typing import NamedTuple
 
 from numba import types
 
-from skpose._compiled.path.elimination import SUPERNODE, n_registers
 from skpose._compiled.path.energy import LANES
-from skpose._compiled.simd.jit import by_address, inlined, internal
+from skpose._compiled.simd.jit import by_address, inlined
 from skpose._compiled.simd.lanes import full_like, rows, sum_of_lanes
-from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX
+from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, tuple_type
 
 AT_ONCE = 4  # rows
 
 
+class Band(NamedTuple):
+    """A band, and the solution of equations with it."""
+
+    n_blocks: int
+    n: int  # registers in a row of a block
+    first: int  # register of the band
+    solution: int  # first register of the solution
+
+
+BAND = tuple_type(Band, *[INTEGER] * len(Band._fields))
+
+
 @by_address(lambda: types.void(MATRIX, *[INTEGER] * 8))
-def subtract(cells, target, width, source, source_width, n_rows, n_chunks, factor, lane):
+def _subtract(cells, target, width, source, source_width, n_rows, n_chunks, factor, lane):
     """Subtract Wᵀ · source from four rows, `width` registers long, in registers from the target on.
 
     W is four columns of as many rows as the source, and as wide ones: lanes of the register `factor`, and of those
@@ -48,90 +59,66 @@ def _subtract_row(chunks, target, source, weight, n_chunks):
         chunks[target + c] = chunks[target + c] - weight * chunks[source + c]
 
 
-@inlined
-def _scale(chunks, target, scale, n_chunks):
-    for c in range(n_chunks):
-        chunks[target + c] = scale * chunks[target + c]
-
-
-@internal
-def _ends(supernode, i):
-    """The ends of the registers of block row i that are not zero: of the band and of the border."""
-    ancestors = n_registers((i + 2) * supernode.n_ancestors)  # those at the next pose are the last
-    return supernode.n if i == supernode.n_blocks - 1 else supernode.edge, min(
-        supernode.width, supernode.edge + ancestors
-    )
-
-
-@by_address(lambda: FLAG(MATRIX, SUPERNODE))
-def factorise_band(cells, supernode):
-    """Factorise UᵀU in place, X and Y right of U; return whether that is possible.
+@by_address(lambda: FLAG(MATRIX, BAND))
+def factorise_band(cells, band):
+    """Factorise UᵀU in place, X right of U; return whether that is possible.
 
     The diagonal of U holds the inverses of its numbers.
     """
-    n, width, m, chunks = supernode.n, supernode.width, supernode.n * LANES, rows(cells, 0)
-    for i in range(supernode.n_blocks):
-        (end, border_end), top = _ends(supernode, i), supernode.band + i * m * width
-        border, above = supernode.edge, top - m * width
+    n, width, m, chunks = band.n, 2 * band.n, band.n * LANES, rows(cells, 0)
+    for i in range(band.n_blocks):
+        top, end = band.first + i * m * width, n if i == band.n_blocks - 1 else width
+        above = top - m * width
         for p in range(0, m, AT_ONCE):
             first, lane, here = p // LANES, p % LANES, top + p * width
-            if i > 0:  # XᵀX and XᵀY of the block row above
+            if i > 0:  # XᵀX of the block row above
                 factor = above + n + first
-                subtract(cells, here + first, width, factor, width, m, n - first, factor, lane)
-                subtract(cells, here + border, width, above + border, width, m, border_end - border, factor, lane)
+                _subtract(cells, here + first, width, factor, width, m, n - first, factor, lane)
             factor = top + first
-            subtract(cells, here + first, width, factor, width, p, end - first, factor, lane)
-            subtract(cells, here + border, width, top + border, width, p, border_end - border, factor, lane)
+            _subtract(cells, here + first, width, factor, width, p, end - first, factor, lane)
             for q in range(AT_ONCE):
                 row = here + q * width
                 for k in range(q):
                     source = here + k * width
-                    weight = cells[source + first, lane + q]
-                    _subtract_row(chunks, row + first, source + first, weight, end - first)
-                    _subtract_row(chunks, row + border, source + border, weight, border_end - border)
+                    _subtract_row(chunks, row + first, source + first, cells[source + first, lane + q], end - first)
                 pivot = cells[row + first, lane + q]
                 if not pivot > 0.0:
                     return False
                 for j in range(lane + q):
                     cells[row + first, j] = 0.0
                 scale = 1.0 / math.sqrt(pivot)
-                _scale(chunks, row + first, scale, end - first)
-                _scale(chunks, row + border, scale, border_end - border)
+                for c in range(row + first, row + end):
+                    chunks[c] = scale * chunks[c]
                 cells[row + first, lane + q] = scale
     return True
 
 
-@by_address(lambda: types.void(MATRIX, SUPERNODE))
-def substitute_forward(cells, supernode):
-    """Solve Uᵀ y = x in place, x in the solution; subtract Yᵀy from the border's numbers there."""
-    n, width, m, chunks = supernode.n, supernode.width, supernode.n * LANES, rows(cells, 0)
-    border = supernode.solution + supernode.n_blocks * n
-    for i in range(supernode.n_blocks):
-        end, border_end = _ends(supernode, i)
+@by_address(lambda: types.void(MATRIX, BAND))
+def substitute_forward(cells, band):
+    """Solve Uᵀ y = x in place, x in the solution."""
+    n, width, m, chunks = band.n, 2 * band.n, band.n * LANES, rows(cells, 0)
+    for i in range(band.n_blocks):
+        end = n if i == band.n_blocks - 1 else width
         for p in range(m):
-            first, lane, row = p // LANES, p % LANES, supernode.band + (i * m + p) * width
-            at = supernode.solution + i * n + first
+            first, lane, row = p // LANES, p % LANES, band.first + (i * m + p) * width
+            at = band.solution + i * n + first
             value = cells[at, lane] * cells[row + first, lane]
             # Left of the diagonal there are zeros; the diagonal itself holds no number of U.
             _subtract_row(chunks, at, row + first, value, end - first)
-            _subtract_row(chunks, border, row + supernode.edge, value, border_end - supernode.edge)
             cells[at, lane] = value
 
 
-@by_address(lambda: types.void(MATRIX, SUPERNODE))
-def substitute_back(cells, supernode):
-    """Solve U x = y − Y z in place, y in the solution and z the border's numbers there."""
-    n, width, m, chunks = supernode.n, supernode.width, supernode.n * LANES, rows(cells, 0)
-    border = supernode.solution + supernode.n_blocks * n
-    for i in range(supernode.n_blocks - 1, -1, -1):
-        end, border_end = _ends(supernode, i)
+@by_address(lambda: types.void(MATRIX, BAND))
+def substitute_back(cells, band):
+    """Solve U x = y in place, y in the solution."""
+    n, width, m, chunks = band.n, 2 * band.n, band.n * LANES, rows(cells, 0)
+    for i in range(band.n_blocks - 1, -1, -1):
+        end = n if i == band.n_blocks - 1 else width
         for p in range(m - 1, -1, -1):
-            first, lane, row = p // LANES, p % LANES, supernode.band + (i * m + p) * width
-            at, total = supernode.solution + i * n + first, full_like(chunks, 0.0)
+            first, lane, row = p // LANES, p % LANES, band.first + (i * m + p) * width
+            at, total = band.solution + i * n + first, full_like(chunks, 0.0)
             value = cells[at, lane]
             cells[at, lane] = 0.0
             for c in range(end - first):
                 total = total + chunks[at + c] * chunks[row + first + c]
-            for c in range(border_end - supernode.edge):
-                total = total + chunks[border + c] * chunks[row + supernode.edge + c]
             cells[at, lane] = (value - sum_of_lanes(total)) * cells[row + first, lane]

@@ -1,14 +1,58 @@
-"""The damped normal equations of a path, solved by Cholesky, one supernode at a time, see `elimination`."""
+"""The damped normal equations of a path, solved by Cholesky, one branch of the skeleton at a time.
 
+Branches move no joint in common. The poses' blocks of a branch are a band, see `band_cholesky`: its factors cost the
+cube of the number of dofs.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
 from numba import types
 
-from skpose._compiled.path.band_cholesky import AT_ONCE, factorise_band, substitute_back, substitute_forward, subtract
-from skpose._compiled.path.elimination import FACTORS, n_registers, supernode_at
+from skpose._compiled.path.band_cholesky import Band, factorise_band, substitute_back, substitute_forward
 from skpose._compiled.path.energy import LANES, STEPS
 from skpose._compiled.path.normal_equations import EQUATIONS, first_row
+from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
-from skpose._compiled.simd.lanes import rows
-from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, INTEGER, MATRIX, REAL
+from skpose._compiled.simd.lanes import empty_aligned, rows
+from skpose._compiled.simd.signatures import FLAG, FLAG_MATRIX, INTEGER, INTEGER_MATRIX, MATRIX, REAL, tuple_type
+
+
+class Factors(NamedTuple):
+    """The factors of a path's normal equations."""
+
+    n_free: int  # poses
+    branches: np.ndarray  # (n_branches, 5) first dof, end, registers in a row of a block, first of band, of solution
+    cells: np.ndarray  # (n_registers, LANES) bands and solutions
+
+
+FACTORS = tuple_type(Factors, INTEGER, INTEGER_MATRIX, MATRIX)
+
+
+@by_address(lambda: FACTORS(TREE, INTEGER))
+def factors_for(tree, n_nodes):
+    """Factors for a path of so many poses, not yet filled."""
+    n_free, n_dofs = n_nodes - 2, tree.column.shape[0]
+    begins = np.zeros(n_dofs, np.int64)  # 1 at the first dof of a branch, which all its frames have as an ancestor
+    for f in range(1, tree.frame_parent.shape[0]):
+        if tree.end_dof[f] > tree.first_dof[f]:
+            begins[tree.dof_ranges[tree.first_dof_range[f], 0]] = 1
+    branches, k, end = np.zeros((begins.sum(), 5), np.int64), -1, 0
+    for d in range(n_dofs):
+        k += begins[d]
+        branches[k, 0] = d if begins[d] else branches[k, 0]
+        branches[k, 1] = d + 1
+    for k in range(branches.shape[0]):
+        n = -(-(branches[k, 1] - branches[k, 0]) // LANES)
+        branches[k, 2], branches[k, 3], branches[k, 4] = n, end, end + n_free * n * LANES * 2 * n
+        end = branches[k, 4] + n_free * n
+    return Factors(n_free, branches, empty_aligned(end, LANES, np.float64))
+
+
+@internal
+def _band_of(factors, k):
+    branch = factors.branches[k]
+    return Band(factors.n_free, branch[2], branch[3], branch[4])
 
 
 @internal
@@ -19,32 +63,28 @@ def _clear(cells, first, n):
         chunks[at] = 0.0
 
 
-@by_address(lambda: types.void(EQUATIONS, REAL, FLAG_MATRIX, INTEGER, FACTORS))
-def _fill(equations, damping, fixed, k, factors):
-    """Copy the numbers of a supernode's dofs to its band, D damped, and those with its ancestors to the border.
+@by_address(lambda: types.void(TREE, EQUATIONS, REAL, FLAG_MATRIX, INTEGER, FACTORS))
+def _fill(tree, equations, damping, fixed, k, factors):
+    """Copy the numbers of a branch's dofs to its band, D damped.
 
     A fixed dof keeps the damping alone; padded dofs get a row of the identity.
     """
-    supernode, pairs, n_free, tree = supernode_at(factors, k), equations.pairs, factors.n_free, factors.tree
-    indices, numbers = tree.supernode_of[factors.kind], factors.cells.reshape(factors.cells.size)
-    start, stride, width, m = supernode.band * LANES, supernode.stride, supernode.width * LANES, supernode.n * LANES
-    _clear(factors.cells, supernode.band, supernode.n_blocks * m * supernode.width)
-    for row in range(supernode.n_blocks * m):
+    first, end, band = factors.branches[k, 0], factors.branches[k, 1], _band_of(factors, k)
+    pairs, n_free, numbers = equations.pairs, factors.n_free, factors.cells.reshape(factors.cells.size)
+    start, m = band.first * LANES, band.n * LANES
+    width = 2 * m
+    _clear(factors.cells, band.first, n_free * m * 2 * band.n)
+    for row in range(n_free * m):
         numbers[start + row * width + row % m] = 1.0
     any_fixed = fixed.any()
     for i in range(n_free):  # the step from pose i on ends at pose i + 1, where another begins
         before, after = first_row(equations, i // STEPS, 0), first_row(equations, (i + 1) // STEPS, 0)
-        lane, next_lane, has_next = i % STEPS, (i + 1) % STEPS, i < n_free - 1
-        top = start + i * stride * width
-        block = top + i * stride if supernode.n_blocks == 1 else top
-        border = top + supernode.edge * LANES + i * supernode.n_ancestors
+        lane, next_lane, block = i % STEPS, (i + 1) % STEPS, start + i * m * width
         for f in range(1, tree.frame_parent.shape[0]):
-            if not supernode.first_dof <= tree.first_dof[f] < supernode.end_dof:
+            if not first <= tree.first_dof[f] < end:
                 continue
             for d in range(tree.first_dof[f], tree.end_dof[f]):
-                if indices[d, 0] != k:
-                    continue
-                row, p, a = 4 * equations.first_pair[d], indices[d, 1], 0
+                row, p = 4 * equations.first_pair[d], d - first
                 for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
                     for e in range(tree.dof_ranges[r, 0], min(tree.dof_ranges[r, 1], d + 1)):
                         value = pairs[before + row + 1, lane] + pairs[after + row, next_lane]
@@ -54,108 +94,37 @@ def _fill(equations, damping, fixed, k, factors):
                             value = 0.0 if fixed[i + 1, d] or fixed[i + 1, e] else value
                             forward = 0.0 if fixed[i + 1, d] or fixed[i + 2, e] else forward
                             back = 0.0 if fixed[i + 2, d] or fixed[i + 1, e] else back
-                        if indices[e, 0] == k:
-                            q = indices[e, 1]
-                            numbers[block + q * width + p] = value
-                            if has_next:
-                                numbers[block + p * width + stride + q] = forward
-                                numbers[block + q * width + stride + p] = back
-                        else:
-                            numbers[border + p * width + a] = value
-                            if has_next:
-                                numbers[border + p * width + supernode.n_ancestors + a] = forward
-                                numbers[border + (stride + p) * width + a] = back
-                            a += 1
+                        q = e - first
+                        numbers[block + q * width + p] = value
+                        if i < n_free - 1:
+                            numbers[block + p * width + m + q] = forward
+                            numbers[block + q * width + m + p] = back
                 numbers[block + p * width + p] += damping
 
 
-@by_address(lambda: FLAG(FACTORS, INTEGER, FLAG))
-def _eliminate(factors, k, is_first):
-    """Subtract YᵀY of a limb from its trunk, once for all limbs that one joint carries: this may be their first.
-
-    Returns whether the next limb is the first of others.
-    """
-    supernode, cells, n_free = supernode_at(factors, k), factors.cells, factors.n_free
-    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.tree.limb_ancestors[k]
-    indices = factors.tree.supernode_of[factors.kind]
-    n, width, m = supernode.n_ancestors, supernode.width - supernode.edge, supernode.n * LANES
-    sums, numbers = factors.starts[-1, 0], cells.reshape(cells.size)
-    if is_first:
-        _clear(cells, sums, width * LANES * width)
-    for q in range(0, n_free * n, AT_ONCE):  # the lower triangle
-        top = max(0, q // n - 1) * m  # above there are zeros
-        source = supernode.band + top * supernode.width + supernode.edge
-        n_rows, n_chunks, factor = n_free * m - top, n_registers(q + AT_ONCE), source + q // LANES
-        subtract(cells, sums + q * width, width, source, supernode.width, n_rows, n_chunks, factor, q % LANES)
-    if supernode_at(factors, k + 1).n_ancestors == n and factors.tree.limb_ancestors[k + 1, n - 1] == ancestors[n - 1]:
-        return False
-    for q in range(n_free * n):
-        column = q // n * trunk.stride + indices[ancestors[q % n], 1]
-        for p in range(q + 1):
-            row = p // n * trunk.stride + indices[ancestors[p % n], 1]
-            at = (trunk.band + row * trunk.width) * LANES + column
-            numbers[at] += numbers[(sums + q * width) * LANES + p]
-    return True
-
-
-@by_address(lambda: FLAG(EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
-def factorise(equations, damping, fixed, factors):
+@by_address(lambda: FLAG(TREE, EQUATIONS, REAL, FLAG_MATRIX, FACTORS))
+def factorise(tree, equations, damping, fixed, factors):
     """Factorise H + λ, without the dofs that are fixed; return whether it is positive definite."""
-    first, last, is_first = (
-        factors.tree.first_supernode[factors.kind],
-        factors.tree.first_supernode[factors.kind + 1],
-        True,
-    )
-    for k in range(first, last):
-        _fill(equations, damping, fixed, k, factors)
-    for k in range(first, last):
-        supernode = supernode_at(factors, k)
-        if not factorise_band(factors.cells, supernode):
+    for k in range(factors.branches.shape[0]):
+        _fill(tree, equations, damping, fixed, k, factors)
+        if not factorise_band(factors.cells, _band_of(factors, k)):
             return False
-        if supernode.n_ancestors > 0:
-            is_first = _eliminate(factors, k, is_first)
     return True
-
-
-@by_address(lambda: types.void(FACTORS, INTEGER, FLAG))
-def _carry(factors, k, to_trunk):
-    """Add a limb's solution at its border to that of its trunk, or copy the trunk's there."""
-    supernode, numbers = supernode_at(factors, k), factors.cells.reshape(factors.cells.size)
-    trunk, ancestors = supernode_at(factors, supernode.trunk), factors.tree.limb_ancestors[k]
-    indices = factors.tree.supernode_of[factors.kind]
-    n, border = supernode.n_ancestors, (supernode.solution + supernode.n_blocks * supernode.n) * LANES
-    for q in range(factors.n_free * n):
-        at = trunk.solution * LANES + q // n * trunk.stride + indices[ancestors[q % n], 1]
-        if to_trunk:
-            numbers[at] += numbers[border + q]
-        else:
-            numbers[border + q] = numbers[at]
 
 
 @by_address(lambda: types.void(EQUATIONS, FACTORS, MATRIX))
 def solve(equations, factors, step):
     """Compute step = −(H + λ)⁻¹ gradient by the factors; of fixed dofs the gradient has to be zero."""
-    first, last = factors.tree.first_supernode[factors.kind], factors.tree.first_supernode[factors.kind + 1]
-    indices, cells = factors.tree.supernode_of[factors.kind], factors.cells
+    cells, n_free = factors.cells, factors.n_free
     numbers = cells.reshape(cells.size)
-    for k in range(first, last):
-        supernode = supernode_at(factors, k)
-        _clear(cells, supernode.solution, supernode.n_blocks * supernode.n + supernode.width - supernode.edge)
-    for d in range(indices.shape[0]):
-        supernode = supernode_at(factors, indices[d, 0])
-        for i in range(factors.n_free):
-            numbers[supernode.solution * LANES + i * supernode.stride + indices[d, 1]] = -equations.gradient[i + 1, d]
-    for k in range(first, last):
-        supernode = supernode_at(factors, k)
-        substitute_forward(cells, supernode)
-        if supernode.n_ancestors > 0:
-            _carry(factors, k, True)
-    for k in range(last - 1, first - 1, -1):
-        supernode = supernode_at(factors, k)
-        if supernode.n_ancestors > 0:
-            _carry(factors, k, False)
-        substitute_back(cells, supernode)
-    for d in range(indices.shape[0]):
-        supernode = supernode_at(factors, indices[d, 0])
-        for i in range(factors.n_free):
-            step[i + 1, d] = numbers[supernode.solution * LANES + i * supernode.stride + indices[d, 1]]
+    for k in range(factors.branches.shape[0]):
+        first, end, band = factors.branches[k, 0], factors.branches[k, 1], _band_of(factors, k)
+        _clear(cells, band.solution, n_free * band.n)
+        for i in range(n_free):
+            for d in range(first, end):
+                numbers[(band.solution + i * band.n) * LANES + d - first] = -equations.gradient[i + 1, d]
+        substitute_forward(cells, band)
+        substitute_back(cells, band)
+        for i in range(n_free):
+            for d in range(first, end):
+                step[i + 1, d] = numbers[(band.solution + i * band.n) * LANES + d - first]

@@ -17,8 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.block_cholesky import factorise, solve
-from skpose._compiled.path.elimination import Factors, factors_for
+from skpose._compiled.path.block_cholesky import Factors, factorise, factors_for, solve
 from skpose._compiled.path.energy import (
     PATH,
     Samples,
@@ -169,7 +168,7 @@ def _damped_step(tree, system, damping, scale, step):
     The result is that damping, or inf if it would be hopelessly large.
     """
     while damping < MAX_DAMPING * scale:
-        if factorise(system.equations, damping, system.fixed, system.factors):
+        if factorise(tree, system.equations, damping, system.fixed, system.factors):
             solve(system.equations, system.factors, step)
             return damping
         damping = max(10.0 * damping, FIRST_DAMPING * scale)
@@ -233,7 +232,7 @@ def _is_minimum(tree, path, exact, scale, system):
     """Whether the curvature of the energy is positive, or flat, in all directions."""
     if not exact:
         normal_equations(tree, path, True, system.samples, system.equations)
-    return factorise(system.equations, FLAT * scale, system.fixed, system.factors)
+    return factorise(tree, system.equations, FLAT * scale, system.fixed, system.factors)
 
 
 @internal

@@ -16,8 +16,7 @@ def shared_types(dtype):
     integer, real = types.int64, from_dtype(dtype)
     kinds = dict.fromkeys(("weight", "sign", "shift", "scale"), (real, 1))
     kinds |= dict.fromkeys(("fixed_rotation", "reference", "offset", "slide_axis"), (real, 2))
-    kinds |= dict.fromkeys(("dof_ranges", "supernodes", "limb_ancestors"), (integer, 2))
-    kinds |= {"ball_axes": (real, 3), "supernode_of": (integer, 3)}
+    kinds |= {"dof_ranges": (integer, 2), "ball_axes": (real, 3)}
     fields = [array_type(*kinds.get(name, (integer, 1)), readonly=False) for name in Tree._fields]
     steps = [integer, types.float64, types.float64, types.float64, array_type(types.float64, 2, readonly=False)]
     return shared_type(Tree, fields), types.NamedTuple(steps, Steps)

@@ -57,12 +57,6 @@ class Tree(NamedTuple):
         np.ndarray
     )  # (n_frames + 1,) ranges of frame f: dof_ranges[first_dof_range[f]:first_dof_range[f + 1]]
     dof_ranges: np.ndarray  # (n_dof_ranges, 2) dofs of a frame and of its ancestors: first, and the one behind the last
-    # The supernodes of `path.elimination`, without limbs and with them:
-    first_supernode: np.ndarray  # (3,) kind i has supernodes[first_supernode[i]:first_supernode[i + 1]]
-    supernodes: np.ndarray  # (n_supernodes, 6) first dof, end, number of dofs, of ancestors, the trunk, 1 if dense
-    supernode_of: np.ndarray  # (2, n_dofs, 2) the supernode of each dof, and its index there
-    limb_ancestors: np.ndarray  # (n_supernodes, n) the dofs that carry a limb
-    most_poses: np.ndarray  # (1,) free poses of a path up to which eliminating limbs first is faster
 
     @property
     def n_joints(self) -> int:
