@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
+from skpose._utils.validation import check_choice
 from skpose.kinematics import forward_kinematics
 from skpose.metrics import Metric
 from skpose.metrics._convergence import warn_of_unconverged
@@ -18,10 +19,8 @@ from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_ske
 from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rotations import rotations_of
-
-if TYPE_CHECKING:
-    import pandas
 
 Quantity = Literal["distance", "rotation"]
 
@@ -92,6 +91,9 @@ class Alignment:
     A joint whose rotation differs moves all joints below it: a hip that bends less changes the distances of knee, ankle
     and toes. `joint_rotations` show the joint itself.
 
+    ``pandas.DataFrame(alignment.joint_distances, columns=alignment.skeleton.joint_names)`` is a table with a row for
+    each pair of `path`.
+
     Examples
     --------
     An arm that swings, and once more with an elbow (the second joint) that bends in between:
@@ -158,81 +160,9 @@ class Alignment:
         ]
         return sorted(found, key=lambda difference: -difference.largest)
 
-    def to_pandas(self) -> "pandas.DataFrame":
-        """Convert the differences of all joints in all pairs of frames to a dataframe.
-
-        Returns
-        -------
-        pandas.DataFrame of shape (n_pairs * n_joints, 13)
-            One row per pair of the path and joint, with the columns
-
-            - pair: row of `path`,
-            - joint: its name,
-            - frame_a, frame_b: the two frames,
-            - time_a [s], time_b [s]: time since the first frame; NaN for arrays,
-            - phase_a [%], phase_b [%]: share of the duration, from 0 to 100; NaN for a motion of one frame,
-            - x [m], y [m], z [m]: vector from the joint in `a` to the joint in `b`, in the axes of the root,
-            - deviation [m]: length of this vector, as in `joint_distances`,
-            - rotation [deg]: as `joint_rotations`, but in degrees; NaN for joints without dofs.
-
-            ``table.attrs`` has the `distance` of the motions and the `metric`.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed.
-        ValueError
-            Without a skeleton.
-
-        See Also
-        --------
-        Alignment.joint_differences : The largest difference of each joint.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from skpose import Motion, Skeleton
-        >>> from skpose.motions import align_motions
-        >>> swing = np.linspace([0, 0], [2, 0], 21)
-        >>> bent = swing.copy()
-        >>> bent[12, 1] = 0.5
-        >>> arm = Skeleton.chain(2)
-        >>> table = align_motions(Motion(arm, swing, 10), Motion(arm, bent, 10)).to_pandas()
-        >>> row = table.loc[table["deviation [m]"].idxmax()]
-        >>> row["joint"], float(row["time_a [s]"]), round(float(row["deviation [m]"]), 3)
-        ('joint_2', 1.2, 0.495)
-        """
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_pandas needs pandas: pip install 'skpose[pandas]'") from None
-        names, deviations = self._of_joints("distance")
-        rotating, angles = self._of_joints("rotation")
-        rotations = np.full(deviations.shape, np.nan)
-        rotations[:, [names.index(name) for name in rotating]] = angles
-        n_pairs, n_joints = deviations.shape
-        columns: dict[str, np.ndarray] = {
-            "pair": np.repeat(np.arange(n_pairs), n_joints),
-            "joint": np.tile(np.array(names, dtype=object), n_pairs),
-        }
-        lasts = np.array([len(poses) - 1 or np.nan for poses in (self.a, self.b)])
-        for word, unit, values in (
-            ("frame", "", self.path),
-            ("time", " [s]", self.path / (self.frame_rate or np.nan)),
-            ("phase", " [%]", 100.0 * self.path / lasts),
-        ):
-            columns |= {f"{word}_{name}{unit}": np.repeat(values[:, i], n_joints) for i, name in enumerate("ab")}
-        vectors = _joint_vectors(self.a, self.b, self.path, self.skeleton)  # type: ignore[arg-type]
-        columns |= {f"{axis} [m]": vectors[..., i].ravel() for i, axis in enumerate("xyz")}
-        columns |= {"deviation [m]": deviations.ravel(), "rotation [deg]": np.degrees(rotations).ravel()}
-        table = pandas.DataFrame(columns)
-        table.attrs.update(distance=self.distance, metric=repr(self.metric))
-        return table
-
     def _of_joints(self, quantity: Quantity) -> tuple[list[str], np.ndarray]:
         """Names of joints, and their differences along the path (n_pairs, n), m or rad."""
-        if quantity not in get_args(Quantity):
-            raise ValueError(f'quantity must be "distance" or "rotation", got {quantity!r}')
+        check_choice("quantity", quantity, get_args(Quantity))
         if self.skeleton is None or self.joint_distances is None or self.joint_rotations is None:
             raise ValueError("the alignment has no joints: pass skeleton= to align_motions")
         if quantity == "distance":
@@ -355,9 +285,7 @@ def align_motions(
         path=path,
         distance=float((sums[-1, column] / n_counted).astype(dtype)),
         distances=costs[path[:, 0], path[:, 1]],
-        joint_distances=None
-        if skeleton is None
-        else np.linalg.norm(_joint_vectors(poses_a, poses_b, path, skeleton), axis=2),
+        joint_distances=None if skeleton is None else _joint_distances(poses_a, poses_b, path, skeleton),
         joint_rotations=None if skeleton is None else _joint_rotations(poses_a, poses_b, path, skeleton),
         a=poses_a,
         b=poses_b,
@@ -367,17 +295,16 @@ def align_motions(
     )
 
 
-def _joint_vectors(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Vectors (n_pairs, n_joints, 3) from the position of each joint in `a` to that in `b`, m."""
+def _joint_distances(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Distances (n_pairs, n_joints) between the positions of each joint, m."""
     positions_a, positions_b = (forward_kinematics(poses.astype(np.float64), skeleton) for poses in (a, b))
-    return positions_b[path[:, 1]] - positions_a[path[:, 0]]
+    return np.asarray(np.linalg.norm(positions_b[path[:, 1]] - positions_a[path[:, 0]], axis=2))
 
 
 def _joint_rotations(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Angles (n_pairs, n_joints) between the rotations of each joint relative to its parent, rad."""
-    angles, first = np.zeros((len(path), skeleton.n_joints)), 0
-    for j, bone in enumerate(skeleton.bones):
-        columns, first = slice(first, first + bone.n_dofs), first + bone.n_dofs
+    angles = np.zeros((len(path), skeleton.n_joints))
+    for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
         if bone.dofs:
             of_a, of_b = (rotations_of(bone, poses[:, columns].astype(np.float64)) for poses in (a, b))
             angles[:, j] = (of_a[path[:, 0]].inv() * of_b[path[:, 1]]).magnitude()

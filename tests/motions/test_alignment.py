@@ -4,7 +4,7 @@ import reference
 from conftest import SKELETONS, in_turns
 from scipy.spatial.transform import Rotation
 
-from skpose import Motion, Skeleton, forward_kinematics, motion_distances, pose_distances
+from skpose import Motion, Skeleton, motion_distances, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics import Angle, Geodesic, Spatial
 from skpose.metrics._registry import METRICS
@@ -110,31 +110,6 @@ def test_a_spoiled_joint_is_found(metric):
     )
 
 
-def test_the_table_has_a_row_for_each_pair_and_joint():
-    skeleton = SKELETONS["mixed joints"]
-    a, b = (Motion(skeleton, poses, 25) for poses in two_motions(skeleton, 7, 10))
-    found = align_motions(a, b)
-    table = found.to_pandas()
-    rows = iter(table.to_dict("records"))
-    positions = [forward_kinematics(motion.angles, skeleton) for motion in (a, b)]
-    for pair, (i, j) in enumerate(found.path.tolist()):
-        for k, bone in enumerate(skeleton.bones):
-            row = next(rows)
-            assert (row["pair"], row["joint"], row["frame_a"], row["frame_b"]) == (pair, bone.name, i, j)
-            times = [row["time_a [s]"], row["time_b [s]"], row["phase_a [%]"], row["phase_b [%]"]]
-            np.testing.assert_allclose(times, [i / 25, j / 25, 100 * i / 6, 100 * j / 9])
-            difference = positions[1][j, k] - positions[0][i, k]
-            np.testing.assert_allclose([row[f"{axis} [m]"] for axis in "xyz"], difference, atol=1e-12)
-            assert row["deviation [m]"] == pytest.approx(np.linalg.norm(difference), abs=1e-12)
-            expected = np.degrees(found.joint_rotations[pair, k]) if bone.dofs else np.nan
-            np.testing.assert_array_equal(row["rotation [deg]"], expected)
-    assert next(rows, None) is None
-    assert table.attrs == {"distance": found.distance, "metric": repr(found.metric)}
-    most = table.loc[table["deviation [m]"].idxmax()]
-    first = found.joint_differences()[0]
-    assert (most["joint"], most["deviation [m]"], most["frame_a"]) == (first.joint, first.largest, first.frame_a)
-
-
 def test_without_a_skeleton_there_are_no_joints():
     a, b = two_motions(ARM)
     found = align_motions(a, b, metric="angle")
@@ -143,8 +118,6 @@ def test_without_a_skeleton_there_are_no_joints():
     assert repr(found) == f"Alignment(distance={found.distance:.4g} rad, {len(found.path)} pairs of 9 and 12 frames)"
     with pytest.raises(ValueError, match="skeleton"):
         found.joint_differences()
-    with pytest.raises(ValueError, match="skeleton"):
-        found.to_pandas()
     with pytest.warns(UserWarning, match='without a skeleton means "angle"'):
         assert align_motions(a, b).metric == Angle()
     known = align_motions(a, b, metric="angle", skeleton=ARM)
