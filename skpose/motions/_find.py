@@ -3,6 +3,7 @@
 from numbers import Integral
 from typing import Any, NamedTuple
 
+import numpy as np
 from joblib import effective_n_jobs
 
 from skpose._utils.sklearn import Interval, validate_params
@@ -78,8 +79,6 @@ class MotionIndex:
     >>> from skpose.motions import MotionIndex, find_motion
     >>> wave = np.sin(np.linspace(0, 20, 400))[:, None]
     >>> index = MotionIndex([wave, 2.0 * wave], skeleton=Skeleton.chain(1))
-    >>> index
-    MotionIndex(2 motions, 800 frames, metric='spatial')
     >>> [match.motion for match in find_motion(2.0 * wave[30:70], index, k=2)]
     [1, 1]
     """
@@ -102,20 +101,12 @@ class MotionIndex:
         self._n_dofs = checked.sequences.poses.shape[1]
         self._index = SequenceIndex(checked.rows(chosen, "motions"), checked.skeleton, chosen)
 
-    def __len__(self) -> int:
-        return self._index.sequences.n_motions
-
-    def __repr__(self) -> str:
-        n_frames = len(self._index.sequences.poses)
-        return f"MotionIndex({len(self):,} motions, {n_frames:,} frames, metric={self._index.metric.label!r})"
-
 
 @validate_params(
     COMPARED_CONSTRAINTS
     | {
         "k": [Interval(Integral, 1, None, closed="left")],
         "n_jobs": [None, Integral],
-        "verbose": ["verbose"],
     },
     prefer_skip_nested_validation=True,
 )
@@ -127,7 +118,6 @@ def find_motion(
     skeleton: Skeleton | None = None,
     metric: str | Metric = "auto",
     n_jobs: int | None = None,
-    verbose: int = 0,
 ) -> list[MotionMatch]:
     """Find the k best matches of a short motion in long recordings, by exact subsequence search.
 
@@ -151,8 +141,6 @@ shape (n_motions, n_frames, n_dofs)
         Likewise.
     n_jobs : int, default=None
         Threads; None is 1 unless in a ``joblib.parallel_config`` context, -1 uses all processors.
-    verbose : int, default=0
-        Whether to show progress.
 
     Returns
     -------
@@ -227,11 +215,13 @@ shape (n_motions, n_frames, n_dofs)
     n_dofs = checked.sequences.poses.shape[1]
     if n_dofs != index._n_dofs:
         raise ValueError(f"query has {n_dofs} columns and motions have {index._n_dofs}")
-    search = WindowSearch(index._index, effective_n_jobs(n_jobs), verbose)
+    search = WindowSearch(index._index, effective_n_jobs(n_jobs))
     rows, starts = checked.rows(index._index.metric, "query").poses, index._index.sequences.starts
     windows = search.best(rows, int(k))
     warn_of_unconverged(search.unconverged, search.n_cells)
+    motions = np.searchsorted(starts, [w.start for w in windows], side="right") - 1
+    firsts = starts[motions].tolist()
     return [
-        MotionMatch(w.motion, w.start - int(starts[w.motion]), w.stop - int(starts[w.motion]), w.sum / len(rows))
-        for w in windows
+        MotionMatch(motion, w.start - first, w.stop - first, w.sum / len(rows))
+        for motion, first, w in zip(motions.tolist(), firsts, windows, strict=True)
     ]

@@ -56,7 +56,13 @@ class SequenceIndex:
         if self.filter is not None:
             starts = sequences.starts
             self.ends = np.stack([self.coordinates(starts[:-1]), self.coordinates(starts[1:] - 1)])
-            self._make_boxes()
+            counts = -(-sequences.lengths // FRAMES_PER_BOX)
+            self.box_starts = np.concatenate([[0], np.cumsum(counts)])
+            firsts = np.repeat(starts[:-1] - FRAMES_PER_BOX * self.box_starts[:-1], counts)
+            self.box_firsts = firsts + FRAMES_PER_BOX * np.arange(self.box_starts[-1])
+            coordinates = self.coordinates(np.arange(len(sequences.poses)))
+            low, high = (edge.reduceat(coordinates, self.box_firsts, axis=0) for edge in (np.minimum, np.maximum))
+            self.boxes = np.concatenate([low, high], axis=1)
 
     def under(self, metric: Metric) -> "SequenceIndex":
         """The same motions under another metric with the same bound."""
@@ -67,26 +73,6 @@ class SequenceIndex:
     def coordinates(self, frames: np.ndarray) -> np.ndarray:
         """The filter's coordinates of some frames, (n_frames, n_coordinates), in float32."""
         return cast(ChordFilter, self.filter).coordinates(frames)
-
-    def _make_boxes(self) -> None:
-        lengths, starts = self.sequences.lengths, self.sequences.starts
-        counts = -(-lengths // FRAMES_PER_BOX)
-        self.box_starts = np.concatenate([[0], np.cumsum(counts)])
-        first = np.repeat(starts[:-1] - FRAMES_PER_BOX * self.box_starts[:-1], counts)
-        first += FRAMES_PER_BOX * np.arange(self.box_starts[-1])  # the first frame of each box
-        coordinates = self.coordinates(np.arange(len(self.sequences.poses)))
-        low, high = (edge.reduceat(coordinates, first, axis=0) for edge in (np.minimum, np.maximum))
-        self.boxes = np.concatenate([low, high], axis=1)
-
-    def box_lanes(self, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The boxes of some motions in groups of lanes, and the first of each motion."""
-        rows, starts = gather_rows(self.box_starts, motions)
-        return loops.in_lanes(self.boxes[rows]), starts
-
-    def frame_lanes(self, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The coordinates of the frames of some motions in groups of lanes, and the first of each motion."""
-        rows, starts = gather_rows(self.sequences.starts, motions)
-        return loops.in_lanes(self.coordinates(rows).astype(FLOAT32, copy=False)), starts
 
 
 def gather_rows(starts: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -116,34 +102,34 @@ class Bounds:
 
     def boxes(self, motions: np.ndarray) -> np.ndarray:
         """Bounds of closed paths to some motions, by boxes."""
-        lanes, starts = self.index.box_lanes(motions)
-        return self._warp(lanes, starts, measure_boxes, CLOSED)
+        rows, starts = gather_rows(self.index.box_starts, motions)
+        return self._warp(self.index.boxes[rows], starts, measure_boxes, CLOSED)
 
     def frames(self, motions: np.ndarray, paths: Paths) -> np.ndarray:
         """Bounds of the paths to some motions, by frames."""
-        lanes, starts = self.index.frame_lanes(motions)
-        return self._warp(lanes, starts, measure_euclidean, paths)
+        rows, starts = gather_rows(self.index.sequences.starts, motions)
+        return self._warp(self.index.coordinates(rows), starts, measure_euclidean, paths)
 
-    def _warp(self, lanes: np.ndarray, starts: np.ndarray, measure: object, paths: Paths) -> np.ndarray:
+    def _warp(self, rows: np.ndarray, starts: np.ndarray, measure: object, paths: Paths) -> np.ndarray:
         n_motions = len(starts) - 1
         sums = np.empty((1, n_motions))
         query, pairs = Encoded(self.points.coordinates, np.array([0, self.n])), MotionPairs(0, 1, 0, n_motions, False)
+        lanes = loops.in_lanes(rows.astype(FLOAT32, copy=False))
         warp_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
         return self._in_units(sums[0], self.n + np.diff(starts))
 
     def of_frames(self, start: int, stop: int) -> np.ndarray:
         """Bounds of the distances (n, stop − start) from each frame of the query to some frames."""
-        lanes = loops.in_lanes(self.index.coordinates(np.arange(start, stop)))
-        return self._distances(lanes, stop - start, measure_euclidean)
+        return self._distances(self.index.coordinates(np.arange(start, stop)), measure_euclidean)
 
     def of_boxes(self, first: int, last: int) -> np.ndarray:
         """Bounds of the distances (n, last − first) from each frame of the query to all frames of some boxes."""
-        return self._distances(loops.in_lanes(self.index.boxes[first:last]), last - first, measure_boxes)
+        return self._distances(self.index.boxes[first:last], measure_boxes)
 
-    def _distances(self, lanes: np.ndarray, n_columns: int, measure: object) -> np.ndarray:
-        points = self.points.coordinates
-        distances = np.empty((self.n, n_columns), FLOAT32)
-        n_groups = -(-n_columns // lanes.shape[1])
+    def _distances(self, rows: np.ndarray, measure: object) -> np.ndarray:
+        points, lanes = self.points.coordinates, loops.in_lanes(rows)
+        distances = np.empty((self.n, len(rows)), FLOAT32)
+        n_groups = -(-len(rows) // lanes.shape[1])
         pairs = loops.PairRange(0, self.n, 0, n_groups, triangle=False)
         loops.pair_distances_loop(FLOAT32)(points, lanes, pairs, measure, NO_TREE, NO_WRAP, distances)
         bounds = distances.astype(np.float64)

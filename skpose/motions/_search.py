@@ -91,7 +91,7 @@ class MotionSearch:
     def nearest(self, query: np.ndarray, excluded: int, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Distances and indices of the k nearest motions, by distance and then by index."""
         bounds, codes = Bounds(self.index, query), self.aligner.encode(query)
-        n_frames = len(query) + self.index.sequences.lengths
+        n_frames, starts = len(query) + self.index.sequences.lengths, self.index.sequences.starts
         best: list[tuple[float, int]] = []
         start = np.inf if self._lines is None else self._lines.nearest(query, excluded, k)[0][-1] * (1.0 + ROUNDING)
 
@@ -102,9 +102,11 @@ class MotionSearch:
             for i in by_frames.argsort(kind="stable"):
                 if by_frames[i] > limit():
                     return
-                distance = self._distance(int(motions[i]), bounds, codes, limit())
+                motion = int(motions[i])
+                ends = self.aligner.ends(codes, starts[motion], starts[motion + 1], bounds, limit() * n_frames[motion])
+                distance = float(ends.sums[-1] / n_frames[motion])
                 if distance <= limit():
-                    bisect.insort(best, (distance, int(motions[i])))
+                    bisect.insort(best, (distance, motion))
                     del best[k:]
 
         by_ends = bounds.ends() / n_frames
@@ -125,13 +127,6 @@ class MotionSearch:
         align(candidates, by_frames)
         distances, indices = zip(*best, strict=True)
         return np.array(distances), np.array(indices)
-
-    def _distance(self, motion: int, bounds: Bounds, codes: np.ndarray, limit: float) -> float:
-        """The distance to a motion; infinity if it is above the limit."""
-        start, stop = self.index.sequences.starts[motion : motion + 2]
-        n_frames = len(codes) + int(stop - start)
-        ends = self.aligner.ends(codes, int(start), int(stop), bounds, limit * n_frames)
-        return float(ends.sums[-1] / n_frames)
 
 
 class Request(NamedTuple):

@@ -15,17 +15,15 @@ most half, and so on.
 If overlapping windows leave fewer than k within the limit, it is raised.
 """
 
-import bisect
 import functools
 import itertools
-from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from skpose._compiled.warping.paths import accumulate, accumulate_from, path_to
 from skpose._utils.parallel import in_threads
-from skpose._utils.progress import progress
 from skpose.motions._index import FRAMES_PER_BOX, OPEN, Bounds, SequenceIndex, sums_to_end
 from skpose.motions._matrix import work_per_cell
 from skpose.motions._search import ROUNDING, Aligner
@@ -41,24 +39,18 @@ RAISED = 1.1  # factor for a limit with too few windows
 
 
 class Window(NamedTuple):
-    """A part of a motion, and the sum of the path that takes the query through it."""
+    """A part of a motion in frames of the index, and the sum of the path that takes the query through it."""
 
     sum: float
-    motion: int
-    start: int  # frames of the index
+    start: int
     stop: int
-
-    def overlaps(self, other: "Window") -> bool:
-        """Whether more than half of the shorter window lies in the other window."""
-        common = min(self.stop, other.stop) - max(self.start, other.start)
-        return 2 * common > min(self.stop - self.start, other.stop - other.start)
 
 
 class WindowSearch:
     """A search of an index for the windows that match one motion best."""
 
-    def __init__(self, index: SequenceIndex, n_jobs: int, verbose: int = 0):
-        self.index, self.n_jobs, self.verbose = index, n_jobs, verbose
+    def __init__(self, index: SequenceIndex, n_jobs: int):
+        self.index, self.n_jobs = index, n_jobs
         self.n_cells = 0
         self.unconverged: list[tuple[int, float]] = []
 
@@ -90,16 +82,6 @@ class WindowSearch:
         work = work_per_cell(index.metric, index.skeleton, index.sequences)
         return len(query) * len(index.sequences.poses) * work > WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k)
 
-    def _run(self, what: str, tasks: list[Callable[[], Any]]) -> list[Any]:
-        with progress(what, len(tasks), self.verbose) as advance:
-
-            def run_and_count(task: Callable[[], Any]) -> Any:
-                result = task()
-                advance()
-                return result
-
-            return in_threads([functools.partial(run_and_count, task) for task in tasks], self.n_jobs)
-
     def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
         """A lower bound of the sums of all paths through each box."""
         least = np.empty(len(self.index.boxes))
@@ -109,7 +91,7 @@ class WindowSearch:
             least[first:last] = sums_through(distances, sums_to_end(distances, OPEN), np.full(bounds.n, np.inf))[0]
 
         starts = self.index.box_starts.tolist()
-        self._run("bounds of boxes", [functools.partial(fill, *ends) for ends in itertools.pairwise(starts)])
+        in_threads((functools.partial(fill, *ends) for ends in itertools.pairwise(starts)), self.n_jobs)
         return least
 
     def _scan_boxes(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
@@ -117,9 +99,7 @@ class WindowSearch:
 
         Only boxes within the limit are scanned; elsewhere the bounds are infinite.
         """
-        box_of = np.arange(len(by_boxes)) - np.repeat(self.index.box_starts[:-1], np.diff(self.index.box_starts))
-        firsts = np.repeat(self.index.sequences.starts[:-1], np.diff(self.index.box_starts)) + FRAMES_PER_BOX * box_of
-        frames = np.repeat(by_boxes, np.diff(np.append(firsts, self.index.sequences.starts[-1])))
+        frames = np.repeat(by_boxes, np.diff(self.index.box_firsts, append=self.index.sequences.starts[-1]))
         by_frames, ends = np.full(len(frames), np.inf), np.full(len(frames), np.inf)
         regions = self._find_regions(frames <= limit * (1.0 + ROUNDING), 0)
 
@@ -137,7 +117,7 @@ class WindowSearch:
                 by_frames[slice(*chunk)], to = sums_through(distances, onwards, edge)
                 ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
 
-        self._run("bounds of frames", [functools.partial(scan, *region) for region in regions])
+        in_threads((functools.partial(scan, *region) for region in regions), self.n_jobs)
         return by_frames, ends
 
     def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int, measured: dict[int, Window]) -> float:
@@ -169,14 +149,14 @@ class WindowSearch:
     def _measure_window(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
         """The window that ends at a frame, with the sum along the path that is best by the bounds."""
         starts = self.index.sequences.starts
-        motion = int(np.searchsorted(starts, end, side="right")) - 1
-        start = max(int(starts[motion]), end + 1 - LONGEST * bounds.n)
+        begin = starts[np.searchsorted(starts, end, side="right") - 1]
+        start = max(int(begin), end + 1 - LONGEST * bounds.n)
         sums = bounds.of_frames(start, end + 1)
         accumulate(sums, OPEN)
         path = path_to(sums, True, end - start)
         first = start + int(path[0, 1])
         total = Aligner(self.index, OPEN).path_sum(codes, first, path - [0, first - start])
-        return Window(total, motion, first, end + 1)
+        return Window(total, first, end + 1)
 
     def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
         """Ranges of chosen frames, start and stop; ranges of one motion that are near each other are joined."""
@@ -196,11 +176,10 @@ class WindowSearch:
         def windows(start: int, stop: int) -> tuple[list[Window], Aligner]:
             aligner = Aligner(self.index, OPEN)
             sums, starts = aligner.ends(codes, start, stop, bounds, limit)
-            motion = int(np.searchsorted(self.index.sequences.starts, start, side="right")) - 1
             ends = np.flatnonzero(np.isfinite(sums))
-            return [Window(float(sums[e]), motion, start + int(starts[e]), start + int(e) + 1) for e in ends], aligner
+            return [Window(float(sums[e]), start + int(starts[e]), start + int(e) + 1) for e in ends], aligner
 
-        results = self._run("windows", [functools.partial(windows, *region) for region in regions])
+        results = in_threads((functools.partial(windows, *region) for region in regions), self.n_jobs)
         for _, aligner in results:
             self.n_cells += aligner.n_cells
             self.unconverged += aligner.unconverged
@@ -220,18 +199,15 @@ def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -
 
 
 def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:
-    """The k best windows of which no two overlap by more than half; of equal sums the first comes first."""
-    best: list[Window] = []
-    # The chosen windows of each motion by start. As none contains another, they are in order of stop too.
-    of_motion: dict[int, list[Window]] = {}
-    for window in sorted(windows, key=lambda window: (window.sum, window.stop)):
-        others = of_motion.setdefault(window.motion, [])
-        behind = bisect.bisect_left(others, window.stop, key=lambda other: other.start)
-        first = bisect.bisect_right(others, window.start, key=lambda other: other.stop)
-        if any(window.overlaps(other) for other in others[first:behind]):
-            continue
-        best.append(window)
-        if len(best) == k:
-            break
-        bisect.insort(others, window, key=lambda other: other.start)
+    """The k best windows of which no two overlap by more than half of the shorter one; the first of equal sums."""
+    ordered = sorted(windows, key=lambda window: (window.sum, window.stop))
+    starts, stops = np.array([(window.start, window.stop) for window in ordered], np.int64).reshape(-1, 2).T
+    best, free = [], np.ones(len(ordered), bool)
+    for i, window in enumerate(ordered):
+        if free[i]:
+            best.append(window)
+            if len(best) == k:
+                break
+            common = np.minimum(stops, window.stop) - np.maximum(starts, window.start)
+            free &= 2 * common <= np.minimum(stops - starts, window.stop - window.start)
     return best
