@@ -13,7 +13,6 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_choice, check_skeleton, near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
 from skpose.skeleton._comparison import check_comparable
-from skpose.skeleton._html import columns_of_bones, foldable_table
 from skpose.skeleton._selection import select_bones
 from skpose.skeleton._weights import joint_weights, weight_bones
 
@@ -210,12 +209,8 @@ class Skeleton:
                 return bone
         raise KeyError(f"the skeleton has no joint {name!r}: {near_names(self.joint_names, str(name))}")
 
-    def __contains__(self, name: object) -> bool:
-        """Whether a joint has this name: ``"left_hand" in skeleton``."""
-        return name in self.joint_names
-
     def __iter__(self) -> Iterator[str]:
-        """Yield the names of the joints, as iteration over a dictionary yields its keys."""
+        """Yield the names of the joints, as a dictionary its keys: ``"left_hand" in skeleton``."""
         return iter(self.joint_names)
 
     def __len__(self) -> int:
@@ -414,10 +409,6 @@ class Skeleton:
         given = {bone.name: bone.weight for bone in self.bones if bone.weight is not None}
         weights = f"weights={given}" if len(given) <= 4 else f"weights of {len(given)} joints"
         return f"Skeleton(n_joints={self.n_joints}, n_dofs={self.n_dofs}" + (f", {weights})" if given else ")")
-
-    def _repr_html_(self) -> str:
-        """The bones as a table, for notebooks."""
-        return foldable_table(repr(self), columns_of_bones(self))
 
     def __reduce__(self) -> tuple:
         return Skeleton, (self.bones, self.offset_frame)
