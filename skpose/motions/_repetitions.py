@@ -10,15 +10,16 @@ from sklearn.utils import check_random_state
 
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
+from skpose._utils.warnings import warn
 from skpose.metrics import Geodesic, Metric, Spatial
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import check_single_motions
 from skpose.motions._surrogates import p_value
-from skpose.motions._template import NOTHING, Frames, explain, repetitions
+from skpose.motions._template import NOTHING, Frames, Limits, explain
 from skpose.skeleton import Motion, Skeleton
 
-MOST_FRAMES = 4000  # longer motions are thinned
+MISSING = 0.1  # share of a repetition's frames; above it a warning says how many are missing
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -175,7 +176,8 @@ def segment_repetitions(
     ConvergenceWarning
         If geodesics did not converge.
     UserWarning
-        If the poses look like degrees, see `pose_distances`.
+        If the poses look like degrees, see `pose_distances`, or if more than a tenth of the frames of a repetition are
+        missing, see `Motion.frame_numbers`.
 
     See Also
     --------
@@ -194,9 +196,9 @@ def segment_repetitions(
     Smooth random movements of up to three degrees of freedom that stay near one pose are mostly called repetitions, as
     is what oscillates irregularly: order is tested, not regularity.
 
-    Up to n = 4,000 frames all n² distances between poses are computed, in seconds and up to 0.5 GB. Of longer motions
-    every k-th frame is taken, so starts and stops are exact to k frames. In very long ones, find the repetitions of a
-    part, and search for one of them with `find_motion`.
+    Up to n = 2,000 frames all n² distances between poses are computed, in seconds and 0.13 GB. Longer motions take time
+    in proportion to n, one to five milliseconds per frame; long templates are then exact to a sixteenth of their
+    length.
 
     References
     ----------
@@ -238,19 +240,22 @@ def segment_repetitions(
     poses = checked.sequences.poses
     if checked.skeleton is not None:
         warn_of_degrees(None, checked.skeleton, motion=poses)
-    n_threads, every = effective_n_jobs(n_jobs), -(-len(poses) // MOST_FRAMES)
-    least, most = -(-(min_frames or 1) // every), (max_frames or len(poses)) // every
-    frames = Frames(*_turn_euler(poses[::every], chosen, checked.skeleton), n_jobs)
-    best, fitness, pvalue, found = explain(frames, least, most, n_threads), 0.0, 1.0, NOTHING
+    limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
+    frames = Frames(*_turn_euler(poses, chosen, checked.skeleton), n_jobs)
+    best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, NOTHING
     if best is not None:
         fitness = best.fitness
-        pvalue = p_value(frames, least, most, n_surrogates, check_random_state(random_state), n_threads)
+        pvalue = p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads)
         if fitness >= min_fitness and pvalue <= alpha:
-            found = repetitions(frames, best)
+            found = best.repetitions()
     warn_of_unconverged(frames.unconverged, frames.n_pairs)
-    starts, stops = np.minimum(found.segments.T * every, len(poses))
+    starts, stops = found.segments.T
     given, times = (motion, motion.times) if isinstance(motion, Motion) else (poses, None)
     repeated = [given[start:stop] for start, stop in zip(starts, stops, strict=True)]
+    for i, one in enumerate(repeated):
+        missing = int(np.ptp(one.frame_numbers)) + 1 - len(one) if isinstance(one, Motion) else 0
+        if missing > MISSING * len(one):
+            warn(f"repetition {i} lacks {missing} frames of the recording, and is compared as if it were complete")
     return Repetitions(
         starts, stops, found.distances, found.template, fitness, pvalue, repeated, checked.skeleton, times
     )

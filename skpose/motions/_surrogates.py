@@ -16,7 +16,7 @@ import numpy as np
 
 from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._utils.parallel import in_threads
-from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Frames
+from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Frames, Limits
 
 EXTENT = 1.25  # least distance between two frames of a template, in units of the near distance
 # In units of the median number of frames from a pose to a distant one, about half a movement:
@@ -24,24 +24,25 @@ PIECE = 0.25  # mean length of a piece
 LEAST_TEMPLATE = 2.0  # shortest template: a movement
 RESOLUTION = 4  # frames of such a half that are kept
 MOST_FRAMES = 300  # of a section
+SECTIONS = 5  # for the length of half a movement
 GROWTH, STARTS_PER_LENGTH = 1.4, 3  # of the templates; coarser than in `_template`
 STEADY = 0.03  # added to the standard deviation of the fitness, which may be zero
 
 
-def p_value(frames: Frames, least: int, most: int, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
+def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
     """Share of the surrogates that repeat as much as the motion, the motion included."""
-    near = frames.near  # other movements may be far away, so not the median
-    if len(frames.moving) < 2 * LEAST_LENGTH or near == 0.0:
+    moving, near = frames.moving(1), frames.near  # other movements may be far away, so not the median
+    if len(moving) < 2 * LEAST_LENGTH or near == 0.0:
         return 1.0
-    half = _frames_of_half(frames.distances >= EXTENT * near)
+    half = _frames_of_half(frames, EXTENT * near)
     thinning = max(1, int(half / RESOLUTION))
     half = half / thinning
-    kept = np.arange(0, len(frames.moving), thinning)
+    kept = moving[::thinning]
     sections = np.array_split(kept, -(-len(kept) // MOST_FRAMES))
-    lengths = _lengths(min(map(len, sections)), half, least / thinning, most / thinning)
+    lengths = _lengths(min(map(len, sections)), half, limits.least / thinning, limits.most / thinning)
     fitness = np.zeros((1 + n_surrogates, len(lengths)))
     for section in sections:
-        n, distances = len(section), frames.distances[np.ix_(section, section)]
+        n, distances = len(section), frames.distances(section)
         similarities, is_far = 1.0 - distances / (ZERO * near), distances >= EXTENT * near
         orders = [np.arange(n), *(_shuffle(n, PIECE * half, rng) for _ in range(n_surrogates))]
 
@@ -56,11 +57,22 @@ def p_value(frames: Frames, least: int, most: int, n_surrogates: int, rng: np.ra
     return float(np.mean(largest >= largest[0]))
 
 
-def _frames_of_half(is_far: np.ndarray) -> float:
-    """Median number of frames from a frame to the first one far from it, or from one in between."""
-    reach = first_far(is_far)
-    starts = np.flatnonzero(reach < len(reach))
-    return float(np.median(reach[starts] - starts)) if len(starts) else len(reach) / 2
+def _frames_of_half(frames: Frames, far: float) -> float:
+    """Median number of frames from a frame to the first one far from it, or from one in between.
+
+    Long motions are measured in some sections; movements longer than a section among every second or fourth frame.
+    """
+    every, sections = 1, []
+    while True:
+        sections, found = frames.sections(every, SECTIONS), []
+        for section in sections:
+            reach = first_far(frames.distances(section) >= far)
+            starts = np.flatnonzero(reach < len(reach))
+            found.append(every * (reach[starts] - starts))
+        halves = np.concatenate(found)
+        if 2 * len(halves) > sum(map(len, sections)) or len(frames.sections(every)) == 1:
+            return float(np.median(halves)) if len(halves) else every * len(sections[0]) / 2
+        every *= 2
 
 
 def _lengths(n: int, half: float, least: float, most: float) -> np.ndarray:
