@@ -170,7 +170,8 @@ def _read_entries(
         names = points = positions_only(source, named)
     elif counts != [len(names or points)]:
         raise source.error(f"expected {len(names or points)} points in every frame, found {counts[0]}")
-    array = _numbers(source, [[frame.get(point, UNSEEN) for point in points] for frame in frames])
+    rows = [[frame.get(point, UNSEEN) for point in points] for frame in frames]
+    array = _numbers(source, rows, (len(frames), len(points), 4))
     positions, sure = array[:, :, :3], array[:, :, 3]
     sure = np.where(np.isnan(sure), ~np.isnan(positions).any(axis=2), sure)
     given = [number for _, number in entries if number is not None]
@@ -181,7 +182,7 @@ def _read_entries(
     times = {key: [frame.get(key) for frame in dicts]} if key else {key: document.get(key) for key in TIMES}
     for key, values in times.items():
         if isinstance(values, list) and len(values) == len(entries) and all(map(_is_number, values)):
-            stored = stored._replace(times=Times(key, _numbers(source, values), numbers))
+            stored = stored._replace(times=Times(key, _numbers(source, values, (len(values),)), numbers))
     return at_frames(source, stored, numbers)
 
 
@@ -263,10 +264,10 @@ class _Reader:
         raise self.source.error(f"expected a point with x, y and z, found {what}")
 
 
-def _numbers(source: Source, values: list) -> np.ndarray:
-    """Numbers as an array, NaN for null."""
+def _numbers(source: Source, values: list, shape: tuple[int, ...]) -> np.ndarray:
+    """Numbers as an array of a shape, NaN for null."""
     try:
-        return np.array(values, dtype=np.float64)
+        return np.array(values, dtype=np.float64).reshape(shape)
     except (TypeError, ValueError, OverflowError) as error:
         raise source.error(f"expected numbers: {error}") from None
 

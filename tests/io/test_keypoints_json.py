@@ -279,6 +279,7 @@ POINT = {"x": 0.1, "y": 0.2, "z": 0.3}
         {"people": [{"pose_keypoints_3d": [1, 2, 3, 1, 2]}]},
         {"hello": "world"},
         {"images": [3], "annotations": []},
+        {"Loop": "wrap", "Frames": [[0.0] * 44] * 4},
     ],
 )
 def test_what_is_refused(document):
