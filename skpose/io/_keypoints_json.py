@@ -170,10 +170,13 @@ def _read_entries(
         names = points = positions_only(source, named)
     elif counts != [len(names or points)]:
         raise source.error(f"expected {len(names or points)} points in every frame, found {counts[0]}")
-    rows = [[frame.get(point, UNSEEN) for point in points] for frame in frames]
-    array = _numbers(source, rows, (len(frames), len(points), 4))
-    positions, sure = array[:, :, :3], array[:, :, 3]
-    sure = np.where(np.isnan(sure), ~np.isnan(positions).any(axis=2), sure)
+    array = _numbers(
+        source,
+        [[frame.get(point, UNSEEN) for point in points] for frame in frames],
+        (len(frames), len(points), 4),
+    )
+    positions = array[:, :, :3]
+    sure = np.where(np.isnan(array[:, :, 3]), ~np.isnan(positions).any(axis=2), array[:, :, 3])
     given = [number for _, number in entries if number is not None]
     numbers = given if len(given) == len(entries) else None
     stored = Stored(positions, as_confidences(source, sure), names)
