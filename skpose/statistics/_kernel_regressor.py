@@ -253,7 +253,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
 
     def _check_y(self, y):
         """Targets as poses (n_samples, n_dofs)."""
-        y = check_poses(np.reshape(y, (-1, 1)) if np.ndim(y) == 1 else y, self.skeleton_, "y")
+        y = check_poses(np.asarray(y)[:, np.newaxis] if np.asarray(y).ndim == 1 else y, self.skeleton_, "y")
         if self.skeleton_ is not None:
             warn_of_degrees(None, self.skeleton_, y=y, in_estimator=True)
         return y
