@@ -12,7 +12,7 @@ from skpose._utils.parallel import over_rows
 from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_is_array, check_poses, check_skeleton
+from skpose._utils.validation import check_poses, check_skeleton
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, tree_of_all_joints
 from skpose.skeleton import Skeleton
 
@@ -82,7 +82,6 @@ def joint_positions(angles: np.ndarray, skeleton: Skeleton, n_threads: int = 1) 
 
 
 def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
-    check_is_array(angles, "angles")
     check_skeleton(skeleton)
     angles = check_poses(angles, skeleton, "angles")
     warn_of_degrees(None, skeleton, angles=angles)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._inverse_problem import Task, problem_of
+from skpose.kinematics._inverse import Task, problem_of
 from skpose.robots._stance import Place, with_places
 from skpose.skeleton import Skeleton
 

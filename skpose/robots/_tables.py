@@ -31,55 +31,56 @@ class Robot(NamedTuple):
     sole: float = 0.0  # half its width, m
 
 
-G1 = Robot(
-    "Unitree G1",
-    "g1_29dof.xml of https://github.com/unitreerobotics/unitree_mujoco: the soles are the spheres of 5 mm at the "
-    "corners of each foot, the hinges of the hips, the shoulders and the wrists do not meet by up to 5 cm",
-    {HIP: ("left_hip_pitch_link", (0.0, 0.052, 0.0)), KNEE: "left_knee_link", ANKLE: "left_ankle_pitch_link"}
-    | {HEEL: ("left_ankle_roll_link", (-0.05, 0.0, -0.035)), TIP: ("left_ankle_roll_link", (0.12, 0.0, -0.035))}
-    | {
-        SHOULDER: ("left_shoulder_pitch_link", (0.0, 0.0466, 0.0135)),
-        ELBOW: "left_elbow_link",
-        WRIST: "left_wrist_pitch_link",
-    }
-    | {HAND: ("left_wrist_yaw_link", (0.05, 0.0, 0.0))},
-    (("left", "right"),),
-    (0.0, 0.39448),
-    0.03,
+ROBOTS = (
+    Robot(
+        "Unitree G1",
+        "g1_29dof.xml of https://github.com/unitreerobotics/unitree_mujoco: the soles are the spheres of 5 mm at the "
+        "corners of each foot, the hinges of the hips, the shoulders and the wrists do not meet by up to 5 cm",
+        {HIP: ("left_hip_pitch_link", (0.0, 0.052, 0.0)), KNEE: "left_knee_link", ANKLE: "left_ankle_pitch_link"}
+        | {HEEL: ("left_ankle_roll_link", (-0.05, 0.0, -0.035)), TIP: ("left_ankle_roll_link", (0.12, 0.0, -0.035))}
+        | {
+            SHOULDER: ("left_shoulder_pitch_link", (0.0, 0.0466, 0.0135)),
+            ELBOW: "left_elbow_link",
+            WRIST: "left_wrist_pitch_link",
+        }
+        | {HAND: ("left_wrist_yaw_link", (0.05, 0.0, 0.0))},
+        (("left", "right"),),
+        (0.0, 0.39448),
+        0.03,
+    ),
+    Robot(
+        "Booster T1",
+        "t1.xml of https://github.com/google-deepmind/mujoco_menagerie: the soles are the boxes of its feet; and the "
+        "model with hands of https://github.com/YanjieZe/GMR",
+        {HIP: "Hip_Pitch_Left", KNEE: "Shank_Left", ANKLE: "Ankle_Cross_Left"}
+        | {HEEL: ("left_foot_link", (-0.1015, 0.0, -0.03)), TIP: ("left_foot_link", (0.1215, 0.0, -0.03))}
+        | {SHOULDER: "AL2", ELBOW: "AL4", WRIST: "AL6"},
+        (("Left", "Right"), ("left", "right"), ("AL", "AR")),
+        (-0.005, 0.3345),
+        0.05,
+    ),
+    Robot(
+        "EngineAI PM01",
+        "serial_pm01_edu.xml of https://github.com/engineai-robotics/engineai_robotics_native_sdk: the soles are the "
+        "boxes of its feet, and the forearm is one link without a wrist",
+        {HIP: ("LINK_HIP_PITCH_L", (0.0, 0.0494, -0.0132)), KNEE: "LINK_KNEE_PITCH_L", ANKLE: "LINK_ANKLE_PITCH_L"}
+        | {HEEL: ("LINK_ANKLE_ROLL_L", (-0.0853, 0.0, -0.0463)), TIP: ("LINK_ANKLE_ROLL_L", (0.1193, 0.0, -0.0463))}
+        | {SHOULDER: ("LINK_SHOULDER_PITCH_L", (0.0, 0.0669, -0.0208)), ELBOW: "LINK_ELBOW_PITCH_L"}
+        | {WRIST: "LINK_ELBOW_YAW_L"},
+        (("_L", "_R"),),
+        (-0.030355, 0.357598),
+        0.0536,
+    ),
+    Robot(
+        "Galaxea R1 Pro",
+        "r1_pro.xml of https://github.com/YanjieZe/GMR: the hinges of shoulders, elbows and wrists meet in these "
+        "points; wheels carry it",
+        {SHOULDER: ("left_arm_link1", (0.0, 0.0813, 0.0)), ELBOW: ("left_arm_link4", (0.0, -0.0351, 0.0))}
+        | {WRIST: ("left_arm_link6", (0.0, 0.028, 0.0)), HAND: ("left_arm_link7", (-0.0295, 0.0, -0.1))},
+        (("left", "right"),),
+        (0.0, 0.56805),
+    ),
 )
-T1 = Robot(
-    "Booster T1",
-    "t1.xml of https://github.com/google-deepmind/mujoco_menagerie: the soles are the boxes of its feet; and the model "
-    "with hands of https://github.com/YanjieZe/GMR",
-    {HIP: "Hip_Pitch_Left", KNEE: "Shank_Left", ANKLE: "Ankle_Cross_Left"}
-    | {HEEL: ("left_foot_link", (-0.1015, 0.0, -0.03)), TIP: ("left_foot_link", (0.1215, 0.0, -0.03))}
-    | {SHOULDER: "AL2", ELBOW: "AL4", WRIST: "AL6"},
-    (("Left", "Right"), ("left", "right"), ("AL", "AR")),
-    (-0.005, 0.3345),
-    0.05,
-)
-PM01 = Robot(
-    "EngineAI PM01",
-    "serial_pm01_edu.xml of https://github.com/engineai-robotics/engineai_robotics_native_sdk: the soles are the boxes "
-    "of its feet, and the forearm is one link without a wrist",
-    {HIP: ("LINK_HIP_PITCH_L", (0.0, 0.0494, -0.0132)), KNEE: "LINK_KNEE_PITCH_L", ANKLE: "LINK_ANKLE_PITCH_L"}
-    | {HEEL: ("LINK_ANKLE_ROLL_L", (-0.0853, 0.0, -0.0463)), TIP: ("LINK_ANKLE_ROLL_L", (0.1193, 0.0, -0.0463))}
-    | {SHOULDER: ("LINK_SHOULDER_PITCH_L", (0.0, 0.0669, -0.0208)), ELBOW: "LINK_ELBOW_PITCH_L"}
-    | {WRIST: "LINK_ELBOW_YAW_L"},
-    (("_L", "_R"),),
-    (-0.030355, 0.357598),
-    0.0536,
-)
-R1_PRO = Robot(
-    "Galaxea R1 Pro",
-    "r1_pro.xml of https://github.com/YanjieZe/GMR: the hinges of shoulders, elbows and wrists meet in these points; "
-    "wheels carry it",
-    {SHOULDER: ("left_arm_link1", (0.0, 0.0813, 0.0)), ELBOW: ("left_arm_link4", (0.0, -0.0351, 0.0))}
-    | {WRIST: ("left_arm_link6", (0.0, 0.028, 0.0)), HAND: ("left_arm_link7", (-0.0295, 0.0, -0.1))},
-    (("left", "right"),),
-    (0.0, 0.56805),
-)
-ROBOTS = (G1, T1, PM01, R1_PRO)
 
 
 def places_of(robot: Robot) -> dict[str, tuple[str, Vector]]:

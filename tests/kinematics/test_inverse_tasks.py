@@ -7,7 +7,7 @@ from conftest import in_space
 
 from skpose import inverse_kinematics
 from skpose.datasets import make_gait
-from skpose.kinematics import _inverse, _inverse_problem
+from skpose.kinematics import _inverse
 
 TASK = 64
 RESULTS = "poses", "residuals", "converged", "root_positions", "root_rotations", "n_iter"
@@ -15,8 +15,8 @@ RESULTS = "poses", "residuals", "converged", "root_positions", "root_rotations",
 
 @pytest.fixture
 def small_tasks(monkeypatch):
-    monkeypatch.setattr(_inverse_problem, "TASK", TASK)
-    monkeypatch.setattr(_inverse_problem, "WARM_UP", 32)
+    monkeypatch.setattr(_inverse, "TASK", TASK)
+    monkeypatch.setattr(_inverse, "WARM_UP", 32)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_a_task_follows_the_one_before(small_tasks, monkeypatch, walk):
     """All poses are nearly those that one long task has."""
     positions, skeleton = walk
     parts = inverse_kinematics(positions, skeleton)
-    monkeypatch.setattr(_inverse_problem, "TASK", 10_000)
+    monkeypatch.setattr(_inverse, "TASK", 10_000)
     whole = inverse_kinematics(positions, skeleton)
     np.testing.assert_allclose(parts.poses, whole.poses, atol=0.02)
     np.testing.assert_array_equal(parts.poses[:TASK], whole.poses[:TASK])
@@ -64,6 +64,6 @@ def test_joints_that_are_long_lost_keep_their_angles_from_task_to_task(small_tas
     lost = positions.copy()
     lost[50:200, skeleton.joint_names.index(name)] = np.nan
     parts = inverse_kinematics(lost, skeleton)
-    monkeypatch.setattr(_inverse_problem, "TASK", 10_000)
+    monkeypatch.setattr(_inverse, "TASK", 10_000)
     whole = inverse_kinematics(lost, skeleton)
     np.testing.assert_allclose(parts.poses, whole.poses, atol=0.05)
