@@ -214,7 +214,7 @@ class Case:
     def __init__(self, robot, motion, names):
         theirs, ours = stances_of(motion.skeleton, robot.skeleton, None)
         self.robot, self.motion, self.ours = robot, motion, ours
-        self.aim = _targets.aim_at(motion, robot.skeleton, theirs, ours, None, "enforce")
+        self.aim = _targets.aim_at(motion, robot.skeleton, theirs, ours, None)
         self.bones = [pair for pair in BONES if f"left_{pair[0]}" in ours.places]
         self.marks = [(side, mark) for side in SIDES for mark in {m: 0 for pair in self.bones for m in pair}]
         named = [ours.places[f"{side}_{mark}"] for side, mark in self.marks]
@@ -371,8 +371,9 @@ def controls(robot, motion, bend, names):
         f"  turning by 360°: {violations(result)}; the root turns by {largest:.2f}° a frame at most, the person's "
         f"{largest_wished:.2f}°; its angles change by {jump:.2f}° at most"
     )
+    free_robot = replace(robot.skeleton, bones=[bone._replace(limits=None) for bone in robot.skeleton.bones])
     for label, one in (("walk", motion), ("bending", bend)):
-        free = violations(retarget_to_robot(one, robot.skeleton, joint_limits="ignore"))
+        free = violations(replace(retarget_to_robot(one, free_robot), skeleton=robot.skeleton))
         print(f"  {label}, limits ignored: {free['outside']} angles outside, by {free['beyond']:.1f}° at most")
     if "left_hip" in stances_of(motion.skeleton, robot.skeleton, None)[1].places:
         case = Case(robot, motion, names)

@@ -76,7 +76,7 @@ def _retarget(
     onto_robot = any(bone.is_hinge for bone in skeleton.bones) and not any(b.is_hinge for b in motion.skeleton.bones)
     if args.method == "limbs" or (args.method == "auto" and onto_robot):
         scale = None if args.factor == "lengths" else args.factor
-        return retarget_to_robot(motion, skeleton, joints, scale, "enforce")
+        return retarget_to_robot(motion, skeleton, joints, scale)
     return retarget_and_report(motion, skeleton, args.method, joints, args.factor, "ignore", args.jobs, 0)
 
 

@@ -149,55 +149,44 @@ def load_robot(
 def build_robot(file: RobotFile, root: str | None, held: Mapping[str, Any] | None) -> Robot:
     """Build the skeleton of the links below a root, with some joints held."""
     model = file.model
-    given = [model.body(i).name for i in range(model.nbody)]
-    taken = set(given)
-    bodies = [name or _new_name(f"body_{i}", taken) for i, name in enumerate(given)]
+    bodies = [model.body(i).name or f"body_{i}" for i in range(model.nbody)]
     joints = _joints_of(file, bodies, held or {})
-    top = _choose_root(file, bodies, joints, root)
+    free = {joint.body: joint for joint in joints if joint.kind == FREE}
     jointed = {joint.body for joint in joints if joint.kind != FREE}
+    robots = [body for body in free if jointed & _below(model, body)]
+    top = _choose_root(file, bodies, robots, root)
     inside = _below(model, top)
-    for joint in joints:  # a free link that carries no joints is an object next to the robot
-        if joint.kind == FREE and not jointed & {*(carried := _below(model, joint.body))}:
-            inside = [body for body in inside if body not in {joint.body, *carried}]
-    for joint in joints:
-        if joint.kind == FREE and joint.body in inside:
-            name = bodies[joint.body]
-            raise file.error(f"{name!r} moves freely, and only a root can: pass root={name!r}, got {bodies[top]!r}")
-    taken = set(bodies)
+    for body in free.keys() - robots:  # a free link that carries no joints is an object next to the robot
+        inside -= {body, *_below(model, body)}
+    for name in (bodies[body] for body in robots if body in inside):
+        raise file.error(f"{name!r} moves freely, and only a root can: pass root={name!r}, got {bodies[top]!r}")
     bones: list[Bone] = []
     columns: dict[str, Joint] = {}
     try:
-        for body in inside:
+        for body in sorted(inside):
             carrier = int(model.body_parentid[body])
             parent = None if carrier == top else bodies[carrier]
             place = np.array(model.body_pos[body]), _matrix(model.body_quat[body])
             own = [joint for joint in joints if joint.body == body]
-            bones += _bones_of_body(bodies[body], parent, place, own, taken, columns)
+            bones += _bones_of_body(bodies[body], parent, place, own, columns)
         if not columns:
             raise ValueError(f"{bodies[top]!r} carries no joint that moves")
         skeleton = Skeleton(bones, "parent")
     except ValueError as error:
         raise file.error(str(error)) from None
-    free = next((joint for joint in joints if joint.body == top and joint.kind == FREE), None)
     notes = (*file.notes, *_left_out(model, bodies, joints, top, inside))
-    return Robot(skeleton, top, bodies[top], tuple(joints), columns, free, notes)
-
-
-def _new_name(name: str, taken: set[str]) -> str:
-    """Append underscores to a name until it is new, and add it to those taken."""
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name
+    return Robot(skeleton, top, bodies[top], tuple(joints), columns, free.get(top), notes)
 
 
 def _joints_of(file: RobotFile, bodies: Sequence[str], held: Mapping[str, Any]) -> list[Joint]:
     """All joints of the model; one without a name has its link's name and "_joint"."""
     model = file.model
-    given = [model.joint(i).name for i in range(model.njnt)]
-    taken = set(given)
-    owners = model.jnt_bodyid.tolist()
-    names = [name or _new_name(f"{bodies[body]}_joint", taken) for name, body in zip(given, owners, strict=True)]
+    names: list[str] = []
+    for i, body in enumerate(model.jnt_bodyid):
+        name = model.joint(i).name or f"{bodies[body]}_joint"
+        while name in names:
+            name += "_"
+        names.append(name)
     if unknown := [name for name in held if name not in names]:
         raise file.error(
             f"held has an unknown joint, {unknown[0]!r}: {near_names(names, unknown[0], list_names(names))}"
@@ -206,35 +195,29 @@ def _joints_of(file: RobotFile, bodies: Sequence[str], held: Mapping[str, Any]) 
     for i, name in enumerate(names):
         kind, address = int(model.jnt_type[i]), int(model.jnt_qposadr[i])
         limits = tuple(model.jnt_range[i].tolist()) if model.jnt_limited[i] else None
-        value = None
-        if name in held:
-            value = np.array(held[name], dtype=np.float64)
-            is_number = kind in (SLIDE_JOINT, HINGE_JOINT)
-            lower, upper = limits if limits is not None and is_number else (-np.inf, np.inf)
+        value = np.array(held[name], dtype=np.float64) if name in held else None
+        if value is not None:
             if value.shape != SHAPES[kind] or not np.isfinite(value).all():
                 raise file.error(f"held[{name!r}] must be finite, of shape {SHAPES[kind]}, got {held[name]!r}")
-            if is_number and not lower - WITHIN <= value <= upper + WITHIN:
-                raise file.error(f"held[{name!r}] must be in [{lower:.6g}, {upper:.6g}], rad or m, got {value:g}")
-        point, axis = np.array(model.jnt_pos[i]), np.array(model.jnt_axis[i])
-        joints.append(Joint(name, kind, owners[i], address, point, axis, float(model.qpos0[address]), limits, value))
+            if value.ndim == 0 and limits and not limits[0] - WITHIN <= value <= limits[1] + WITHIN:
+                raise file.error(f"held[{name!r}] must be in [{limits[0]:.6g}, {limits[1]:.6g}], got {value:g}")
+        body, point, axis = int(model.jnt_bodyid[i]), np.array(model.jnt_pos[i]), np.array(model.jnt_axis[i])
+        joints.append(Joint(name, kind, body, address, point, axis, float(model.qpos0[address]), limits, value))
     return joints
 
 
-def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint], root: str | None) -> int:
+def _choose_root(file: RobotFile, bodies: Sequence[str], robots: Sequence[int], root: str | None) -> int:
     """The link of this name; without a name, the one with joints that moves freely, or the world."""
     if root is not None:
         if root not in bodies:
             raise file.error(f"root is an unknown link, {root!r}: {near_names(bodies, root, list_names(bodies))}")
         return bodies.index(root)
+    if len(robots) > 1:
+        names = list_names(bodies[body] for body in robots)
+        raise file.error(f"several links with joints move freely: choose root= among {names}")
+    if robots:
+        return robots[0]
     model = file.model
-    carriers = {joint.body for joint in joints if joint.kind != FREE}
-    free = [joint.body for joint in joints if joint.kind == FREE and carriers & set(_below(model, joint.body))]
-    if len(free) > 1:
-        raise file.error(
-            f"several links with joints move freely: choose root= among {list_names(bodies[i] for i in free)}"
-        )
-    if free:
-        return free[0]
     first = np.flatnonzero(model.body_parentid[1:] == WORLD) + 1
     if file.is_urdf and len(first) == 1 and not model.body_jntnum[first[0]]:
         link = int(first[0])
@@ -243,13 +226,13 @@ def _choose_root(file: RobotFile, bodies: Sequence[str], joints: Sequence[Joint]
     return WORLD
 
 
-def _below(model: Any, top: int) -> list[int]:
-    """The links that a link carries, in MuJoCo's order, without mocap bodies."""
+def _below(model: Any, top: int) -> set[int]:
+    """The links that a link carries, without mocap bodies."""
     inside = {top}
     for body in range(1, model.nbody):  # parents first
-        if int(model.body_parentid[body]) in inside and body != top and model.body_mocapid[body] < 0:
+        if int(model.body_parentid[body]) in inside and model.body_mocapid[body] < 0:
             inside.add(body)
-    return sorted(inside - {top})
+    return inside - {top}
 
 
 def _bones_of_body(
@@ -257,7 +240,6 @@ def _bones_of_body(
     parent: str | None,
     place: tuple[np.ndarray, np.ndarray | None],
     joints: Sequence[Joint],
-    taken: set[str],
     columns: dict[str, Joint],
 ) -> list[Bone]:
     """The bones from one link to the next: one for each joint, and a rigid one where the link is elsewhere."""
@@ -274,7 +256,7 @@ def _bones_of_body(
             offset = offset - joint.reference * (rest @ joint.axis)
         elif joint.kind == HINGE_JOINT and joint.reference:
             rest = rest @ _about(joint.axis, -joint.reference)
-        anchor = _new_name(f"{joint.name}_anchor", taken)
+        anchor = f"{joint.name}_anchor"
         bone = Bone(anchor, parent, offset + 0.0, DOFS[joint.kind], _exact(rest))
         if joint.kind != SPHERICAL:
             limits = None if joint.limits is None else (joint.limits,)
@@ -318,12 +300,12 @@ def _exact(matrix: np.ndarray) -> np.ndarray | None:
     return None if (matrix == np.eye(3)).all() else matrix
 
 
-def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: int, inside: Sequence[int]) -> list[str]:
+def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: int, inside: set[int]) -> list[str]:
     """What the skeleton leaves out: other links, joints above the root that are not held, limits."""
     chain = [top]
     while chain[-1] != WORLD:
         chain.append(int(model.body_parentid[chain[-1]]))
-    others = [bodies[body] for body in range(1, model.nbody) if body not in {*inside, *chain}]
+    others = [bodies[body] for body in range(1, model.nbody) if body not in inside.union(chain)]
     above = [joint.name for joint in joints if joint.body in chain and joint.kind != FREE and joint.held is None]
     balls = [joint.name for joint in joints if joint.kind == SPHERICAL and joint.limits and joint.body in inside]
     own = [(joint, ends) for joint, ends in zip(joints, model.jnt_range, strict=True) if joint.body in inside]

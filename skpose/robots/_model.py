@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.io import MocapFormatError
-from skpose.robots._kind import first_element, robot_kind
+from skpose.io._arguments import Readable
 
 # Elements of a model other than bodies, frames and joints; elements that refer to others come first.
 REMOVED = (
@@ -24,6 +24,12 @@ REMOVED = (
     "plugins",
 )
 READS_URDF = (4, 0)  # the first version of MuJoCo that reads mimic joints and reports the limits that it ignores
+# Blanks, declarations and comments before the first element, none of which is tried twice, and its name.
+FIRST_ELEMENT = re.compile(
+    r"(?:\s|(?><\?.*?\?>)|(?><!--.*?-->)|(?><!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>))*+<([\w:.-]+)", re.DOTALL
+)
+MJCF, URDF = "mujoco", "robot"  # the first element
+HEAD = 1 << 18  # bytes, at most, before the end of the first element
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 MOST_NAMES = 5  # in a message
 
@@ -75,9 +81,7 @@ def read_robot(path: Any) -> RobotFile:
         except (ValueError, RuntimeError, mujoco.FatalError) as error:
             message = " ".join(str(error).split()).removeprefix("Error: ")
             raise MocapFormatError(name, None, f"MuJoCo cannot read this file: {message}") from None
-    said = list(dict.fromkeys(said))
-    more = [f"{len(said) - MOST_NAMES} more warnings of MuJoCo"] if len(said) > MOST_NAMES else []
-    return RobotFile(name, model, is_urdf, (*notes, *said[:MOST_NAMES], *more))
+    return RobotFile(name, model, is_urdf, (*notes, *dict.fromkeys(said)))
 
 
 def _read_text(path: Any) -> tuple[str, str]:
@@ -92,14 +96,26 @@ def _read_text(path: Any) -> tuple[str, str]:
 
 def _is_urdf(name: str, text: str) -> bool:
     """Whether a robot is URDF and not MJCF; refuse other files."""
-    kind = robot_kind(text)
-    if kind is None:
-        found = first_element(text)
-        shown = f"<{found}>" if found else repr(" ".join(text[:200].split())[:40])
-        raise MocapFormatError(name, None, f"expected <mujoco> (MJCF) or <robot> (URDF), found {shown}")
-    if kind == "URDF" and "<xacro:" in COMMENT.sub("", text):
+    element = _first_element(text)
+    if element not in (MJCF, URDF):
+        raise MocapFormatError(name, None, f"expected <mujoco> (MJCF) or <robot> (URDF), found <{element}>")
+    if element == URDF and "<xacro:" in COMMENT.sub("", text):
         raise MocapFormatError(name, None, "expected URDF, found a xacro template: expand it with xacro")
-    return kind == "URDF"
+    return element == URDF
+
+
+def _first_element(text: str) -> str:
+    """The name of the first element of a text in XML; empty if there is none."""
+    found = FIRST_ELEMENT.match(text.removeprefix("\ufeff"))
+    return found[1] if found else ""
+
+
+def is_robot(path: Readable) -> bool:
+    """Whether a file, or an open file of bytes, is a robot, by its beginning."""
+    if isinstance(path, str | os.PathLike):
+        with Path(path).open("rb") as file:
+            return is_robot(file)
+    return _first_element(path.read(HEAD).decode("utf-8", errors="replace")) in (MJCF, URDF)
 
 
 @contextmanager

@@ -13,7 +13,8 @@ from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
 from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, build_robot
 from skpose.robots._model import RobotFile, list_names, read_robot
-from skpose.skeleton import Bone, Motion
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._root import continuous_root_angles, root_orientations
 from skpose.skeleton._rotation_forms import FORMS
@@ -101,7 +102,7 @@ def qpos_from_motion(
     """
     file = read_robot(path)
     robot = build_robot(file, root, held)
-    _check_skeleton(file, robot, motion.skeleton)
+    _check_skeleton(file, robot.skeleton, motion.skeleton)
     given = {joint.name for joint in (*robot.columns.values(), robot.free) if joint is not None}
     if missing := [joint.name for joint in robot.joints if joint.held is None and joint.name not in given]:
         raise file.error(f"the motion has no columns {list_names(missing)}: give their values with held=")
@@ -206,26 +207,15 @@ def motion_from_qpos(
     return Motion(robot.skeleton, poses, frame_rate, positions, angles, axes, up="z", root_name=root_name)
 
 
-def _check_skeleton(file: RobotFile, robot: Robot, skeleton: Any) -> None:
+def _check_skeleton(file: RobotFile, skeleton: Skeleton, other: Skeleton) -> None:
     """Refuse a motion on another skeleton; the order of bones, limits and weights do not matter."""
-    ours, theirs = set(robot.skeleton.dof_names), set(skeleton.dof_names)
-    if ours != theirs:
-        odd = [name for name in (*robot.skeleton.dof_names, *skeleton.dof_names) if (name in ours) != (name in theirs)]
-        rooted = [name for name in theirs - ours if name.startswith("root_")]
-        hint = "call motion.without_root()" if rooted else "use the root= and held= of load_robot"
-        raise file.error(f"columns {list_names(odd)} are not in both robot and motion: {hint}")
-    for bone in skeleton.bones:
-        if bone.name not in robot.skeleton or not _is_same(bone, robot.skeleton[bone.name]):
-            raise file.error(f"bone {bone.name!r} is not the robot's: use the root= and held= of load_robot")
-
-
-def _is_same(bone: Bone, other: Bone) -> bool:
-    def numbers(one: Bone) -> np.ndarray:
-        rest = np.eye(3) if one.rest_rotation is None else np.asarray(one.rest_rotation)
-        return np.concatenate([np.ravel(one.offset), np.ravel(rest), np.ravel(one.axis or ())])
-
-    same = (bone.parent, bone.dofs) == (other.parent, other.dofs)
-    return same and bool(np.abs(numbers(bone) - numbers(other)).max() <= SAME)
+    difference = mismatch(skeleton, other)
+    if not difference:
+        order = [other.joint_names.index(name) for name in skeleton.joint_names]
+        apart = skeleton.offsets - other.offsets[order], skeleton.rest_rotations - other.rest_rotations[order]
+        difference = "their bones differ" if max(np.abs(numbers).max() for numbers in apart) > SAME else ""
+    if difference:
+        raise file.error(f"the motion has another skeleton: {difference}; use the root= and held= of load_robot")
 
 
 def _held_numbers(joint: Joint) -> np.ndarray:

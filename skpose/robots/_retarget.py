@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from skpose._utils.sklearn import Interval, StrOptions, validate_params
+from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.warnings import warn
 from skpose.kinematics._counterparts import check_joints
 from skpose.kinematics._landmarks import path_up
@@ -18,7 +18,7 @@ from skpose.robots._person import to_vertical
 from skpose.robots._solver import Solution, solve
 from skpose.robots._stance import Place, Stance, sole_of, stances_of
 from skpose.robots._tables import HEEL, TIP
-from skpose.robots._targets import FASTEST, STIFFNESS, Aim, aim_at
+from skpose.robots._targets import STIFFNESS, Aim, aim_at
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._root import continuous_root_angles
 
@@ -37,7 +37,6 @@ AROUND = 0.1  # s before and after a frame, to blend the height
         "motion": [Motion],
         "robot": [Skeleton],
         "scale": [Interval(Real, 0, None, closed="neither"), None],
-        "joint_limits": [StrOptions({"enforce", "ignore"})],
         "verbose": ["verbose"],
     },
     prefer_skip_nested_validation=True,
@@ -48,7 +47,6 @@ def retarget_to_robot(
     *,
     joints: Mapping[str, str] | None = None,
     scale: float | None = None,
-    joint_limits: str = "enforce",
     verbose: int = 0,
 ) -> Motion:
     """Retarget the motion of a person to a robot, in its own size and within its joint limits.
@@ -69,12 +67,9 @@ def retarget_to_robot(
     scale : float, default=None
         Factor of the distance travelled over the floor. None is the ratio of the lengths of the legs, which heights are
         always scaled by; with a larger factor steps may be longer than the legs reach.
-    joint_limits : {"enforce", "ignore"}, default="enforce"
-        Whether angles are kept inside ``robot.limits``.
     verbose : int, default=0
         Whether to print how many landmarks were found, how close soles and hands come to their targets (mean, 95th
-        percentile), how much standing feet slide, where toes or pelvis are faster than the person's by 1 m/s, how many
-        joint limits are reached, and which joints stay at rest.
+        percentile), how much standing feet slide, how many joint limits are reached, and which joints stay at rest.
 
     Returns
     -------
@@ -132,14 +127,14 @@ def retarget_to_robot(
     >>> retarget_to_robot(standing, biped, joints=joints).root_positions.round(2)[0] + 0.0
     array([0.  , 0.64, 0.  ])
     """
-    result, report = retarget_and_report(motion, robot, joints, scale, joint_limits)
+    result, report = retarget_and_report(motion, robot, joints, scale)
     if verbose:
         print(report)
     return result
 
 
 def retarget_and_report(
-    motion: Motion, robot: Skeleton, joints: Mapping[str, str] | None, scale: float | None, joint_limits: str
+    motion: Motion, robot: Skeleton, joints: Mapping[str, str] | None, scale: float | None
 ) -> tuple[Motion, str]:
     """Retarget a motion, and state how close it came."""
     if joints is not None:
@@ -151,21 +146,24 @@ def retarget_and_report(
         warn("the robot's soles are taken to be as low as the lowest joints of its feet: name their front with joints=")
     if not len(motion):
         return replace(motion, skeleton=robot, angles=np.zeros((0, robot.n_dofs)), seen=None), "limbs, no frames"
-    aim = aim_at(motion, robot, theirs, ours, scale, joint_limits)
-    final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times, FASTEST)
+    aim = aim_at(motion, robot, theirs, ours, scale)
+    final = solve(aim.skeleton, aim.targets, aim.bent, STIFFNESS, motion.times)
     soles = {}
-    for side, (joint, axes) in ours.feet.items() if aim.legs else ():
-        ankle, corners = ours.places[f"{side}_{ANKLE}"].at_zero, sole_of(ours, side).corners()
-        soles[side] = final.positions(robot, [Place(joint, ankle + axes @ corner) for corner in corners])
+    for side in aim.legs:
+        (joint, axes), ankle = ours.feet[side], ours.places[f"{side}_{ANKLE}"].at_zero
+        places = [Place(joint, ankle + axes @ corner) for corner in sole_of(ours, side).corners()]
+        soles[side] = final.positions(robot, places)
     raised = _raise_above_floor([sole[:, :, 2].min(axis=1) for sole in soles.values()], motion.times)
     final = final._replace(origins=final.origins + raised)
-    tips = {side: sole[:, 2:].mean(axis=1) + raised for side, sole in soles.items()}
+    if aim.legs and len(motion) > 1:
+        pelvis = final.positions(robot, [Place(ours.pelvis, ours.middle(HIP))])[:, 0]
+        _warn_of_throws(pelvis, aim.path, motion.times)
     roots, origins, vertical = final.roots, final.origins, to_vertical(motion.up)
     if aim.is_on_base:  # exactly
         roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
     root_angles, root_axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
     angles = np.tile(aim.rest, (len(motion), 1))
-    angles[:, [robot.dof_names.index(name) for name in final.skeleton.dof_names]] = final.poses
+    angles[:, final.skeleton.columns_in(robot)] = final.poses
     result = replace(
         motion,
         skeleton=robot,
@@ -175,47 +173,32 @@ def retarget_and_report(
         root_axes=root_axes,
         seen=_seen_of(motion, robot, theirs, ours),
     )
-    return result, _report(result, ours, final, aim, tips, float(raised.max()))
+    tips = {side: sole[:, 2:].mean(axis=1) + raised for side, sole in soles.items()}
+    return result, _report(robot, ours, final, aim, tips, float(raised.max()))
 
 
-def _report(result: Motion, ours: Stance, final: Solution, aim: Aim, tips: dict[str, np.ndarray], raised: float) -> str:
-    """State how close a motion came to its targets; warn if the pelvis is thrown about."""
-    robot, times, groups = result.skeleton, result.times, aim.targets.groups
+def _report(
+    robot: Skeleton, ours: Stance, final: Solution, aim: Aim, tips: dict[str, np.ndarray], raised: float
+) -> str:
+    """State how close a motion came to its targets."""
     words = ["limbs", *([ours.name] if ours.name else []), f"{len(ours.places)} places"]
-    for name, wanted in (("soles", ("left foot", "right foot")), ("hands", ("hands",))):
-        if places := [i for group in wanted for i in groups.get(group, [])]:
+    for group in ("soles", "hands"):
+        if places := [i for i, target in enumerate(aim.targets) if target.group == group]:
             off = final.residuals[:, places]
-            words.append(f"{name} {_mm(off.mean())} mm off (95 %: {_mm(np.percentile(off, 95))})")
-    stood = [tips[side][c.first : c.end] for side, leg in aim.legs.items() for c in leg.contacts]
-    slides = [np.linalg.norm(points - points.mean(axis=0), axis=1).max() for points in stood]
-    if slides:
-        words.append(f"feet stand {len(slides)} times and slide by {_mm(max(slides))} mm at most")
-    elif aim.legs:
-        words.append("feet stand nowhere")
+            words.append(f"{group} {_mm(off.mean())} mm off (95 %: {_mm(np.percentile(off, 95))})")
+    if aim.legs:
+        stood = [tips[side][c.first : c.end] for side, leg in aim.legs.items() for c in leg.contacts]
+        slides = [np.linalg.norm(points - points.mean(axis=0), axis=1).max() for points in stood]
+        words.append(f"feet stand {len(slides)} times and slide by {_mm(max(slides, default=0.0))} mm at most")
     if raised >= RAISED:
         words.append(f"raised by up to {_mm(raised)} mm where soles would be below the floor")
-    if aim.legs:
-        pelvis = final.positions(robot, [Place(ours.pelvis, ours.middle(HIP))])[:, 0]
-        thrown = _faster(pelvis, aim.paths["pelvis"], times)
-        feet = [_faster(tips[side], aim.paths[side], times).max(initial=0.0) for side in aim.legs]
-        speeds = {"toes": max(feet), "the pelvis": thrown.max(initial=0.0)}
-        named = [f"{name} by up to {speed:.2g} m/s" for name, speed in speeds.items() if speed >= FASTER]
-        words += [f"faster than the person's: {' and '.join(named)}"] * bool(named)
-        if speeds["the pelvis"] >= FASTER:
-            most = f"{speeds['the pelvis']:.2g} m/s"
-            warn(
-                f"the pelvis is up to {most} faster than the person's, in frame {thrown.argmax()}: check the recording"
-            )
-    if aim.skeleton.limits is not None:
-        columns = [robot.dof_names.index(name) for name in final.skeleton.dof_names]
-        lower, upper = aim.skeleton.limits[columns].T
+    if final.skeleton.limits is not None:
+        lower, upper = final.skeleton.limits.T
         reach = ((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)) & (lower < upper)
-        words += [f"{n} angles reach their limits" for n in [reach.any(axis=0).sum()] if n]
+        words.append(f"{reach.any(axis=0).sum()} angles reach their limits")
     if not final.converged.all():
-        words.append(f"{(~final.converged).sum()} of {len(result)} frames did not converge")
-    rolls = {name for joint in aim.rolls for name in robot.bones[joint].dof_names}
-    moved = set(final.skeleton.dof_names) - rolls
-    moving = [j for j, bone in enumerate(robot.bones) if bone.dofs and set(bone.dof_names) <= moved]
+        words.append(f"{(~final.converged).sum()} of {len(final.poses)} frames did not converge")
+    moving = {robot.joint_names.index(bone.name) for bone in final.skeleton.bones if bone.dofs} - set(aim.rolls)
     return ", ".join(words) + at_rest_in_words(robot, joints_at_rest(robot, moving))
 
 
@@ -229,43 +212,41 @@ def _raise_above_floor(lowest: list[np.ndarray], times: np.ndarray) -> np.ndarra
     It changes slowly: the mean over the frames around of the largest shift around each.
     """
     raised = np.zeros((len(times), 3))
-    if lowest:
-        raised[:, 2] = np.maximum(-np.min(lowest, axis=0), 0.0)
-    if lowest and len(times) > 1:
+    raised[:, 2] = -np.min(lowest, axis=0, initial=0.0)
+    if len(times) > 1:
         size = 2 * max(1, round(AROUND / float(np.median(np.diff(times))))) + 1
         raised[:, 2] = uniform_filter1d(maximum_filter1d(raised[:, 2], size, mode="nearest"), size, mode="nearest")
     return raised
 
 
-def _faster(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """By how much (n_frames - 1,) a path (n_frames, 3) is faster than another shortly before or after, m/s."""
-    if len(times) < 2:
-        return np.zeros(0)
+def _warn_of_throws(ours: np.ndarray, theirs: np.ndarray, times: np.ndarray) -> None:
+    """Warn if the path of a pelvis (n_frames, 3) is faster than the person's shortly before or after."""
     steps = np.diff(times)
     speeds, known = (np.linalg.norm(np.diff(path, axis=0), axis=1) / steps for path in (ours, theirs))
     around = 2 * int(np.ceil(NEARBY / float(np.median(steps)))) + 1
-    return np.asarray(speeds - maximum_filter1d(known, around, mode="nearest"))
+    thrown = speeds - maximum_filter1d(known, around, mode="nearest")
+    if thrown.max() >= FASTER:
+        most = f"{thrown.max():.2g} m/s"
+        warn(f"the pelvis is up to {most} faster than the person's, in frame {thrown.argmax()}: check the recording")
 
 
 def _seen_of(motion: Motion, robot: Skeleton, theirs: Stance, ours: Stance) -> np.ndarray | None:
     """Whether each joint of a robot was seen (n_frames, n_joints): if the landmarks around it were."""
     if motion.seen is None:
         return None
-    marks: dict[int, set[int]] = {}  # joints of the person whose counterparts are at a joint of the robot
+    shown: dict[int, np.ndarray] = {}  # by joint of the robot, whether its counterparts were seen
     for mark, place in ours.places.items():
         side, _, name = mark.partition("_")
         counterpart = theirs.toe(side) if name in (HEEL, TIP) else mark
         if counterpart in theirs.places:
-            marks.setdefault(place.joint, set()).add(theirs.places[counterpart].joint)
-    needed: list[set[int]] = [set() for _ in range(robot.n_joints)]
-    for joint, here in marks.items():
-        needed[joint] |= here
-        path = path_up(robot, joint)[1:]
-        end = next((i for i, above in enumerate(path) if above in marks), len(path))
-        for j in path[:end]:
-            needed[j] |= here.union(*(marks[above] for above in path[end : end + 1]))
-    seen = np.zeros((len(motion), robot.n_joints), bool)
-    for j, joints in enumerate(needed):
-        if joints:
-            seen[:, j] = motion.seen[:, sorted(joints)].all(axis=1)
-    return seen
+            here = motion.seen[:, theirs.places[counterpart].joint]
+            shown[place.joint] = shown.get(place.joint, True) & here
+    seen, known = np.ones((len(motion), robot.n_joints), bool), np.zeros(robot.n_joints, bool)
+    for joint, here in shown.items():
+        path = path_up(robot, joint)
+        end = next((i for i, above in enumerate(path[1:], 1) if above in shown), len(path))
+        known[path[:end]] = True
+        seen[:, joint] &= here
+        between = here & shown[path[end]] if end < len(path) else here
+        seen[:, path[1:end]] &= between[:, None]
+    return seen & known

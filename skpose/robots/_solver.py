@@ -10,36 +10,29 @@ from scipy.spatial.transform import Rotation
 
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._inverse import Task, problem_of
-from skpose.robots._stance import Place, with_places
+from skpose.robots._stance import Place, Stance, with_places
 from skpose.skeleton import Skeleton
+from skpose.skeleton._bone import with_columns
 
 LEVER = 0.2  # m, from a point on a pelvis or a chest to the points that show its orientation
+FASTEST = 20.0  # rad/s, of a joint; the G1 reaches 20 to 37
 CORNERS = LEVER * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-class Targets:
-    """Places on the links of a skeleton, their positions in each frame, and weights."""
+class Target(NamedTuple):
+    """A place on a link, and where it should be in each frame."""
 
-    def __init__(self, axes: np.ndarray):
-        self.axes = axes  # (3, 3) of the skeleton at angle zero: forward, left, up
-        self.places: list[Place] = []
-        self.positions: list[np.ndarray] = []
-        self.weights: list[float] = []
-        self.groups: dict[str, list[int]] = {}
+    place: Place
+    position: np.ndarray  # (n_frames, 3)
+    weight: float
+    group: str = ""
 
-    def add(self, place: Place, position: np.ndarray, weight: float, group: str) -> None:
-        """Add a place with its positions (n_frames, 3) to a group."""
-        self.groups.setdefault(group, []).append(len(self.places))
-        self.places.append(place)
-        self.positions.append(position)
-        self.weights.append(weight)
 
-    def add_link(
-        self, joint: int, origin: np.ndarray, at: np.ndarray, axes: np.ndarray, weight: float, group: str = "links"
-    ) -> None:
-        """Add places on a link around a point that show its position (n_frames, 3) and its axes (n_frames, 3, 3)."""
-        for corner in CORNERS:
-            self.add(Place(joint, origin + self.axes @ corner), at + axes @ corner, weight, group)
+def targets_of_link(
+    stance: Stance, joint: int, origin: np.ndarray, at: np.ndarray, axes: np.ndarray, weight: float
+) -> list[Target]:
+    """Targets around a point of a link that show its position (n_frames, 3) and its axes (n_frames, 3, 3)."""
+    return [Target(Place(joint, origin + stance.axes @ corner), at + axes @ corner, weight) for corner in CORNERS]
 
 
 class Solution(NamedTuple):
@@ -64,22 +57,20 @@ class Solution(NamedTuple):
 
 
 def solve(
-    skeleton: Skeleton, targets: Targets, rest: np.ndarray, stiffness: float, times: np.ndarray, fastest: float
+    skeleton: Skeleton, targets: Sequence[Target], rest: np.ndarray, stiffness: float, times: np.ndarray
 ) -> Solution:
     """Find the poses of a motion whose places are nearest to their targets, each frame starting from the one before.
 
-    The limits of the skeleton are enforced. `stiffness` is the regularization of `inverse_kinematics`, m/rad, and
-    `fastest` the largest speed of an angle, rad/s.
+    The limits of the skeleton are enforced. `stiffness` is the regularization of `inverse_kinematics`, m/rad.
     """
-    part = with_places(skeleton, targets.places)
-    n, first = len(targets.positions[0]), part.n_joints - len(targets.places)
+    part = with_places(skeleton, [target.place for target in targets])
+    n, first = len(times), part.n_joints - len(targets)
     wished = np.full((n, part.n_joints, 3), np.nan)
-    wished[:, first:] = np.stack(targets.positions, axis=1)
-    weights = np.concatenate([np.zeros(first), targets.weights])
-    start = rest[[skeleton.dof_names.index(name) for name in part.dof_names]]
+    wished[:, first:] = np.stack([target.position for target in targets], axis=1)
+    weights = np.concatenate([np.zeros(first), [target.weight for target in targets]])
     limits = "ignore" if part.limits is None else "enforce"
-    problem = problem_of(wished, part, weights, start, None, limits, stiffness)
-    changes = fastest * np.diff(times, prepend=-np.inf)
+    problem = problem_of(wished, part, weights, rest[part.columns_in(skeleton)], None, limits, stiffness)
+    changes = FASTEST * np.diff(times, prepend=-np.inf)
     problem = replace(problem, changes=changes, rules=problem.rules._replace(tries_first=True))
     found = problem.fit(problem.solve(Task(0, n, 0, n)))  # one task, so that no frame depends on where a task ends
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
@@ -87,21 +78,17 @@ def solve(
     return Solution(part, found.poses, roots, found.root_positions, residuals, found.converged)
 
 
-def rest_within_limits(skeleton: Skeleton, joint_limits: str) -> np.ndarray:
-    """The pose (n_dofs,) nearest to all angles zero within the enforced limits."""
+def rest_pose(skeleton: Skeleton) -> np.ndarray:
+    """The pose (n_dofs,) nearest to all angles zero within the limits."""
     rest = np.zeros(skeleton.n_dofs)
-    if joint_limits == "ignore" or skeleton.limits is None:
-        return rest
-    return np.clip(rest, *skeleton.limits.T)
+    return rest if skeleton.limits is None else np.clip(rest, *skeleton.limits.T)
 
 
 @functools.lru_cache(maxsize=16)
-def hold_at_rest(skeleton: Skeleton, joints: tuple[int, ...], joint_limits: str) -> Skeleton:
-    """Give a skeleton the enforced limits, and keep some joints at rest by limits."""
-    rest = rest_within_limits(skeleton, joint_limits)
-    bones = [bone._replace(limits=None) if joint_limits == "ignore" else bone for bone in skeleton.bones]
-    first = np.cumsum([0, *(bone.n_dofs for bone in bones)])
-    for joint in joints:
-        angles = rest[first[joint] : first[joint + 1]]
-        bones[joint] = bones[joint]._replace(limits=[(angle, angle) for angle in angles])
+def hold_at_rest(skeleton: Skeleton, joints: tuple[int, ...]) -> Skeleton:
+    """Keep some joints of a skeleton at rest, by limits."""
+    rest, bones = rest_pose(skeleton), list(skeleton.bones)
+    for joint, (bone, columns) in enumerate(with_columns(skeleton.bones)):
+        if joint in joints:
+            bones[joint] = bone._replace(limits=[(angle, angle) for angle in rest[columns]])
     return Skeleton(bones, skeleton.offset_frame)

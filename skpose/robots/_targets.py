@@ -25,9 +25,10 @@ from skpose.robots._person import (
     show_axes,
     warn_of_flips,
 )
-from skpose.robots._solver import Solution, Targets, hold_at_rest, rest_within_limits, solve
+from skpose.robots._solver import Solution, Target, hold_at_rest, rest_pose, solve, targets_of_link
 from skpose.robots._stance import ARM, LEG, Place, Stance, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import positions_at_zero
 
 # Share of a limb's first bone: knees bend forward and elbows backward by so much if the person's are straight.
@@ -43,7 +44,6 @@ TRUNK_STIFFNESS = 1e-3
 # Of the squared distances of places: four on the pelvis, four on the chest, three on the sole of each foot.
 WEIGHTS = {"pelvis": 0.3, "chest": 0.2, "knee": 0.3, "foot": 40.0, "elbow": 0.3, "wrist": 1.0, "hand": 0.5}
 WHEELS = 50.0  # of a robot without legs, on the floor
-FASTEST = 20.0  # rad/s, of a joint; the G1 reaches 20 to 37
 
 
 class Aim(NamedTuple):
@@ -53,59 +53,49 @@ class Aim(NamedTuple):
     rest: np.ndarray  # (n_dofs,) its pose at rest
     bent: np.ndarray  # (n_dofs,) the pose at rest with bent knees and elbows, the start of the search
     rolls: list[int]  # joints that stay at rest, though they carry places
-    targets: Targets
+    targets: list[Target]
     legs: dict[str, Held]
-    paths: dict[str, np.ndarray]  # (n_frames, 3) of the person's toes, by side, and pelvis, in the size of the robot
+    path: np.ndarray  # (n_frames, 3) of the person's hips in the size of the robot
     is_on_base: bool  # whether the robot's joints move it over the floor, and its root stays
 
 
-def aim_at(
-    motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None, joint_limits: str
-) -> Aim:
+def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, factor: float | None) -> Aim:
     """Find the targets of places on the robot; `factor` None is the ratio of the legs."""
     person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
     warn_of_flips(person, motion.times)
-    rest = rest_within_limits(skeleton, joint_limits)
-    rolls = rolls_of(skeleton, ours)
-    held = hold_at_rest(skeleton, tuple(rolls), joint_limits)
-    trunk, on_legs = Targets(ours.axes), ours.has(LEG)
+    rest, rolls, on_legs = rest_pose(skeleton), rolls_of(skeleton, ours), ours.has(LEG)
+    held = hold_at_rest(skeleton, tuple(rolls))
     base = _base_of(skeleton, ours.pelvis if on_legs else ours.chest)
     if on_legs and base != ROOT:
         name = skeleton.joint_names[base]
         raise ValueError(f"joints move the base {name!r} of a robot with legs: use load_robot(path, root={name!r})")
     size = _size_of_legs(theirs, ours)
     scale = size * np.ones(3) if factor is None else np.array([factor, factor, size])  # heights scale with the legs
-    contacts: dict[str, list[Contact]] = {}
+    targets: list[Target] = []
     if on_legs:
         contacts, floor = find_ground(person, theirs, motion.times)
-        _put_trunk(trunk, skeleton, person, ours, scale, floor)
+        trunk = _put_trunk(skeleton, person, ours, scale, floor)
     else:
-        _put_on_wheels(trunk, person, ours, base, scale, lowest_ankle(person))
-    first = solve(held, trunk, rest, TRUNK_STIFFNESS, motion.times, FASTEST)
+        targets, trunk = _put_on_wheels(person, ours, base, scale, lowest_ankle(person))
+    first = solve(held, targets + trunk, rest, TRUNK_STIFFNESS, motion.times)
     starts, pelvis, chest = _read_trunk(first, held, ours)
-    targets = Targets(ours.axes)
     legs: dict[str, Held] = {}
     if on_legs:
         legs = {side: _stand(person, theirs, ours, side, starts, contacts[side], motion.times) for side in SIDES}
         shift = _shift_within_reach(legs, starts, ours)
         starts = {mark: start + shift for mark, start in starts.items()}
         middle = (starts[f"left_{HIP}"] + starts[f"right_{HIP}"]) / 2.0
-        targets.add_link(ours.pelvis, ours.middle(HIP), middle, pelvis, WEIGHTS["pelvis"])
+        targets += targets_of_link(ours, ours.pelvis, ours.middle(HIP), middle, pelvis, WEIGHTS["pelvis"])
         for side, leg in legs.items():
-            _put_leg(targets, person, ours, side, starts[f"{side}_{HIP}"], leg)
-    else:
-        for i in trunk.groups["wheels"]:
-            targets.add(trunk.places[i], trunk.positions[i], WHEELS, "links")
+            targets += _put_leg(person, ours, side, starts[f"{side}_{HIP}"], leg)
     if ours.has(ARM):
         middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
         if ours.chest != ours.pelvis or not on_legs:
-            targets.add_link(ours.chest, ours.middle(SHOULDER), middle, chest, WEIGHTS["chest"])
+            targets += targets_of_link(ours, ours.chest, ours.middle(SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
-            _put_arm(targets, person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    paths = {side: scale * person.toes[side] for side in legs}
-    if on_legs:
-        paths["pelvis"] = scale * person.middle(HIP)
-    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base=base != ROOT)
+            targets += _put_arm(person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
+    bent, path = _bend_limbs(held, ours, rest), scale * person.middle(HIP)
+    return Aim(held, rest, bent, rolls, targets, legs, path, is_on_base=base != ROOT)
 
 
 # --- the targets ----------------------------------------------------------------------------------------
@@ -127,9 +117,7 @@ def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
     return positions_at_zero(skeleton)[moving[-1]] if moving else stance.middle(HIP)
 
 
-def _put_trunk(
-    targets: Targets, skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarray, ankle: float
-) -> None:
+def _put_trunk(skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarray, ankle: float) -> list[Target]:
     """Put pelvis and chest where the person's are, along the axes of the world times a scale (3,).
 
     The person's ankles have the given height where feet stand on the floor.
@@ -138,11 +126,12 @@ def _put_trunk(
     hips = person.middle(HIP)
     at = scale * (hips - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
     middle = ours.middle(HIP)
-    targets.add_link(ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
+    targets = targets_of_link(ours, ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
     if ours.has(ARM):
         pivot = _pivot(skeleton, ours)
         chest = at + person.pelvis @ (ours.axes.T @ (pivot - middle))
-        targets.add_link(ours.chest, pivot, chest, person.chest, WEIGHTS["chest"])
+        targets += targets_of_link(ours, ours.chest, pivot, chest, person.chest, WEIGHTS["chest"])
+    return targets
 
 
 def _base_of(skeleton: Skeleton, trunk: int) -> int:
@@ -159,18 +148,21 @@ def _base_of(skeleton: Skeleton, trunk: int) -> int:
     return base
 
 
-def _put_on_wheels(targets: Targets, person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float) -> None:
+def _put_on_wheels(
+    person: Person, ours: Stance, base: int, scale: np.ndarray, floor: float
+) -> tuple[list[Target], list[Target]]:
     """Put a base without legs on the floor below the person's hips, and the chest in the height of the person's.
 
     If joints move the base, the root stays.
     """
     hips, shoulders = person.middle(HIP), person.middle(SHOULDER)
-    targets.add_link(base, np.zeros(3), scale * hips * [1.0, 1.0, 0.0], level(person.pelvis), WHEELS, "wheels")
+    below = scale * hips * [1.0, 1.0, 0.0]
+    wheels = targets_of_link(ours, base, np.zeros(3), below, level(person.pelvis), WHEELS)
     if base != ROOT:
         still = np.broadcast_to(ours.axes, person.pelvis.shape)
-        targets.add_link(ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS, "wheels")
+        wheels += targets_of_link(ours, ROOT, np.zeros(3), np.zeros_like(hips), still, WHEELS)
     at = scale * (hips - [0.0, 0.0, floor]) + scale[2] * (shoulders - hips)
-    targets.add_link(ours.chest, ours.middle(SHOULDER), at, person.chest, WEIGHTS["chest"])
+    return wheels, targets_of_link(ours, ours.chest, ours.middle(SHOULDER), at, person.chest, WEIGHTS["chest"])
 
 
 def _read_trunk(
@@ -240,12 +232,12 @@ def _bend_limbs(skeleton: Skeleton, stance: Stance, rest: np.ndarray) -> np.ndar
 
     A limb that is straight at a limit does not bend by small steps: its ends come nearer by the square of the angle.
     """
-    pose, first = rest.copy(), np.cumsum([0, *(bone.n_dofs for bone in skeleton.bones)])
-    for mark in (f"{side}_{name}" for side in SIDES for name in (KNEE, ELBOW)):
-        bone = skeleton.bones[stance.places[mark].joint] if mark in stance.places else None
-        if bone is not None and bone.n_dofs == 1 and bone.limits is not None:
+    pose = rest.copy()
+    middles = {place.joint for mark, place in stance.places.items() if mark.partition("_")[2] in (KNEE, ELBOW)}
+    for joint, (bone, columns) in enumerate(with_columns(skeleton.bones)):
+        if joint in middles and bone.n_dofs == 1 and bone.limits is not None:
             lower, upper = bone.limits[0]
-            pose[first[stance.places[mark].joint]] = min(upper, BENDS) if upper > -lower else max(lower, -BENDS)
+            pose[columns] = min(upper, BENDS) if upper > -lower else max(lower, -BENDS)
     return pose
 
 
@@ -262,28 +254,31 @@ def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
     return np.asarray(across + sign * POLE * size * straight * np.cross(left, along))
 
 
-def _put_leg(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, leg: Held) -> None:
-    """Add the places of a leg: the knee, and the corners of the sole."""
+def _put_leg(person: Person, ours: Stance, side: str, start: np.ndarray, leg: Held) -> list[Target]:
+    """The targets of a leg: the knee, and the corners of the sole."""
     limb, lengths = person.limbs[f"{side}_{HIP}"], (ours.length(HIP, KNEE), ours.length(KNEE, ANKLE))
     knee, end = _bend(start, leg.ankles, _find_pole(limb, leg.frames[:, :, 1], -1.0), lengths)
     end = end + leg.stands[:, None] * (leg.ankles - end)
-    targets.add(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"], "knees")
+    targets = [Target(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"])]
     (joint, axes), (heel, tip, half) = ours.feet[side], sole_of(ours, side)
     ankle = ours.places[f"{side}_{ANKLE}"].at_zero
     for x, y in ((tip[0], half), (tip[0], -half), (heel[0], 0.0)):
         corner = np.array([x, y, tip[2]])
-        targets.add(Place(joint, ankle + axes @ corner), end + leg.frames @ corner, WEIGHTS["foot"], f"{side} foot")
+        place, at = Place(joint, ankle + axes @ corner), end + leg.frames @ corner
+        targets.append(Target(place, at, WEIGHTS["foot"], "soles"))
+    return targets
 
 
-def _put_arm(targets: Targets, person: Person, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray) -> None:
-    """Add the places of an arm: elbow, wrist and hand."""
+def _put_arm(person: Person, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray) -> list[Target]:
+    """The targets of an arm: elbow, wrist and hand."""
     limb, lengths = person.limbs[f"{side}_{SHOULDER}"], (ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST))
     wished = start + lengths[0] * unit(limb.middle - limb.start) + lengths[1] * unit(limb.end - limb.middle)
     elbow, end = _bend(start, wished, _find_pole(limb, chest[:, :, 1], 1.0), lengths)
     wrist = ours.places[f"{side}_{WRIST}"]
-    targets.add(ours.places[f"{side}_{ELBOW}"], elbow, WEIGHTS["elbow"], "elbows")
-    targets.add(wrist, end, WEIGHTS["wrist"], "hands")
+    targets = [Target(ours.places[f"{side}_{ELBOW}"], elbow, WEIGHTS["elbow"])]
+    targets.append(Target(wrist, end, WEIGHTS["wrist"], "hands"))
     hand = ours.places.get(f"{side}_{HAND}")
     if hand is not None and side in person.hands:
         length = float(np.linalg.norm(hand.at_zero - wrist.at_zero))
-        targets.add(hand, end + length * person.hands[side], WEIGHTS["hand"], "hands")
+        targets.append(Target(hand, end + length * person.hands[side], WEIGHTS["hand"], "hands"))
+    return targets

@@ -163,7 +163,7 @@ def test_constraints_tendons_and_limits_that_are_not_kept():
         (mjcf('<body name="a"><freejoint/></body>'), "no joint that moves"),
         (mjcf('<body name="a" pos="nan 0 0"><joint name="i"/></body>'), "finite"),
         (urdf('<xacro:include filename="a"/>'), "xacro"),
-        ("<html><body/></html>", "<html>"),
+        ("<html><body/></html>", "html"),
     ],
 )
 def test_damaged_files(text, message, tmp_path, monkeypatch):

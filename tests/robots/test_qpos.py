@@ -86,11 +86,11 @@ def test_worlds_with_another_axis_up_are_turned():
 def test_a_motion_that_is_not_the_robots():
     text, held = ROBOTS["held"]
     motion = moving(text, held)
-    with pytest.raises(MocapFormatError, match="'x', 'y'"):
+    with pytest.raises(MocapFormatError, match="skeleton"):
         qpos_from_motion(motion, opened(text))
-    with pytest.raises(MocapFormatError, match="is not the robot's"):
+    with pytest.raises(MocapFormatError, match="skeleton"):
         qpos_from_motion(motion, opened(text), held=held | {"y": 0.1})
-    with pytest.raises(MocapFormatError, match="without_root"):
+    with pytest.raises(MocapFormatError, match="'root'"):
         qpos_from_motion(motion.with_root("whole"), opened(text), held=held)
     away = moving(text, held, root_positions=np.linspace(0, [1, 0, 0], 50))
     with pytest.raises(MocapFormatError, match="no free joint"):
