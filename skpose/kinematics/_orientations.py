@@ -13,7 +13,6 @@ joint that carries one direction, and least squares (Kabsch) for several.
 
 import warnings
 from dataclasses import replace
-from itertools import permutations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._bone import axes_of
+from skpose.skeleton._bone import axes_of, with_columns
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
 from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rest import axes_at_zero
@@ -38,21 +37,20 @@ REMEDY = 'method="positions" comes close by inverse kinematics'
 
 def by_orientations(
     motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines, factor: float
-) -> tuple[Motion, float, list[int], str]:
+) -> tuple[Motion, float, list[int]]:
     """Convert a motion by lines that are made parallel; `there` is the counterpart of each joint, or -1.
 
     Positions of the root are multiplied by a factor. In people of known rigs the middle between the hips keeps its
     place: roots are above it in some rigs.
 
-    The result is the motion, the largest angle between a line and its counterpart, degrees, the joints that move, and
-    the reason why it is not possible, or "".
+    The result is the motion, the largest angle between a line and its counterpart, degrees, and the joints that move.
     """
     seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
     result = replace(motion, skeleton=target, angles=np.zeros((len(motion), target.n_dofs)), seen=seen)
     if slides := [bone.name for bone in (*motion.skeleton.bones, *target.bones) if bone.is_slide]:
-        return result, 0.0, [], f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}"
+        raise ValueError(f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}")
     if not len(motion):
-        return result, 0.0, list(range(target.n_joints)), ""
+        return result, 0.0, list(range(target.n_joints))
     root = root_orientations(motion.root_angles, motion.root_axes)
     positions = with_root(joint_positions(motion.angles, motion.skeleton), lines.hips[0])
     bones = _bones(motion.skeleton, positions, root, target, lines)
@@ -66,9 +64,8 @@ def by_orientations(
         if worst > LARGEST_DIFFERENCE:
             frame, i = np.unravel_index(apart.argmax(), apart.shape)
             bone = f"bone {target.joint_names[bones.carried[joint][i]]!r} is {worst:.0f}° apart from its counterpart"
-            reason = f"{bone} after the best fit, in frame {frame}: {REMEDY}"
-            return result, worst, [], reason
-    angles, reason = _angles(motion, target, there, rotations, bones)
+            raise ValueError(f"{bone} after the best fit, in frame {frame}: {REMEDY}")
+    angles = _angles(motion, target, there, rotations, bones)
     result = replace(result, angles=angles)
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
@@ -79,7 +76,7 @@ def by_orientations(
         ours = joint_positions(angles, target)[:, lines.hips[1]].mean(axis=1)
         ours = root_orientations(result.root_angles, result.root_axes).apply(ours) + result.root_positions
         root_positions = factor * theirs + (result.root_positions - ours)
-    return replace(result, root_positions=root_positions), worst, list(leaders), reason
+    return replace(result, root_positions=root_positions), worst, list(leaders)
 
 
 class _Bones(NamedTuple):
@@ -149,13 +146,12 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
 
 def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> dict[int, Rotation]:
     """The rotation (n_frames,) of the root and of each joint since angle zero, in the world."""
-    axes, zero, column = {ROOT: root}, axes_at_zero(skeleton), 0
+    axes, zero = {ROOT: root}, axes_at_zero(skeleton)
     rotations = {ROOT: root}
-    for j, (bone, rest) in enumerate(zip(skeleton.bones, skeleton.rest_rotations, strict=True)):
-        axes[j] = axes[int(skeleton.parents[j])] * Rotation.from_matrix(rest.copy())
+    for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
+        axes[j] = axes[int(skeleton.parents[j])] * Rotation.from_matrix(skeleton.rest_rotations[j].copy())
         if bone.dofs:
-            axes[j] = axes[j] * rotations_of(bone, angles[:, column : column + bone.n_dofs])
-        column += bone.n_dofs
+            axes[j] = axes[j] * rotations_of(bone, angles[:, columns])
         rotations[j] = axes[j] * Rotation.from_matrix(zero[j].T)
     return rotations
 
@@ -192,32 +188,27 @@ def _quarter_turns(bones: _Bones) -> Rotation:
     product_of_both = bones.wished_at_zero[known].T @ bones.directions[known]
     if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
         return Rotation.identity()
-    signed = (
-        np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)
-    )
-    best, nearest = np.trace(product_of_both), np.eye(3)  # stays where others are not nearer
-    for matrix in signed:
-        agreement = (matrix * product_of_both).sum()
-        if np.linalg.det(matrix) > 0.0 and agreement > best + 1e-9:
-            best, nearest = agreement, matrix
-    return Rotation.from_matrix(nearest)
+    quarter_turns = np.rint(Rotation.create_group("O").as_matrix())
+    agreements = (quarter_turns * product_of_both).sum(axis=(1, 2))
+    if agreements.max() <= np.trace(product_of_both) + 1e-9:  # stays where others are not nearer
+        return Rotation.identity()
+    return Rotation.from_matrix(quarter_turns[agreements.argmax()])
 
 
 def _fit_joint(predicted: Rotation, joint: int, bones: _Bones) -> tuple[Rotation, np.ndarray]:
     """The rotations (n_frames,) of a joint that give its bones their directions, and the angles left, degrees."""
     carried = bones.carried[joint]
-    if not carried:
-        if twist := bones.twists.get(joint):
-            predicted = _fit_twist(np.zeros((0, 3)), predicted.apply(twist.direction), twist.wished) * predicted
-        return predicted, np.zeros((0, 0))
     wished = bones.wished[:, carried]
-    now = np.stack([predicted.apply(bones.directions[k]) for k in carried], axis=1)
-    if np.abs(now - wished).max() > 1e-13:
+    now = np.empty_like(wished)
+    for i, k in enumerate(carried):
+        now[:, i] = predicted.apply(bones.directions[k])
+    if carried and np.abs(now - wished).max() > 1e-13:
         fit = _fit(now, wished)
         predicted = fit * predicted
         now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
     if twist := bones.twists.get(joint):
-        predicted = _fit_twist(now[:, 0], predicted.apply(twist.direction), twist.wished) * predicted
+        axes = now[:, 0] if carried else np.zeros((0, 3))
+        predicted = _fit_twist(axes, predicted.apply(twist.direction), twist.wished) * predicted
     return predicted, _degrees_between(now, wished)
 
 
@@ -247,9 +238,9 @@ def _fit_twist(axes: np.ndarray, a: np.ndarray, b: np.ndarray) -> Rotation:
 
 def _angles(
     motion: Motion, target: Skeleton, there: np.ndarray, rotations: dict[int, Rotation], bones: _Bones
-) -> tuple[np.ndarray, str]:
-    """The angles (n_frames, n_dofs) of the target whose joints have rotated so, others at rest; why not, or ""."""
-    source, zero, reason = motion.skeleton, axes_at_zero(target), ""
+) -> np.ndarray:
+    """The angles (n_frames, n_dofs) of the target whose joints have rotated so, others at rest."""
+    source, zero = motion.skeleton, axes_at_zero(target)
     axes = {ROOT: rotations[ROOT]}
     columns: list[np.ndarray] = [np.zeros((len(motion), 0))]
     for j, bone in enumerate(target.bones):
@@ -265,10 +256,10 @@ def _angles(
         for k in bones.carried[j] if bone.n_dofs < 3 else ():
             along = zero[j].T @ bones.directions[k]
             apart = _degrees_between(axes[j].apply(along), wished.apply(along))
-            if not reason and apart.max() > np.degrees(ROUNDING):
+            if apart.max() > np.degrees(ROUNDING):
                 names = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r}"
-                reason = f"{names} off by {apart.max():.2g}° in frame {apart.argmax()}: {REMEDY}"
-    return np.concatenate(columns, axis=1), reason
+                raise ValueError(f"{names} off by {apart.max():.2g}° in frame {apart.argmax()}: {REMEDY}")
+    return np.concatenate(columns, axis=1)
 
 
 def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_frame: bool) -> np.ndarray | None:

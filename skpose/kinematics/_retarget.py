@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from skpose._utils.validation import check_choice, check_kind, check_positive, check_skeleton, limits_of
+from skpose._utils.validation import check_choice, check_kind, check_limits, check_positive, check_skeleton
 from skpose._utils.warnings import warn
 from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
 from skpose.kinematics._forward import joint_positions
@@ -17,7 +17,7 @@ from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import ANKLE, HEAD, WRIST
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import check_rest_poses, mismatch
-from skpose.skeleton._rest import NO_DIRECTION
+from skpose.skeleton._rest import directions_at_zero
 from skpose.skeleton._root import root_orientations
 from skpose.skeleton._sampling import seen_of
 
@@ -160,14 +160,11 @@ def retarget_and_report(
     if joints is not None and method in ("numbers", "unchecked"):
         raise ValueError(f'method="{method}" matches dofs by name: use joints= with another method')
     if joints is None and method in ("numbers", "unchecked", "auto"):
-        problem = _difference(motion.skeleton, skeleton, method)
-        if not problem:
-            result = _with_same_numbers(motion, skeleton, scale)
-            problem = _beyond_limits(result) if joint_limits == "enforce" else ""
-        if not problem:
-            return result, UNCHANGED
-        if method != "auto":
-            raise ValueError(problem)
+        try:
+            return _by_numbers(motion, skeleton, method, scale, joint_limits), UNCHANGED
+        except ValueError:
+            if method != "auto":
+                raise
     if method == "auto" and any(bone.is_hinge for bone in skeleton.bones):
         raise ValueError('the skeleton has hinges: use skpose.robots.retarget_to_robot or method="positions"')
     found = counterparts(motion.skeleton, skeleton, joints)
@@ -175,13 +172,13 @@ def retarget_and_report(
     if method == "positions":
         return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
     lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
-    result, apart, moving, problem = by_orientations(motion, skeleton, found.there, lines, factor)
-    if joint_limits == "enforce":
-        problem = problem or _beyond_limits(result)
-    if problem and method == "auto":
+    try:
+        result, apart, moving = by_orientations(motion, skeleton, found.there, lines, factor)
+        result = _within_limits(result, joint_limits)
+    except ValueError:
+        if method != "auto":
+            raise
         return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
-    if problem:
-        raise ValueError(problem)
     at_rest = joints_at_rest(skeleton, moving)
     if joints is None and found.people is not None:
         _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
@@ -189,45 +186,36 @@ def retarget_and_report(
     return result, f"orientations, {count}, directions within {round(apart, 2):g}°{at_rest_in_words(skeleton, at_rest)}"
 
 
-def _difference(source: Skeleton, target: Skeleton, method: str) -> str:
-    """State why equal angles are different poses on two skeletons; empty if they are the same poses."""
-    if difference := mismatch(source, target):
-        return f"the motion's angles do not carry over to this skeleton: {difference}. method='orientations' converts"
-    try:
-        if method != "unchecked":
-            check_rest_poses(
-                [source, target], ["the motion's skeleton", "the given one"], 'method="orientations" keeps directions'
-            )
-    except ValueError as error:
-        return str(error)
-    return ""
-
-
-def _with_same_numbers(motion: Motion, skeleton: Skeleton, scale: float | Literal["lengths"] | None) -> Motion:
+def _by_numbers(
+    motion: Motion, skeleton: Skeleton, method: str, scale: float | Literal["lengths"] | None, joint_limits: str
+) -> Motion:
     """The angles of a motion in the order of the dofs of another skeleton with the same joints and dofs."""
+    if difference := mismatch(motion.skeleton, skeleton):
+        raise ValueError(
+            f"the motion's angles do not carry over to this skeleton: {difference}. method='orientations' converts"
+        )
+    if method != "unchecked":
+        names = "the motion's skeleton", "the given one"
+        check_rest_poses([motion.skeleton, skeleton], names, 'method="orientations" keeps directions')
     if scale == "lengths":
         factor = ratio_of_lengths(motion.skeleton, skeleton, counterparts(motion.skeleton, skeleton, None))
     else:
         factor = float(scale or 1.0)
-    column = {name: i for i, name in enumerate(motion.skeleton.dof_names)}
-    return replace(
+    result = replace(
         motion,
         skeleton=skeleton,
-        angles=motion.angles[:, [column[name] for name in skeleton.dof_names]],
+        angles=motion.angles[:, skeleton.columns_in(motion.skeleton)],
         root_positions=factor * motion.root_positions,
         seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
     )
+    return _within_limits(result, joint_limits)
 
 
-def _beyond_limits(motion: Motion) -> str:
-    """State which angle leaves the joint limits most; empty if none does."""
-    limits = limits_of(motion.skeleton)
-    beyond = np.maximum(limits[:, 0] - motion.angles, motion.angles - limits[:, 1])
-    if not beyond.size or beyond.max() <= 0.0:
-        return ""
-    frame, dof = np.unravel_index(beyond.argmax(), beyond.shape)
-    name = motion.skeleton.dof_names[dof]
-    return f'{name!r} is {beyond.max():.3g} beyond its limits in frame {frame}: method="positions" stays within'
+def _within_limits(motion: Motion, joint_limits: str) -> Motion:
+    """The motion, without rounding errors beyond the limits if these are enforced."""
+    if joint_limits == "ignore":
+        return motion
+    return replace(motion, angles=check_limits(motion.angles, motion.skeleton, "motion.angles"))
 
 
 def _by_positions(
@@ -240,11 +228,6 @@ def _by_positions(
     verbose: int,
 ) -> tuple[Motion, str]:
     """Find the poses whose joints are nearest to their counterparts, in the world times a factor."""
-    count = f"{found.placed.sum()} of {skeleton.n_joints} joints"
-    if not len(motion):
-        seen = np.zeros((0, skeleton.n_joints), bool)
-        nothing = replace(motion, skeleton=skeleton, angles=np.zeros((0, skeleton.n_dofs)), seen=seen)
-        return nothing, f"positions, {count}"
     placed = np.flatnonzero(found.placed).tolist()
     root = root_orientations(motion.root_angles, motion.root_axes)
     positions = joint_positions(motion.angles, motion.skeleton)
@@ -259,7 +242,8 @@ def _by_positions(
         result = replace(result, seen=result.seen & motion.seen[:, found.there])
     first = 0 if skeleton.offset_frame == "own" else 1
     at_rest = joints_at_rest(skeleton, {j for joint in placed for j in path_up(skeleton, joint)[first:]})
-    apart = round(100.0 * float(np.nanmax(fitted.residuals)), 2)
+    apart = round(100.0 * float(np.nanmax(fitted.residuals, initial=0.0)), 2)
+    count = f"{len(placed)} of {skeleton.n_joints} joints"
     return result, f"positions, {count} within {apart:g} cm{at_rest_in_words(skeleton, at_rest)}"
 
 
@@ -272,8 +256,7 @@ def joints_at_rest(skeleton: Skeleton, moving: Iterable[int]) -> list[int]:
     What they carry moves with the joints before them, in its rest pose.
     """
     moving = set(moving)
-    lengths = np.linalg.norm(skeleton.offsets, axis=1)
-    has_length = lengths > NO_DIRECTION * lengths.max()
+    has_length = np.asarray(directions_at_zero(skeleton).any(axis=1))
     carriers = {carrier for carrier, known in zip(find_carriers(skeleton), has_length, strict=True) if known}
     found: list[int] = []
     for joint, bone in enumerate(skeleton.bones):
@@ -306,8 +289,7 @@ def _warn_of_ends(source: Skeleton, target: Skeleton, found: Counterparts, at_re
 
 def _after(skeleton: Skeleton, joint: int) -> list[int]:
     """The joints at which the first bones with a length after a joint end."""
-    lengths = np.linalg.norm(skeleton.offsets, axis=1)
-    found = []
+    has_length, found = np.asarray(directions_at_zero(skeleton).any(axis=1)), []
     for child in np.flatnonzero(skeleton.parents == joint).tolist():
-        found += [child] if lengths[child] > NO_DIRECTION * lengths.max() else _after(skeleton, child)
+        found += [child] if has_length[child] else _after(skeleton, child)
     return found
