@@ -1,6 +1,6 @@
 """Checks of arguments: one for each kind of object, called once at the public function."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from numbers import Integral, Real
 from typing import Any, TypeAlias
@@ -38,6 +38,16 @@ def near_names(names: Sequence[str], name: str, otherwise: str = "skeleton.joint
     lower = {one.lower(): one for one in names}
     near = [repr(lower[found]) for found in get_close_matches(name.lower(), lower)]
     return f"did you mean {' or '.join(near)}?" if near else otherwise
+
+
+MOST_NAMES = 5  # in a message
+
+
+def list_names(names: Iterable[str]) -> str:
+    """List the first names, and the number of the others."""
+    names = list(names)
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(map(repr, names[:MOST_NAMES])) + more
 
 
 def as_numbers(values: Any, name: str, masked: float = np.nan) -> np.ndarray:

@@ -4,12 +4,12 @@ Where all joints of one skeleton have their names in the other, joints of equal 
 both are people of known rigs, joints with the same landmark are, and joints of trunk and neck by their place along it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from skpose._utils.validation import near_names
+from skpose._utils.validation import list_names
 from skpose._utils.warnings import warn
 from skpose.kinematics._landmarks import HIPS, SIDES, Landmarks, find_landmarks, path_up, plain_names
 from skpose.kinematics._lines import base_of_neck
@@ -29,6 +29,7 @@ from skpose.kinematics._rigs import (
     WRIST,
 )
 from skpose.skeleton import Skeleton
+from skpose.skeleton._selection import check_joints as check_names
 
 People = tuple[Landmarks, Landmarks]  # of the source and of the target
 Names = tuple[list[str], list[str]]
@@ -37,7 +38,6 @@ ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different 
 SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all rigs, within a few centimetres
 NEARLY = ((BALL, TOE), (TOE, BALL), (HEAD_TOP, HEAD_CENTER), (HEAD_CENTER, HEAD_TOP))  # in one direction
 SHARE = 0.25  # of the length of trunk or neck: joints further apart are not counterparts
-SHOWN = 8  # names in a message
 # A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
 # is longer.
 LIMB = 0.28
@@ -174,12 +174,10 @@ def _agreeing(people: People, there: np.ndarray) -> People:
 
 def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str]) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
-    if not isinstance(joints, Mapping) or not joints:
-        raise ValueError(f"joints must map joints of the given skeleton to those of the motion's, got {joints!r}")
-    for skeleton, names, whose in ((target, joints.keys(), WHOSE[1]), (source, joints.values(), WHOSE[0])):
-        for name in names:
-            if name not in skeleton:
-                raise ValueError(f"joints: {whose} has no joint {name!r}: {near_names(skeleton.joint_names, name)}")
+    if not joints:
+        raise ValueError("joints must map joints of the given skeleton to those of the motion's, got none")
+    check_names(target, joints, "joints")
+    check_names(source, joints.values(), "joints.values()")
     if len(set(joints.values())) < len(joints):
         raise ValueError("joints must have each counterpart once")
 
@@ -310,7 +308,7 @@ def _check_limbs(target: Skeleton, there: np.ndarray, ours: Mapping[str, int]) -
     if not all(f"{side}_{mark}" in ours for side in SIDES for limb in LIMBS for mark in limb):
         out += _long_parts(target, there)
     if out:
-        names = _list_some([target.joint_names[j] for j in dict.fromkeys(out)])
+        names = list_names([target.joint_names[j] for j in dict.fromkeys(out)])
         raise ValueError(f"limbs would stay at rest: {names} have no counterparts. Pass joints=, names to names")
 
 
@@ -337,10 +335,6 @@ def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
         if lengths[part].sum() > LIMB * from_root.max() and len(moving) > (there[end] >= 0):
             out.update(part)
     return sorted(out)
-
-
-def _list_some(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:SHOWN])) + ", …" * (len(names) > SHOWN)
 
 
 # --- sizes ------------------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ import numpy as np
 
 from skpose._compiled.pose.tree import BALL, HINGE
 from skpose.skeleton import Skeleton
+from skpose.skeleton._bone import with_columns
 
 # Constant rotations that differ from the identity by rounding alone are the identity: a frame less per joint.
 ROUNDING = 8 * np.finfo(np.float64).eps
@@ -55,7 +56,6 @@ class Frame:
 class Frames(NamedTuple):
     """The result of the first pass."""
 
-    root: Frame
     moving: list[Frame]  # the root's frame and all frames with dofs, parents first
     offset: np.ndarray  # (n_joints + 1, 3) of each joint from its parent, in the axes of the frame that carries it
     column: list[int]  # as in Tree
@@ -73,19 +73,19 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
     frame of its parent. A joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
     root = Frame(None, 0, 0, None, 0)
-    frames = Frames(root, [root], np.zeros((1, 3)), [], [], [])
+    frames = Frames([root], np.zeros((1, 3)), [], [], [])
     if skeleton is None:
         return frames
     n_joints, own = skeleton.n_joints, skeleton.offset_frame == "own"
     frame_of, constant = [root] * (n_joints + 1), [np.eye(3)] * (n_joints + 1)  # f and A_j of the root and all joints
-    first_column = np.cumsum([0] + [bone.n_dofs for bone in skeleton.bones])
+    bones = list(with_columns(skeleton.bones))
     for j in _depth_first(skeleton.parents):
-        bone, parent = skeleton.bones[j], skeleton.parents[j] + 1
+        (bone, own_columns), parent = bones[j], skeleton.parents[j] + 1
         before = constant[parent] @ skeleton.rest_rotations[j]
         if not bone.dofs:
             frame_of[j + 1], constant[j + 1] = frame_of[parent], before
             continue
-        columns = list(range(first_column[j], first_column[j + 1]))
+        columns = list(range(own_columns.start, own_columns.stop))
         if bone.is_ball or bone.axis is not None:
             Q, signs = np.eye(3), [1] * bone.n_dofs
         else:
@@ -136,15 +136,11 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
     return Q, signs
 
 
-def _depth_first(parents: np.ndarray) -> list[int]:
+def _depth_first(parents: np.ndarray, root: int = -1) -> list[int]:
     """The joints in an order in which all descendants of a joint follow it at once."""
-    children: list[list[int]] = [[] for _ in range(len(parents) + 1)]  # the root's last, as its index is -1
-    for joint, parent in enumerate(parents):
-        children[parent].append(joint)
-    order, waiting = [], children[-1][::-1]
-    while waiting:
-        order.append(waiting.pop())
-        waiting.extend(reversed(children[order[-1]]))
+    order: list[int] = []
+    for joint in np.flatnonzero(parents == root).tolist():
+        order += [joint, *_depth_first(parents, joint)]
     return order
 
 
@@ -188,28 +184,18 @@ def _turn_to(direction: np.ndarray, p: int, k: int) -> tuple[float, int, float]:
     return alpha, m, _angle_of(turned @ np.cross(np.eye(3)[m], np.eye(3)[k]), turned[k])
 
 
-class _Turned(NamedTuple):
-    """The direction of a hinge's axis: Rp(α) · Rm(β) · e_k times a sign."""
+def _turn_hinge(direction: np.ndarray, p: int) -> tuple[int, int, tuple[int, float], tuple[int, float]]:
+    """The fewest rotations that take an axis of a frame to the direction of a hinge: Rp(α) · Rm(β) · e_k times a sign.
 
-    sign: int
-    axis: int  # k
-    p: int
-    alpha: float
-    m: int
-    beta: float
-
-
-def _turn_hinge(direction: np.ndarray, p: int) -> _Turned:
-    """The fewest rotations that take an axis of a frame to the direction of a hinge.
-
-    Along an axis none is needed. Across the axis p, about which the frame before rotates, α is enough, which costs
-    nothing there.
+    The result is the sign, k, (m, β) and (p, α). Along an axis no rotation is needed. Across the axis p, about which
+    the frame before rotates, α is enough, which costs nothing there.
     """
     k = int(np.abs(direction).argmax())
     if np.abs(np.delete(direction, k)).max() <= ROUNDING:
-        return _Turned(1 if direction[k] > 0.0 else -1, k, p, 0.0, p, 0.0)
+        return 1 if direction[k] > 0.0 else -1, k, (p, 0.0), (p, 0.0)
     k = 0 if p != 0 or abs(direction[p]) > ROUNDING else 1
-    return _Turned(1, k, p, *_turn_to(direction, p, k))
+    alpha, m, beta = _turn_to(direction, p, k)
+    return 1, k, (m, beta), (p, alpha)
 
 
 def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
@@ -233,15 +219,14 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
     for child in angular:
         if child.hinge is not None:
             candidates = [_turn_hinge(child.rest @ child.hinge, (frame.axis + i) % 3) for i in range(3)]
-            found = min(candidates, key=lambda one: (one.alpha != 0.0) + (one.beta != 0.0))
-            child.axis, frames.sign[child.first_dof] = found.axis, found.sign
-            constants = (found.m, found.beta), (found.p, found.alpha)
+            sign, axis, *constants = min(candidates, key=lambda one: (one[2][1] != 0.0) + (one[3][1] != 0.0))
+            child.axis, frames.sign[child.first_dof] = axis, sign
             turned = _about(*constants[1]) @ _about(*constants[0])
             _rotate_behind(child, turned.T @ child.rest, frames.offset)
         else:
             alpha, m, beta, gamma = _split(child.rest, frame.axis, child.n_dofs - 1)
             shift[child.first_dof] += gamma
-            constants = (m, beta), (frame.axis, alpha)
+            constants = [(m, beta), (frame.axis, alpha)]
         i, upper = frame.children.index(child), child
         for axis, angle in constants:  # from the child up
             if angle != 0.0:
@@ -254,7 +239,7 @@ def _alpha_of(frame: Frame, angular: list[Frame]) -> float:
     """The constant that a frame takes: its first child's, or if that is zero, the first hinge's."""
     first = angular[0]
     alphas = [] if first.hinge is not None else [_split(first.rest, frame.axis, first.n_dofs - 1)[0]]
-    alphas += [_turn_hinge(one.rest @ one.hinge, frame.axis).alpha for one in angular if one.hinge is not None]
+    alphas += [_turn_hinge(one.rest @ one.hinge, frame.axis)[3][1] for one in angular if one.hinge is not None]
     return next((alpha for alpha in alphas if alpha != 0.0), 0.0)
 
 

@@ -7,7 +7,7 @@ in a person, and the lengths at angle zero are a person's. Uncertain joints are 
 
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -83,7 +83,7 @@ def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Land
     found = [(rig, joints) for rig, joints, n_known in candidates if n_known == most]
     proportions = ""
     for rig, joints in found:
-        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else _find_misplaced(skeleton, joints)
+        complaint = f"it has a joint {animal[0]!r}, as animals have" if animal else find_misplaced(skeleton, joints)
         proportions = proportions or _find_disproportion(skeleton, joints)
         if complaint or (proportions and not any_proportions):
             return NONE._replace(reason=f"it has names of {rig.name}, but {complaint or proportions}")
@@ -91,8 +91,8 @@ def find_landmarks(skeleton: Skeleton, *, any_proportions: bool = False) -> Land
     joints = {name: j for name, j in found[0][1].items() if all(other.get(name) == j for _, other in found)}
     _add_ends(joints, ends, skeleton)
     trunk, neck = _axis(skeleton, joints)
-    hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
-    if len(hips) == 2 and (middle := common_parent(skeleton, *hips)) >= 0:
+    hips = pair_of(joints, HIP)
+    if hips and (middle := common_parent(skeleton, *hips)) >= 0:
         joints[HIPS] = middle
     names = " or ".join(rig.name for rig, _ in found)
     return Landmarks(names, joints, trunk, neck, f"it has names of {names}, but {proportions}" if proportions else "")
@@ -111,6 +111,12 @@ def common_parent(skeleton: Skeleton, a: int, b: int) -> int:
     """The last joint that both joints come after; -1 is the root."""
     above = path_up(skeleton, a)[1:]
     return next((joint for joint in path_up(skeleton, b)[1:] if joint in above), -1)
+
+
+def pair_of(joints: Mapping[str, int], mark: str) -> tuple[int, int] | None:
+    """The joints of both sides at a landmark, if both are known."""
+    left, right = joints.get(f"left_{mark}"), joints.get(f"right_{mark}")
+    return None if left is None or right is None else (left, right)
 
 
 def plain_names(names: Sequence[str]) -> list[str]:
@@ -184,12 +190,12 @@ def _add_ends(joints: dict[str, int], ends: dict[int, int], skeleton: Skeleton) 
 
 def _points_forward(skeleton: Skeleton, joint: int, joints: dict[str, int]) -> bool:
     """Whether the bone that ends at a joint points forward at angle zero, by hips and shoulders."""
-    needed = [f"{side}_{mark}" for mark in (HIP, SHOULDER) for side in SIDES]
-    if not all(mark in joints for mark in needed):
+    hips, shoulders = pair_of(joints, HIP), pair_of(joints, SHOULDER)
+    if not (hips and shoulders):
         return False
     where = positions_at_zero(skeleton)
-    left, right, *shoulders = (where[joints[mark]] for mark in needed)
-    forward = np.cross(left - right, np.mean(shoulders, axis=0) - (left + right) / 2.0)
+    middles = [where[list(pair)].mean(axis=0) for pair in (shoulders, hips)]
+    forward = np.cross(where[hips[0]] - where[hips[1]], middles[0] - middles[1])
     bone = where[joint] - where[int(skeleton.parents[joint])]
     return bool(bone @ forward > FORWARD * np.linalg.norm(bone) * np.linalg.norm(forward))
 
@@ -222,7 +228,7 @@ def _find(
     return joints, len(known)
 
 
-def _find_misplaced(skeleton: Skeleton, joints: dict[str, int]) -> str:
+def find_misplaced(skeleton: Skeleton, joints: Mapping[str, int]) -> str:
     """State which joints do not follow each other as in a person; empty if all do."""
     names = skeleton.joint_names
     for side in SIDES:
@@ -263,12 +269,11 @@ def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
 
 def _axis(skeleton: Skeleton, joints: dict[str, int]) -> tuple[list[int], list[int]]:
     """The joints of the trunk, and of the neck up to the head."""
-    shoulders = [joints[f"{side}_{SHOULDER}"] for side in SIDES if f"{side}_{SHOULDER}" in joints]
-    if len(shoulders) < 2:
+    hips, shoulders = pair_of(joints, HIP), pair_of(joints, SHOULDER)
+    if not shoulders:
         return [], []
     chest = common_parent(skeleton, *shoulders)
-    hips = [joints[f"{side}_{HIP}"] for side in SIDES if f"{side}_{HIP}" in joints]
-    below = path_up(skeleton, common_parent(skeleton, *hips)) if len(hips) == 2 else []
+    below = path_up(skeleton, common_parent(skeleton, *hips)) if hips else []
     trunk = [joint for joint in reversed(path_up(skeleton, chest)) if joint not in below]
     neck = []
     if HEAD in joints:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent
+from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent, pair_of
 from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, HIP, SHOULDER, TOE
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
@@ -55,7 +55,7 @@ def find_lines(
         source_start = ROOT if start < 0 else int(there[start]) if there[start] >= 0 else int(source.parents[end])
         lines[joint] = Line(int(target.parents[joint]), joint, source_start, end)
     directions = directions_at_zero(target)
-    hips = (None, None) if people is None else (pair_of(people[0], HIP), pair_of(people[1], HIP))
+    hips = (None, None) if people is None else (pair_of(people[0].joints, HIP), pair_of(people[1].joints, HIP))
     positions = with_root(joint_positions(np.zeros((1, target.n_dofs)), target), hips[1])[0]
     if people is None:
         return Lines(lines, {}, [], hips, directions, positions)
@@ -95,17 +95,14 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 def find_carriers(skeleton: Skeleton) -> list[int]:
     """The joint with which each bone rotates; -1 is the root."""
     movers = find_movers(skeleton)
-    if skeleton.offset_frame == "own":
-        return movers
-    return [movers[int(parent)] if parent >= 0 else ROOT for parent in skeleton.parents]
+    return movers[:-1] if skeleton.offset_frame == "own" else [movers[int(parent)] for parent in skeleton.parents]
 
 
 def find_movers(skeleton: Skeleton) -> list[int]:
-    """The last joint with dofs from the root to each joint; -1 is the root."""
-    movers: list[int] = []
+    """The last joint with dofs from the root to each joint, and last to the root itself; -1 is the root."""
+    movers = [ROOT] * (skeleton.n_joints + 1)
     for j, bone in enumerate(skeleton.bones):
-        parent = int(skeleton.parents[j])
-        movers.append(j if bone.dofs else movers[parent] if parent >= 0 else ROOT)
+        movers[j] = j if bone.dofs else movers[int(skeleton.parents[j])]
     return movers
 
 
@@ -147,12 +144,9 @@ def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmar
 
 def base_of_neck(skeleton: Skeleton, person: Landmarks) -> int:
     """The joint of the neck that moves with the chest, above which the neck bends; -1 if there is none."""
-    carriers = find_carriers(skeleton)
-    chest = person.trunk[-1] if person.trunk else ROOT
-    while chest >= 0 and not skeleton.bones[chest].dofs:
-        chest = int(skeleton.parents[chest])
+    chest = find_movers(skeleton)[person.trunk[-1] if person.trunk else ROOT]
     first = next((joint for joint in person.neck if skeleton.offsets[joint].any()), ROOT)
-    return first if first >= 0 and carriers[first] == chest else ROOT
+    return first if first >= 0 and find_carriers(skeleton)[first] == chest else ROOT
 
 
 def _tie_neck_to_chest(
@@ -180,9 +174,9 @@ def _align_left_right(
     """Replace the lines of bones to hips, collarbones and shoulders by those from side to side, where possible."""
     here = people[1].joints
     for mark in (HIP, COLLAR, SHOULDER):
-        pair = [here[f"{side}_{mark}"] for side in SIDES if f"{side}_{mark}" in here]
-        ends = pair_of(people[0], mark) or (pair_of(people[0], SHOULDER) if mark == COLLAR else None)
-        if len(pair) < 2 or ends is None:
+        pair = pair_of(here, mark)
+        ends = pair_of(people[0].joints, mark) or (pair_of(people[0].joints, SHOULDER) if mark == COLLAR else None)
+        if pair is None or ends is None:
             continue
         if carriers[pair[0]] == carriers[pair[1]]:
             for i in (0, 1):
@@ -206,21 +200,13 @@ def _find_twists(target: Skeleton, people: tuple[Landmarks, Landmarks], carriers
     """
     found = {}
     for mark in (HIP, SHOULDER):
-        pair, ends = pair_of(people[1], mark), pair_of(people[0], mark)
+        pair, ends = pair_of(people[1].joints, mark), pair_of(people[0].joints, mark)
         if pair is None or ends is None or carriers[pair[0]] == carriers[pair[1]]:
             continue
-        joint = common_parent(target, *pair)
-        while joint >= 0 and not target.bones[joint].dofs:
-            joint = int(target.parents[joint])
+        joint = find_movers(target)[common_parent(target, *pair)]
         if joint < 0 or target.bones[joint].n_dofs == 3:
             found[joint] = Line(pair[1], pair[0], ends[1], ends[0])
     return found
-
-
-def pair_of(person: Landmarks, mark: str) -> tuple[int, int] | None:
-    """The joints of both sides at a landmark."""
-    left, right = (person.joints.get(f"{side}_{mark}", ROOT) for side in SIDES)
-    return (left, right) if min(left, right) >= 0 else None
 
 
 def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:

@@ -156,7 +156,7 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
 
 def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: np.ndarray) -> Tree:
     """Frames and joints as the arrays of a Tree; with scales of the root and of the joints."""
-    frames, batch_kind, first_frame = _in_batches(built.root)
+    frames, batch_kind, first_frame = _in_batches(built.moving[0])
     balls = [f for f, frame in enumerate(frames) if frame.is_ball]
     is_angle = np.zeros(len(built.column), dtype=bool)
     for frame in built.moving:

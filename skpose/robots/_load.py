@@ -13,10 +13,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.typing import ArrayLike
-from skpose._utils.validation import near_names
+from skpose._utils.validation import list_names, near_names
 from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
-from skpose.robots._model import RobotFile, list_names, read_robot
+from skpose.robots._model import RobotFile, read_robot
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
 

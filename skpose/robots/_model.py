@@ -7,13 +7,14 @@ missing meshes and masses do not matter.
 import os
 import re
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from skpose._utils.validation import list_names
 from skpose.io import MocapFormatError
 from skpose.io._arguments import Readable
 
@@ -31,7 +32,6 @@ FIRST_ELEMENT = re.compile(
 MJCF, URDF = "mujoco", "robot"  # the first element
 HEAD = 1 << 18  # bytes, at most, before the end of the first element
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-MOST_NAMES = 5  # in a message
 
 
 class RobotFile(NamedTuple):
@@ -44,13 +44,6 @@ class RobotFile(NamedTuple):
 
     def error(self, message: str) -> MocapFormatError:
         return MocapFormatError(self.name, None, message)
-
-
-def list_names(names: Iterable[str]) -> str:
-    """List the first names, and the number of the others."""
-    names = list(names)
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return ", ".join(map(repr, names[:MOST_NAMES])) + more
 
 
 def read_robot(path: Any) -> RobotFile:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._landmarks import SIDES, common_parent, find_landmarks, path_up
+from skpose.kinematics._landmarks import SIDES, common_parent, find_landmarks, find_misplaced, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
 from skpose.robots._contacts import Sole
@@ -173,12 +173,8 @@ def _check_limbs(skeleton: Skeleton, places: dict[str, Place], robot: Robot | No
         has_legs = limb == LEG and robot is not None and HIP in robot.left
         if missing and (has_legs or len(missing) < len(marks)):
             raise ValueError(f"the {name} of the robot have no {', '.join(missing)}: name the joints with joints=")
-        for side in SIDES if not missing else ():
-            for above, below in ((limb[0], limb[1]), (limb[1], limb[2])):
-                upper, lower = (places[f"{side}_{mark}"].joint for mark in (above, below))
-                if upper == lower or upper not in path_up(skeleton, lower):
-                    names = skeleton.joint_names
-                    raise ValueError(f"{names[upper]!r} as {side}_{above} does not carry {names[lower]!r} as {below}")
+    if misplaced := find_misplaced(skeleton, {mark: place.joint for mark, place in places.items()}):
+        raise ValueError(f"joints must be in the order of a limb of the robot, but {misplaced}")
 
 
 def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
@@ -206,7 +202,7 @@ def find_stance(
     skeleton: Skeleton, places: dict[str, Place], axes: np.ndarray | None = None, name: str = "", half: float = 0.0
 ) -> Stance:
     """How a skeleton with these places stands at angle zero; `axes` are given for known robots."""
-    movers = [*find_movers(skeleton), ROOT]  # the last is the root's
+    movers = find_movers(skeleton)
     places = _with_length(places)
     hips, shoulders = (_pair(places, mark) for mark in (HIP, SHOULDER))
     pelvis, chest = (
@@ -358,9 +354,7 @@ def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:
         elbow, wrist = (stance.places[f"{side}_{mark}"] for mark in (ELBOW, WRIST))
         hand = stance.places.get(f"{side}_{HAND}", wrist)
         along = unit(wrist.at_zero - elbow.at_zero)
-        for joint in path_up(skeleton, hand.joint):
-            if joint == elbow.joint:
-                break
+        for joint in set(path_up(skeleton, hand.joint)) - set(path_up(skeleton, elbow.joint)):
             bone = skeleton.bones[joint]
             if bone.n_dofs == 1 and not bone.is_slide and abs(axes[joint] @ axes_of(bone)[0] @ along) > ROLL:
                 found.append(joint)

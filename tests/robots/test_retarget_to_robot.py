@@ -258,7 +258,7 @@ def test_joints_that_are_exchanged_or_missing_are_refused():
     for target, joints, message in (
         (skeleton, swapped, "exchanges left and right"),
         (Skeleton(bones, "parent"), backward, "backward"),
-        (skeleton, knee, "does not carry"),
+        (skeleton, knee, "does not come after"),
         (skeleton, some, "left_knee"),
         (skeleton, None, "joints="),
     ):
