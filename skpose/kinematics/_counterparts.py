@@ -29,6 +29,7 @@ from skpose.kinematics._rigs import (
     WRIST,
 )
 from skpose.skeleton import Skeleton
+from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._selection import check_joints as check_names
 
 People = tuple[Landmarks, Landmarks]  # of the source and of the target
@@ -210,11 +211,9 @@ def _check_hips(source: Skeleton, target: Skeleton, people: People) -> None:
     """Refuse a skeleton whose root is on the ground where the other's is at the hips: roots are counterparts."""
     far = []
     for skeleton, person in zip((source, target), people, strict=True):
-        shank = path_up(skeleton, person.joints.get(f"left_{ANKLE}", -1))
-        shank = shank[: shank.index(person.joints[f"left_{KNEE}"])] if shank else []
-        hips = path_up(skeleton, person.joints.get(HIPS, -1))
-        lengths = np.linalg.norm(skeleton.offsets, axis=1)
-        far.append(bool(shank) and lengths[hips].sum() > lengths[shank].sum())
+        zero = positions_at_zero(skeleton)  # the last is the root
+        hips, knee, ankle = (zero[person.joints.get(mark, -1)] for mark in (HIPS, f"left_{KNEE}", f"left_{ANKLE}"))
+        far.append(bool(0.0 < np.linalg.norm(ankle - knee) < np.linalg.norm(hips)))
     if far[0] != far[1]:
         i = far.index(True)
         name = (source, target)[i].joint_names[people[i].joints[HIPS]]

@@ -78,7 +78,7 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
 def joint_positions(angles: np.ndarray, skeleton: Skeleton, n_threads: int = 1) -> np.ndarray:
     """`forward_kinematics` of checked angles."""
     positions = _positions(angles, tree_of_all_joints(skeleton), n_threads)
-    return positions.astype(angles.dtype, copy=False).reshape(len(angles), -1, 3)
+    return positions.astype(angles.dtype, copy=False).reshape(len(angles), skeleton.n_joints, 3)
 
 
 def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:

@@ -40,9 +40,9 @@ SIGNS = re.compile(r"[\W_]+")  # between words
 HIPS = "hips"  # the joint that carries both legs, if it is not the root
 ORDER = ((HIP, KNEE, ANKLE), (COLLAR, SHOULDER, ELBOW, WRIST))  # in this order, as far as known
 NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
-# Lengths in a person: between two joints, and sums of these.
-SEGMENTS = {"thigh": (HIP, KNEE), "shank": (KNEE, ANKLE), "upper arm": (SHOULDER, ELBOW), "forearm": (ELBOW, WRIST)}
-WHOLES = {"leg": ("thigh", "shank"), "arm": ("upper arm", "forearm")}
+# Lengths in a person, between two joints.
+LENGTHS = {"thigh": (HIP, KNEE), "shank": (KNEE, ANKLE), "upper arm": (SHOULDER, ELBOW), "forearm": (ELBOW, WRIST)}
+LENGTHS |= {"leg": (HIP, ANKLE), "arm": (SHOULDER, WRIST)}
 # Lengths of the first over the second in people and in files of them; arms are short where a file ends within the
 # forearm, and a name that is at the other end of its bone makes them 0.3 or 3.
 PROPORTIONS = (
@@ -248,19 +248,16 @@ def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
     """State which lengths are not a person's; empty if all are."""
     lengths, norms = {}, np.linalg.norm(skeleton.offsets, axis=1)
     for side in SIDES:
-        for part, (start, end) in SEGMENTS.items():
-            above, below = joints.get(f"{side}_{start}", -1), joints.get(f"{side}_{end}", -1)
-            if above >= 0 and above in path_up(skeleton, below):
-                path = path_up(skeleton, below)
+        for part, (start, end) in LENGTHS.items():
+            path = path_up(skeleton, joints.get(f"{side}_{end}", -1))
+            above = joints.get(f"{side}_{start}", -1)
+            if above in path:
                 lengths[side, part] = float(norms[path[: path.index(above)]].sum())
-        for whole, parts in WHOLES.items():
-            if all((side, part) in lengths for part in parts):
-                lengths[side, whole] = sum(lengths[side, part] for part in parts)
         for first, second, low, high in PROPORTIONS:
             a, b = lengths.get((side, first)), lengths.get((side, second))
             if a is not None and b is not None and not low * b <= a <= high * b:
                 return f"its {side} {first} is {a:.2g} m long, its {second} {b:.2g} m"
-    for part in WHOLES:
+    for part in ("leg", "arm"):
         a, b = (lengths.get((side, part), 0.0) for side in SIDES)
         if max(a, b) > SYMMETRY * min(a, b):
             return f"one {part} is {a:.2g} m long, the other {b:.2g} m"

@@ -94,10 +94,9 @@ def _stays(
     found = []
     for start, stop in _phases(still[first:end], times[first:end]):
         part = slice(first + start, first + stop)
-        if times[part.stop - 1] - times[part.start] < 2.0 * STILL_WINDOW:
-            continue
         if _is_near(points[part], away):
-            found.append((part.start, part.stop))
+            if times[part.stop - 1] - times[part.start] >= 2.0 * STILL_WINDOW:
+                found.append((part.start, part.stop))
             continue
         cut = part.start
         while cut < part.stop:  # a drift over seconds is an error of the recording, or of shoes
@@ -232,10 +231,9 @@ def _leave_time(
                 after[0] += 1
     found = []
     for contact, (first, end) in zip(contacts, parts, strict=True):
-        if (first, end) != (contact.first, contact.end) and times[end - 1] - times[first] < SHORT:
-            continue
-        flat = max(contact.flat_first, first), min(contact.flat_end, end)
-        found.append(Contact(first, end, *(flat if flat[1] > flat[0] else (first, first))))
+        if (first, end) == (contact.first, contact.end) or times[end - 1] - times[first] >= SHORT:
+            flat = max(contact.flat_first, first), min(contact.flat_end, end)
+            found.append(Contact(first, end, *(flat if flat[1] > flat[0] else (first, first))))
     return found
 
 

@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._utils.warnings import warn
-from skpose.kinematics import forward_kinematics
 from skpose.kinematics._landmarks import SIDES
 from skpose.kinematics._lines import unit
 from skpose.kinematics._rigs import ANKLE, HAND, HIP, WRIST
 from skpose.robots._contacts import Contact, find_contacts, find_floor
-from skpose.robots._stance import ARM, LEG, Place, Stance, with_places
+from skpose.robots._stance import ARM, LEG, Place, Stance, positions_of
 from skpose.skeleton import Motion
 from skpose.skeleton._root import root_orientations
 
@@ -57,12 +56,9 @@ def person_of(motion: Motion, stance: Stance) -> Person:
     places = [place for _, place in named]
     for joint, axes in links.values():
         places += show_axes(joint, axes)
-    skeleton = with_places(motion.skeleton, places)
-    columns = [motion.skeleton.dof_names.index(name) for name in skeleton.dof_names]
-    points = forward_kinematics(motion.angles[:, columns], skeleton)[:, -len(places) :]
     vertical = to_vertical(motion.up)
-    turn = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
-    points = points @ turn.transpose(0, 2, 1) + (motion.root_positions @ vertical.T)[:, None]
+    roots = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
+    points = positions_of(motion.skeleton, places, motion.angles, roots, motion.root_positions @ vertical.T)
     at = {mark: points[:, i] for i, (mark, _) in enumerate(named)}
     firsts = range(len(named), len(places), 3)
     shown = {link: axes_from(points[:, i : i + 3]) for link, i in zip(links, firsts, strict=True)}

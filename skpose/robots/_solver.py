@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics import forward_kinematics
 from skpose.kinematics._inverse import Task, problem_of
-from skpose.robots._stance import Place, Stance, with_places
+from skpose.robots._stance import Place, Stance, positions_of, with_places
 from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import with_columns
 
@@ -47,13 +46,9 @@ class Solution(NamedTuple):
 
     def positions(self, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
         """The positions (n_frames, n_places, 3) of other places on the same joints."""
-        part, column = with_places(skeleton, places), {name: i for i, name in enumerate(self.skeleton.dof_names)}
-        poses = np.zeros((len(self.poses), part.n_dofs))
-        for i, name in enumerate(part.dof_names):
-            if name in column:  # others do not move these places
-                poses[:, i] = self.poses[:, column[name]]
-        points = forward_kinematics(poses, part)[:, -len(places) :]
-        return np.asarray(points @ self.roots.transpose(0, 2, 1) + self.origins[:, None])
+        poses = np.zeros((len(self.poses), skeleton.n_dofs))  # other angles do not move these places
+        poses[:, self.skeleton.columns_in(skeleton)] = self.poses
+        return positions_of(skeleton, places, poses, self.roots, self.origins)
 
 
 def solve(

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._landmarks import SIDES, common_parent, find_landmarks, find_misplaced, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
@@ -88,10 +89,7 @@ def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
 @functools.lru_cache(maxsize=16)
 def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
     """The stances of a person and a robot, by names or by pairs of joints of target and source."""
-    names = set(target.joint_names)
-    robot = next((robot for robot in ROBOTS if {link for link, _ in places_of(robot).values()} <= names), None)
-    axes = None if robot is None else _robot_axes(target, robot)
-    known = {} if robot is None or axes is None else _robot_places(target, robot, axes)
+    robot, axes, known = _known_robot(target) or (None, None, {})
     theirs = _joint_places(source, find_landmarks(source, any_proportions=pairs is not None).joints)
     if pairs is not None:
         theirs, ours = _by_counterparts(source, target, dict(pairs), theirs, known)
@@ -117,26 +115,26 @@ def _joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place
     return {mark: Place(joint, zero[joint]) for mark, joint in joints.items()}
 
 
-def _robot_places(skeleton: Skeleton, robot: Robot, axes: np.ndarray) -> dict[str, Place]:
-    zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
-    return {
-        mark: Place(index[link], zero[index[link]] + axes @ np.array(offset))
-        for mark, (link, offset) in places_of(robot).items()
-    }
+def _known_robot(skeleton: Skeleton) -> tuple[Robot, np.ndarray, dict[str, Place]] | None:
+    """The robot that has these links, its axes (3, 3) and its places; None if no robot is known to have them.
 
-
-def _robot_axes(skeleton: Skeleton, robot: Robot) -> np.ndarray:
-    """The axes (3, 3) of a robot by the origins of its links: the root may be turned in another file."""
+    The axes are found by the origins of the links: the root may be turned in another file.
+    """
     zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
-    at = {mark: zero[index[link]] for mark, (link, _) in places_of(robot).items()}
+    robot = next((one for one in ROBOTS if {link for link, _ in places_of(one).values()} <= index.keys()), None)
+    if robot is None:
+        return None
+    at = {mark: Place(index[link], zero[index[link]]) for mark, (link, _) in places_of(robot).items()}
     low = HIP if f"left_{HIP}" in at else WRIST
-    trunk = np.mean([at[f"{side}_{SHOULDER}"] - at[f"{side}_{low}"] for side in SIDES], axis=0)
-    left = unit(at[f"left_{SHOULDER}"] - at[f"right_{SHOULDER}"])
+    trunk = np.mean([at[f"{side}_{SHOULDER}"].at_zero - at[f"{side}_{low}"].at_zero for side in SIDES], axis=0)
+    left = unit(at[f"left_{SHOULDER}"].at_zero - at[f"right_{SHOULDER}"].at_zero)
     forward = unit(np.cross(left, trunk))
     here = np.stack([forward, left, np.cross(forward, left)], axis=1)
     x, z = unit(np.array(robot.trunk))  # how the trunk leans in the robot's own file
     axes = here @ np.array([[z, 0.0, -x], [0.0, 1.0, 0.0], [x, 0.0, z]])
-    return np.eye(3) if np.abs(axes - np.eye(3)).max() < EXACT else axes
+    axes = np.eye(3) if np.abs(axes - np.eye(3)).max() < EXACT else axes
+    offsets = {mark: axes @ np.array(offset) for mark, (_, offset) in places_of(robot).items()}
+    return robot, axes, {mark: Place(joint, origin + offsets[mark]) for mark, (joint, origin) in at.items()}
 
 
 def _by_counterparts(
@@ -380,3 +378,12 @@ def _with_points(skeleton: Skeleton, points: tuple[tuple[int, float, float, floa
         offset = axes[joint].T @ (np.array(at_zero) - zero[joint])
         bones.append(Bone(f"place {i}", skeleton.joint_names[joint] if joint >= 0 else None, offset))
     return Skeleton(bones, skeleton.offset_frame)
+
+
+def positions_of(
+    skeleton: Skeleton, places: Sequence[Place], poses: np.ndarray, roots: np.ndarray, origins: np.ndarray
+) -> np.ndarray:
+    """The positions (n_frames, n_places, 3) of places in poses whose root is rotated by matrices and at origins."""
+    part = with_places(skeleton, places)
+    points = joint_positions(poses[:, part.columns_in(skeleton)], part)[:, -len(places) :]
+    return np.asarray(points @ roots.transpose(0, 2, 1) + origins[:, None])

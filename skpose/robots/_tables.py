@@ -90,9 +90,7 @@ def places_of(robot: Robot) -> dict[str, tuple[str, Vector]]:
         link, (x, y, z) = (place, (0.0, 0.0, 0.0)) if isinstance(place, str) else place
         other = link
         for left, right in robot.right:
-            if left in other:
-                other = right.join(other.rsplit(left, 1))
-                break
+            other = other.replace(left, right)
         places[f"left_{mark}"] = link, (x, y, z)
         places[f"right_{mark}"] = other, (x, -y, z)
     return places
