@@ -20,6 +20,7 @@ from skpose._utils.parallel import in_threads
 from skpose._utils.progress import progress
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
+from skpose._utils.units import extent_of
 from skpose._utils.validation import as_numbers, check_poses, check_positions, limits_of
 from skpose._utils.warnings import warn
 from skpose.keypoints import Keypoints
@@ -402,10 +403,6 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
 
 def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
     """Warn if positions and skeleton are likely in different units."""
-    seen = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
-    size = size_of(skeleton)
-    if not len(seen) or not size > 0.0:
-        return
-    extent = float(np.median(np.nanmax(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=1)))
-    if extent > LARGER * size or 0.0 < extent < size / SMALLER:
+    extent, size = extent_of(positions), size_of(skeleton)
+    if size > 0.0 and (extent > LARGER * size or 0.0 < extent < size / SMALLER):
         warn(f"positions extend over {extent:.3g} m, the skeleton over {size:.3g} m: one is likely not in metres")

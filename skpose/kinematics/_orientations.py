@@ -80,50 +80,43 @@ def by_orientations(
 
 
 class _Bones(NamedTuple):
-    """The bones of the target whose directions have counterparts, or lines in their place."""
+    """The bones of the target whose directions have counterparts, or lines in their place; frame 0 is angle zero."""
 
     directions: np.ndarray  # (n_joints, 3) at angle zero, in the axes of the root
     ends: dict[int, int]  # the joint of the source at which each counterpart ends
-    wished_at_zero: np.ndarray  # (n_joints, 3) directions of the counterparts at angle zero, in the axes of their root
-    wished: np.ndarray  # (n_frames, n_joints, 3) in the world
+    wished: np.ndarray  # (n_frames + 1, n_joints, 3) directions of the counterparts in the world
     carried: dict[int, list[int]]  # bones that rotate with the root and with each joint with dofs
-    twists: dict[int, "_Twist"]  # for joints that carry one of them or none
+    # For joints that carry one of them or none, a line across: its direction (3,) at angle zero, and (n_frames + 1, 3)
+    # those of its counterpart.
+    twists: dict[int, tuple[np.ndarray, np.ndarray]]
     pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines of target and source that show how rest poses are rotated
 
 
-class _Twist(NamedTuple):
-    """A line across the bone that a joint carries, with its counterpart."""
-
-    direction: np.ndarray  # (3,) at angle zero
-    wished_at_zero: np.ndarray  # (3,)
-    wished: np.ndarray  # (n_frames, 3)
+AT_ZERO, IN_MOTION = slice(0, 1), slice(1, None)  # frames
 
 
 def _bones(source: Skeleton, positions: np.ndarray, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
     """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
-    n = target.n_joints
     joints, across = list(lines.of_bones), list(lines.twists)
     all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
     at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
-    zero = source_lines(source, at_zero, all_lines)[0]
-    found = source_lines(source, positions, all_lines)
+    found = source_lines(source, np.concatenate([at_zero, positions]), all_lines)
     for i in range(len(all_lines)):
-        found[:, i] = root.apply(found[:, i])
-    wished_at_zero, wished = np.zeros((n, 3)), np.zeros((len(positions), n, 3))
-    wished_at_zero[joints], wished[:, joints] = zero[: len(joints)], found[:, : len(joints)]
-    directions = lines.directions
-    known = np.logical_and.reduce([directions.any(axis=1), wished_at_zero.any(axis=1), wished.any(axis=(0, 2))])
+        found[IN_MOTION, i] = root.apply(found[IN_MOTION, i])
+    wished = np.zeros((len(found), target.n_joints, 3))
+    wished[:, joints] = found[:, : len(joints)]
+    known = np.asarray(lines.directions.any(axis=1) & wished.any(axis=(0, 2)))
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
     points, twists = lines.positions, {}
     here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
     for i, joint in enumerate(across, start=len(joints)):
-        if len(carried[joint]) < 2 and here[i].any() and zero[i].any() and found[:, i].any():
-            twists[joint] = _Twist(here[i], zero[i], found[:, i])
+        if len(carried[joint]) < 2 and here[i].any() and found[:, i].any():
+            twists[joint] = here[i], found[:, i]
     first = len(joints) + len(across)
     ends = {joint: line.source_end for joint, line in lines.of_bones.items()}
-    return _Bones(directions, ends, wished_at_zero, wished, carried, twists, (here[first:], zero[first:]))
+    return _Bones(lines.directions, ends, wished, carried, twists, (here[first:], found[0, first:]))
 
 
 def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bones) -> dict[int, int]:
@@ -164,15 +157,11 @@ def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int
     first = int(at_root[0]) if in_poses else ROOT
     turns: dict[int, Rotation] = {}
     for j in (ROOT, *range(target.n_joints)):
-        turns[j] = Rotation.identity() if j == ROOT else turns[int(target.parents[j])]
+        turns[j] = Rotation.identity(1) if j == ROOT else turns[int(target.parents[j])]
         if j == first:
             turns[j] = _quarter_turns(bones)
-        if carried := bones.carried.get(j):
-            now = turns[j].apply(bones.directions[carried])
-            turns[j] = _fit(now[None], bones.wished_at_zero[None, carried])[0] * turns[j]
-        if twist := bones.twists.get(j):
-            axes = turns[j].apply(bones.directions[bones.carried[j]])
-            turns[j] = _fit_twist(axes, turns[j].apply(twist.direction)[None], twist.wished_at_zero[None])[0] * turns[j]
+        if j in bones.carried:
+            turns[j], _ = _fit_joint(turns[j], j, bones, AT_ZERO)
     return turns
 
 
@@ -183,22 +172,24 @@ def _quarter_turns(bones: _Bones) -> Rotation:
     not show it, as a root that carries none, the whole skeleton does. People's pelvis shows it, to the degree.
     """
     if len(bones.pelvis[0]) and all(lines.any(axis=1).all() for lines in bones.pelvis):
-        return _fit(bones.pelvis[0][None], bones.pelvis[1][None])[0]
+        return _fit(bones.pelvis[0][None], bones.pelvis[1][None])
     known = sorted(k for carried in bones.carried.values() for k in carried)
-    product_of_both = bones.wished_at_zero[known].T @ bones.directions[known]
+    product_of_both = bones.wished[0, known].T @ bones.directions[known]
     if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
-        return Rotation.identity()
+        return Rotation.identity(1)
     quarter_turns = np.rint(Rotation.create_group("O").as_matrix())
     agreements = (quarter_turns * product_of_both).sum(axis=(1, 2))
     if agreements.max() <= np.trace(product_of_both) + 1e-9:  # stays where others are not nearer
-        return Rotation.identity()
-    return Rotation.from_matrix(quarter_turns[agreements.argmax()])
+        return Rotation.identity(1)
+    return Rotation.from_matrix(quarter_turns[[agreements.argmax()]])
 
 
-def _fit_joint(predicted: Rotation, joint: int, bones: _Bones) -> tuple[Rotation, np.ndarray]:
+def _fit_joint(
+    predicted: Rotation, joint: int, bones: _Bones, frames: slice = IN_MOTION
+) -> tuple[Rotation, np.ndarray]:
     """The rotations (n_frames,) of a joint that give its bones their directions, and the angles left, degrees."""
     carried = bones.carried[joint]
-    wished = bones.wished[:, carried]
+    wished = bones.wished[frames, carried]
     now = np.empty_like(wished)
     for i, k in enumerate(carried):
         now[:, i] = predicted.apply(bones.directions[k])
@@ -206,9 +197,10 @@ def _fit_joint(predicted: Rotation, joint: int, bones: _Bones) -> tuple[Rotation
         fit = _fit(now, wished)
         predicted = fit * predicted
         now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
-    if twist := bones.twists.get(joint):
+    if joint in bones.twists:
+        direction, across = bones.twists[joint]
         axes = now[:, 0] if carried else np.zeros((0, 3))
-        predicted = _fit_twist(axes, predicted.apply(twist.direction), twist.wished) * predicted
+        predicted = _fit_twist(axes, predicted.apply(direction), across[frames]) * predicted
     return predicted, _degrees_between(now, wished)
 
 

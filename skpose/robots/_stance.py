@@ -95,19 +95,15 @@ def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str],
         theirs, ours = _by_counterparts(source, target, dict(pairs), theirs, known)
     else:
         ours = known or _joint_places(target, find_landmarks(target).joints)
-    for places, whose in ((theirs, "the motion"), (ours, "the robot")):
-        if not any(_has(places, limb) for limb in LIMBS):
-            raise ValueError(
-                f"the legs or arms of {whose} are not known by their names: name their joints with joints="
-            )
-    _check_limbs(target, ours, robot)
-    one = find_stance(source, theirs)
-    other = find_stance(target, ours, axes, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
     for limb, name in LIMBS.items():
-        if not one.has(limb) and (limb == LEG or other.has(limb) or not other.has(LEG)):
+        if not _has(theirs, limb) and (limb == LEG or _has(ours, limb)):
             raise ValueError(f"the {name} of the motion are not known by their names: name their joints with joints=")
+    if not any(_has(ours, limb) for limb in LIMBS):
+        raise ValueError("legs and arms of the robot are not known by their names: name their joints with joints=")
+    _check_limbs(target, ours)
+    other = find_stance(target, ours, axes, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
     _check_sides(target, other)
-    return one, other
+    return find_stance(source, theirs), other
 
 
 def _joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place]:
@@ -149,27 +145,19 @@ def _by_counterparts(
         mark, link = marks.get(counterpart, ""), links.get(name, "")
         if {mark, link} <= limbs and mark != link:
             raise ValueError(f"joints maps {name!r}, the robot's {link}, to {counterpart!r}, the motion's {mark}")
-        mark = mark or link
-        if not mark:
-            continue
-        theirs |= _joint_places(source, {mark: source.joint_names.index(counterpart)})
-        joint = target.joint_names.index(name)
-        place = known.get(mark)
-        ours[mark] = place if place and place.joint == joint else _joint_places(target, {mark: joint})[mark]
-    for mark, place in known.items():  # soles and hands do not need counterparts of their own
-        side, _, name = mark.partition("_")
-        if (name in (HEEL, TIP) and f"{side}_{ANKLE}" in ours) or (name == HAND and f"{side}_{WRIST}" in ours):
-            ours.setdefault(mark, place)
-    return theirs, ours
+        if mark := mark or link:
+            theirs |= _joint_places(source, {mark: source.joint_names.index(counterpart)})
+            joint, place = target.joint_names.index(name), known.get(mark)
+            ours[mark] = place if place and place.joint == joint else _joint_places(target, {mark: joint})[mark]
+    return theirs, known | ours
 
 
-def _check_limbs(skeleton: Skeleton, places: dict[str, Place], robot: Robot | None) -> None:
+def _check_limbs(skeleton: Skeleton, places: dict[str, Place]) -> None:
     """Refuse limbs of which some joints are not known, and joints that do not follow each other."""
     for limb, name in LIMBS.items():
         marks = [f"{side}_{mark}" for side in SIDES for mark in limb]
         missing = [mark for mark in marks if mark not in places]
-        has_legs = limb == LEG and robot is not None and HIP in robot.left
-        if missing and (has_legs or len(missing) < len(marks)):
+        if 0 < len(missing) < len(marks):
             raise ValueError(f"the {name} of the robot have no {', '.join(missing)}: name the joints with joints=")
     if misplaced := find_misplaced(skeleton, {mark: place.joint for mark, place in places.items()}):
         raise ValueError(f"joints must be in the order of a limb of the robot, but {misplaced}")
@@ -183,12 +171,11 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
         if side in SIDES and named in SIDES and named != side:
             raise ValueError(f"joints exchanges left and right: {name!r} is the {mark}")
 
-    def along(ends: list[tuple[str, str]], axis: int) -> list[float]:
-        pairs = [(ours.places[a], ours.places[b]) for a, b in ends if a in ours.places and b in ours.places]
-        return [float((a.at_zero - b.at_zero) @ ours.axes[:, axis]) for a, b in pairs]
-
-    left = along([(f"left_{mark}", f"right_{mark}") for mark in (HIP, SHOULDER)], 1)
-    fronts = along([(f"{side}_{mark}", f"{side}_{ANKLE}") for side in SIDES for mark in (BALL, TOE, TIP)], 0)
+    at = {mark: place.at_zero @ ours.axes for mark, place in ours.places.items()}
+    pairs = [(f"left_{mark}", f"right_{mark}") for mark in (HIP, SHOULDER)]
+    left = [at[a][1] - at[b][1] for a, b in pairs if a in at and b in at]
+    feet = [(f"{side}_{mark}", f"{side}_{ANKLE}") for side in SIDES for mark in (BALL, TOE, TIP)]
+    fronts = [at[a][0] - at[b][0] for a, b in feet if a in at and b in at]
     if min(left) < 0.0 or (fronts and max(fronts) < 0.0):
         raise ValueError("joints exchanges left and right, or front and back: the robot's feet point backward")
 
