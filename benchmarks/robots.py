@@ -226,9 +226,12 @@ class Case:
             hips = [ours.places[f"{side}_hip"].at_zero for side in SIDES]
             corners.append(Place(ours.pelvis, np.mean(hips, axis=0)))
         targets = self.aim.targets
-        self.wished = np.stack(targets.positions, axis=1)
-        self.weights, self.count = np.array(targets.weights), len(targets.places)
-        places = [*targets.places, *named, *corners]
+        self.wished = np.stack([target.position for target in targets], axis=1)
+        self.weights, self.count = np.array([target.weight for target in targets]), len(targets)
+        self.groups = {target.group: [] for target in targets}
+        for i, target in enumerate(targets):
+            self.groups[target.group].append(i)
+        places = [*(target.place for target in targets), *named, *corners]
         self.n_places = len(places)
         self.model = robot.with_sites(places, [None] * len(places))
         self.person = directions(person_limbs(motion, names), self.bones)
@@ -242,7 +245,7 @@ class Case:
         points = sites_of(self.robot.mujoco, self.model, qpos, self.n_places)
         off = np.linalg.norm(points[:, : self.count] - self.wished, axis=2)
         named = points[:, self.count : self.count + len(self.marks)]
-        groups, at = self.aim.targets.groups, dict(zip(self.marks, named.swapaxes(0, 1), strict=True))
+        groups, at = self.groups, dict(zip(self.marks, named.swapaxes(0, 1), strict=True))
         chords = np.linalg.norm(directions(at, self.bones) - self.person, axis=2)
         slides, speeds, lowest = [], [], []
         jumps = {name: [] for name in ("sole jumps", "pelvis jumps")}

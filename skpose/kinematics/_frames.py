@@ -151,9 +151,7 @@ def _about(axis: int, angle: float) -> np.ndarray:
     """The rotation matrix about a coordinate axis."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
     R = np.eye(3)
-    R[b, b] = R[c, c] = np.cos(angle)
-    R[c, b] = np.sin(angle)
-    R[b, c] = -R[c, b]
+    R[np.ix_([b, c], [b, c])] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     return R
 
 

@@ -147,11 +147,6 @@ def level(axes: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def lowest_ankle(person: Person) -> float:
-    """The height of the ankles of a standing person (5th percentile)."""
-    return float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
-
-
 def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict[str, list[Contact]], float]:
     """When each foot stands, and the height of the ankle of a foot that stands flat."""
     contacts, heights, lowest = {}, [], np.inf

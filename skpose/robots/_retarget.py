@@ -10,12 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.warnings import warn
+from skpose.kinematics import FittedPoses
 from skpose.kinematics._counterparts import check_joints
 from skpose.kinematics._landmarks import path_up
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
 from skpose.kinematics._rigs import ANKLE, HIP
 from skpose.robots._person import to_vertical
-from skpose.robots._solver import Solution, solve
+from skpose.robots._solver import positions_in, solve
 from skpose.robots._stance import Place, Stance, sole_of, stances_of
 from skpose.robots._tables import HEEL, TIP
 from skpose.robots._targets import STIFFNESS, Aim, aim_at
@@ -152,15 +153,16 @@ def retarget_and_report(
     for side in aim.legs:
         (joint, axes), ankle = ours.feet[side], ours.places[f"{side}_{ANKLE}"].at_zero
         places = [Place(joint, ankle + axes @ corner) for corner in sole_of(ours, side).corners()]
-        soles[side] = final.positions(robot, places)
+        soles[side] = positions_in(final, robot, places)
     raised = _raise_above_floor([sole[:, :, 2].min(axis=1) for sole in soles.values()], motion.times)
-    final = final._replace(origins=final.origins + raised)
+    final = replace(final, root_positions=final.root_positions + raised)
     if aim.legs and len(motion) > 1:
-        pelvis = final.positions(robot, [Place(ours.pelvis, ours.middle(HIP))])[:, 0]
-        _warn_of_throws(pelvis, aim.path, motion.times)
-    roots, origins, vertical = final.roots, final.origins, to_vertical(motion.up)
+        pelvis = positions_in(final, robot, [Place(ours.pelvis, ours.middle(HIP))])[:, 0]
+        _warn_of_throws(pelvis, aim.paths["pelvis"], motion.times)
+    roots, origins, vertical = final.root_rotations, final.root_positions, to_vertical(motion.up)
     if aim.is_on_base:  # exactly
-        roots, origins = np.broadcast_to(np.eye(3), roots.shape), np.zeros_like(origins)
+        roots, origins = np.zeros_like(roots), np.zeros_like(origins)
+    roots = Rotation.from_rotvec(roots).as_matrix()
     root_angles, root_axes = continuous_root_angles(Rotation.from_matrix(vertical.T @ roots), ROOT_AXES[motion.up])
     angles = np.tile(aim.rest, (len(motion), 1))
     angles[:, final.skeleton.columns_in(robot)] = final.poses
@@ -178,14 +180,14 @@ def retarget_and_report(
 
 
 def _report(
-    robot: Skeleton, ours: Stance, final: Solution, aim: Aim, tips: dict[str, np.ndarray], raised: float
+    robot: Skeleton, ours: Stance, final: FittedPoses, aim: Aim, tips: dict[str, np.ndarray], raised: float
 ) -> str:
     """State how close a motion came to its targets."""
     words = ["limbs", *([ours.name] if ours.name else []), f"{len(ours.places)} places"]
-    for group in ("soles", "hands"):
-        if places := [i for i, target in enumerate(aim.targets) if target.group == group]:
-            off = final.residuals[:, places]
-            words.append(f"{group} {_mm(off.mean())} mm off (95 %: {_mm(np.percentile(off, 95))})")
+    for name, groups in (("soles", ("left foot", "right foot")), ("hands", ("hands",))):
+        if places := [i for i, target in enumerate(aim.targets) if target.group in groups]:
+            off = final.residuals[:, -len(aim.targets) :][:, places]
+            words.append(f"{name} {_mm(off.mean())} mm off (95 %: {_mm(np.percentile(off, 95))})")
     if aim.legs:
         stood = [tips[side][c.first : c.end] for side, leg in aim.legs.items() for c in leg.contacts]
         slides = [np.linalg.norm(points - points.mean(axis=0), axis=1).max() for points in stood]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose.kinematics import FittedPoses
 from skpose.kinematics._inverse import Task, problem_of
 from skpose.robots._stance import Place, Stance, positions_of, with_places
 from skpose.skeleton import Skeleton
@@ -34,29 +35,13 @@ def targets_of_link(
     return [Target(Place(joint, origin + stance.axes @ corner), at + axes @ corner, weight) for corner in CORNERS]
 
 
-class Solution(NamedTuple):
-    """Poses of the joints that carry places."""
-
-    skeleton: Skeleton  # those joints, and one to each place
-    poses: np.ndarray
-    roots: np.ndarray  # (n_frames, 3, 3) orientations
-    origins: np.ndarray  # (n_frames, 3)
-    residuals: np.ndarray  # (n_frames, n_places) m
-    converged: np.ndarray  # (n_frames,) bool
-
-    def positions(self, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
-        """The positions (n_frames, n_places, 3) of other places on the same joints."""
-        poses = np.zeros((len(self.poses), skeleton.n_dofs))  # other angles do not move these places
-        poses[:, self.skeleton.columns_in(skeleton)] = self.poses
-        return positions_of(skeleton, places, poses, self.roots, self.origins)
-
-
 def solve(
     skeleton: Skeleton, targets: Sequence[Target], rest: np.ndarray, stiffness: float, times: np.ndarray
-) -> Solution:
+) -> FittedPoses:
     """Find the poses of a motion whose places are nearest to their targets, each frame starting from the one before.
 
-    The limits of the skeleton are enforced. `stiffness` is the regularization of `inverse_kinematics`, m/rad.
+    The poses are of the joints that carry places; the places are the last joints. The limits of the skeleton are
+    enforced. `stiffness` is the regularization of `inverse_kinematics`, m/rad.
     """
     part = with_places(skeleton, [target.place for target in targets])
     n, first = len(times), part.n_joints - len(targets)
@@ -67,10 +52,15 @@ def solve(
     problem = problem_of(wished, part, weights, rest[part.columns_in(skeleton)], None, limits, stiffness)
     changes = FASTEST * np.diff(times, prepend=-np.inf)
     problem = replace(problem, changes=changes, rules=problem.rules._replace(tries_first=True))
-    found = problem.fit(problem.solve(Task(0, n, 0, n)))  # one task, so that no frame depends on where a task ends
+    return problem.fit(problem.solve(Task(0, n, 0, n)))  # one task, so that no frame depends on where a task ends
+
+
+def positions_in(found: FittedPoses, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
+    """The positions (n_frames, n_places, 3) of other places on the same joints."""
+    poses = np.zeros((len(found), skeleton.n_dofs))  # other angles do not move these places
+    poses[:, found.skeleton.columns_in(skeleton)] = found.poses
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
-    residuals = found.residuals[:, first:]
-    return Solution(part, found.poses, roots, found.root_positions, residuals, found.converged)
+    return positions_of(skeleton, places, poses, roots, found.root_positions)
 
 
 def rest_pose(skeleton: Skeleton) -> np.ndarray:

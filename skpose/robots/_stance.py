@@ -232,14 +232,9 @@ def _pair(places: dict[str, Place], mark: str) -> np.ndarray | None:
 
 def _trunk_axes(hips: np.ndarray | None, shoulders: np.ndarray | None, places: dict[str, Place]) -> np.ndarray:
     """The axes (3, 3) of the trunk at angle zero."""
-    left = next(pair[0] - pair[1] for pair in (shoulders, hips) if pair is not None)
-    if hips is not None and shoulders is not None:
-        up = unit(shoulders.mean(axis=0) - hips.mean(axis=0))
-    elif shoulders is not None:
-        up = unit(shoulders.mean(axis=0))
-    elif hips is not None:
-        low = [places[f"{side}_{ANKLE}"].at_zero for side in SIDES if f"{side}_{ANKLE}" in places]
-        up = unit(hips.mean(axis=0) - np.mean(low, axis=0))
+    pairs = [pair for pair in (shoulders, hips, _pair(places, ANKLE)) if pair is not None]  # from above
+    left = pairs[0][0] - pairs[0][1]
+    up = unit(pairs[0].mean(axis=0) - (pairs[1].mean(axis=0) if len(pairs) > 1 else 0.0))
     up = _snap(up)
     left = _snap(unit(left - (left @ up) * up))
     return np.stack([np.cross(left, up), left, up], axis=1)
@@ -271,7 +266,7 @@ def _link_axes(skeleton: Skeleton, places: dict[str, Place], pelvis: int, chest:
 
     The pelvis carries both hips and the spine; the chest carries both collarbones or shoulders, and ends below them.
     """
-    zero = np.vstack([positions_at_zero(skeleton), np.zeros(3)])  # the last is the root
+    zero = positions_at_zero(skeleton)  # the last is the root
     spine = [joint for joint in path_up(skeleton, chest) if joint not in path_up(skeleton, pelvis)]
     mark = COLLAR if all(f"{side}_{COLLAR}" in places for side in SIDES) else SHOULDER
     found = {}

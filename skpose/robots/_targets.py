@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics import FittedPoses
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, unit
 from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
-from skpose.robots._contacts import Contact, Held, hold_foot
+from skpose.robots._contacts import Held, hold_foot
 from skpose.robots._person import (
     Limb,
     Person,
@@ -20,12 +21,11 @@ from skpose.robots._person import (
     find_ground,
     lay_unsure_feet,
     level,
-    lowest_ankle,
     person_of,
     show_axes,
     warn_of_flips,
 )
-from skpose.robots._solver import Solution, Target, hold_at_rest, rest_pose, solve, targets_of_link
+from skpose.robots._solver import Target, hold_at_rest, positions_in, rest_pose, solve, targets_of_link
 from skpose.robots._stance import ARM, LEG, Place, Stance, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
@@ -49,13 +49,13 @@ WHEELS = 50.0  # of a robot without legs, on the floor
 class Aim(NamedTuple):
     """The target positions of places on the robot."""
 
-    skeleton: Skeleton  # the robot with the enforced limits
+    skeleton: Skeleton  # the robot with joints that are held at rest
     rest: np.ndarray  # (n_dofs,) its pose at rest
     bent: np.ndarray  # (n_dofs,) the pose at rest with bent knees and elbows, the start of the search
     rolls: list[int]  # joints that stay at rest, though they carry places
     targets: list[Target]
     legs: dict[str, Held]
-    path: np.ndarray  # (n_frames, 3) of the person's hips in the size of the robot
+    paths: dict[str, np.ndarray]  # (n_frames, 3) of the person's toes, by side, and pelvis, in the size of the robot
     is_on_base: bool  # whether the robot's joints move it over the floor, and its root stays
 
 
@@ -76,12 +76,16 @@ def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fac
         contacts, floor = find_ground(person, theirs, motion.times)
         trunk = _put_trunk(skeleton, person, ours, scale, floor)
     else:
-        targets, trunk = _put_on_wheels(person, ours, base, scale, lowest_ankle(person))
+        ankle = float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
+        targets, trunk = _put_on_wheels(person, ours, base, scale, ankle)
     first = solve(held, targets + trunk, rest, TRUNK_STIFFNESS, motion.times)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     legs: dict[str, Held] = {}
     if on_legs:
-        legs = {side: _stand(person, theirs, ours, side, starts, contacts[side], motion.times) for side in SIDES}
+        for side in SIDES:
+            limb, sole = person.limbs[f"{side}_{HIP}"], sole_of(ours, side)
+            ankles = starts[f"{side}_{HIP}"] + size * (limb.end - limb.start)
+            legs[side] = hold_foot(ankles, person.feet[side], sole, contacts[side], motion.times, ours.leg())
         shift = _shift_within_reach(legs, starts, ours)
         starts = {mark: start + shift for mark, start in starts.items()}
         middle = (starts[f"left_{HIP}"] + starts[f"right_{HIP}"]) / 2.0
@@ -94,8 +98,8 @@ def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fac
             targets += targets_of_link(ours, ours.chest, ours.middle(SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             targets += _put_arm(person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    bent, path = _bend_limbs(held, ours, rest), scale * person.middle(HIP)
-    return Aim(held, rest, bent, rolls, targets, legs, path, is_on_base=base != ROOT)
+    paths = {name: scale * path for name, path in (*person.toes.items(), ("pelvis", person.middle(HIP)))}
+    return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base=base != ROOT)
 
 
 # --- the targets ----------------------------------------------------------------------------------------
@@ -166,30 +170,16 @@ def _put_on_wheels(
 
 
 def _read_trunk(
-    found: Solution, skeleton: Skeleton, ours: Stance
+    found: FittedPoses, skeleton: Skeleton, ours: Stance
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
     """The positions of hips and shoulders, and the axes of pelvis and chest."""
     links = [(HIP, ours.pelvis)] * ours.has(LEG) + [(SHOULDER, ours.chest)] * ours.has(ARM)
     marks = [(f"{side}_{mark}", link) for mark, link in links for side in SIDES]
     places = [Place(link, ours.places[mark].at_zero) for mark, link in marks]
-    points = found.positions(skeleton, places + show_axes(ours.pelvis, ours.axes) + show_axes(ours.chest, ours.axes))
+    places += show_axes(ours.pelvis, ours.axes) + show_axes(ours.chest, ours.axes)
+    points = positions_in(found, skeleton, places)
     starts = {mark: points[:, i] for i, (mark, _) in enumerate(marks)}
     return starts, axes_from(points[:, -6:-3]), axes_from(points[:, -3:])
-
-
-def _stand(
-    person: Person,
-    theirs: Stance,
-    ours: Stance,
-    side: str,
-    starts: dict[str, np.ndarray],
-    contacts: list[Contact],
-    times: np.ndarray,
-) -> Held:
-    """The ankle of a leg, from the robot's own hip, with the foot held while it stands."""
-    limb, length = person.limbs[f"{side}_{HIP}"], ours.leg()
-    end = starts[f"{side}_{HIP}"] + _size_of_legs(theirs, ours) * (limb.end - limb.start)
-    return hold_foot(end, person.feet[side], sole_of(ours, side), contacts, times, length)
 
 
 def _stretch(distances: np.ndarray, length: float) -> np.ndarray:
@@ -265,7 +255,7 @@ def _put_leg(person: Person, ours: Stance, side: str, start: np.ndarray, leg: He
     for x, y in ((tip[0], half), (tip[0], -half), (heel[0], 0.0)):
         corner = np.array([x, y, tip[2]])
         place, at = Place(joint, ankle + axes @ corner), end + leg.frames @ corner
-        targets.append(Target(place, at, WEIGHTS["foot"], "soles"))
+        targets.append(Target(place, at, WEIGHTS["foot"], f"{side} foot"))
     return targets
 
 
