@@ -18,7 +18,7 @@ from skpose.io import load_motion
 from skpose.io._formats import FORMATS, format_of
 from skpose.keypoints import Keypoints
 from skpose.robots import load_robot
-from skpose.robots._model import is_robot
+from skpose.robots._load import is_robot
 from skpose.skeleton import Motion, Skeleton
 
 Content = Motion | Skeleton | Keypoints

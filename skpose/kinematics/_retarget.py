@@ -12,7 +12,7 @@ from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._landmarks import SIDES, path_up
-from skpose.kinematics._lines import find_carriers, find_lines
+from skpose.kinematics._lines import ROOT, find_carriers, find_lines, find_movers
 from skpose.kinematics._orientations import by_orientations
 from skpose.kinematics._rigs import ANKLE, HEAD, WRIST
 from skpose.skeleton import Motion, Skeleton
@@ -255,15 +255,13 @@ def joints_at_rest(skeleton: Skeleton, moving: Iterable[int]) -> list[int]:
 
     What they carry moves with the joints before them, in its rest pose.
     """
-    moving = set(moving)
+    moving, movers = {*moving, ROOT}, find_movers(skeleton)
     has_length = np.asarray(directions_at_zero(skeleton).any(axis=1))
     carriers = {carrier for carrier, known in zip(find_carriers(skeleton), has_length, strict=True) if known}
     found: list[int] = []
-    for joint, bone in enumerate(skeleton.bones):
-        if bone.dofs and joint not in moving and joint in carriers:
-            above = next((j for j in path_up(skeleton, joint)[1:] if skeleton.bones[j].dofs), -1)
-            if above in moving or above < 0:
-                found.append(joint)
+    for joint in sorted(carriers - moving):
+        if movers[int(skeleton.parents[joint])] in moving:
+            found.append(joint)
     return found
 
 

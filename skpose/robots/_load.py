@@ -1,12 +1,19 @@
 """The skeleton of a robot from MuJoCo's model.
 
+Geometry, masses, motors and sensors do not move links. They are removed before MuJoCo compiles the model, so that
+missing meshes and masses do not matter.
+
 MuJoCo places a link (its *body*) by a position and an orientation in the coordinate system of the parent link, and then
 applies its joints one after another, each about an axis through a point of the link. Each step becomes a bone whose
 dofs come last; bones between two joints at one point have length zero.
 """
 
 import os
-from collections.abc import Mapping, Sequence
+import re
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,14 +22,28 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import list_names, near_names
 from skpose._utils.warnings import warn
+from skpose.io import MocapFormatError
 from skpose.io._arguments import Readable
-from skpose.robots._model import RobotFile, read_robot
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
 
 if TYPE_CHECKING:
     import mujoco
 
+# Elements of a model other than bodies, frames and joints; elements that refer to others come first.
+REMOVED = (
+    *("sensors", "actuators", "tendons", "equalities", "keys", "tuples", "pairs", "excludes", "skins", "flexes"),
+    *("cameras", "lights", "sites", "geoms", "meshes", "hfields", "materials", "textures", "numerics", "texts"),
+    "plugins",
+)
+READS_URDF = (4, 0)  # the first version of MuJoCo that reads mimic joints and reports the limits that it ignores
+# Blanks, declarations and comments before the first element, none of which is tried twice, and its name.
+FIRST_ELEMENT = re.compile(
+    r"(?:\s|(?><\?.*?\?>)|(?><!--.*?-->)|(?><!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>))*+<([\w:.-]+)", re.DOTALL
+)
+MJCF, URDF = "mujoco", "robot"  # the first element
+HEAD = 1 << 18  # bytes, at most, before the end of the first element
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 FREE, SPHERICAL, SLIDE_JOINT, HINGE_JOINT = range(4)  # mujoco.mjtJoint
 DOFS = {SPHERICAL: BALL, SLIDE_JOINT: SLIDE, HINGE_JOINT: HINGE}  # of a bone
 WORLD = 0  # MuJoCo's number of the world's body
@@ -30,6 +51,18 @@ IN_QPOS = {FREE: 7, SPHERICAL: 4, SLIDE_JOINT: 1, HINGE_JOINT: 1}  # numbers of 
 SHAPES: dict[int, tuple[int, ...]] = {FREE: (7,), SPHERICAL: (3,), SLIDE_JOINT: (), HINGE_JOINT: ()}  # of held values
 EXACT = 1e-15  # entries of rotation matrices this near to 0, 1 and −1 are rounded: quarter turns are exact
 WITHIN = 1e-6  # rad or m, the allowed excess of a held value over the limits: the digits of a file
+
+
+class RobotFile(NamedTuple):
+    """A robot as MuJoCo's model."""
+
+    name: str  # of the file
+    model: Any  # mujoco.MjModel
+    is_urdf: bool
+    notes: tuple[str, ...]  # what the skeleton does not keep
+
+    def error(self, message: str) -> MocapFormatError:
+        return MocapFormatError(self.name, None, message)
 
 
 class Joint(NamedTuple):
@@ -144,6 +177,109 @@ def load_robot(
     if robot.notes:
         warn(f"{os.path.basename(file.name)}: {'; '.join(robot.notes)}")
     return robot.skeleton
+
+
+# --- the file ---------------------------------------------------------------------------------------------------------
+
+
+def read_robot(path: Any) -> RobotFile:
+    """Compile the model of a file or an open file; a `mujoco.MjModel` is taken as it is."""
+    try:
+        import mujoco
+    except ImportError:
+        raise ImportError("robots need MuJoCo: pip install 'skpose[robot]'") from None
+    if isinstance(path, mujoco.MjModel):
+        active = [i for i in range(path.neq) if path.eq_active0[i]]
+        constraints = [path.equality(i).name or f"number {i}" for i in active]
+        tendons = [path.tendon(i).name or f"number {i}" for i in range(path.ntendon)]
+        return RobotFile("the model", path, False, _notes(constraints, tendons))
+    name, text = _read_text(path)
+    is_urdf = _is_urdf(name, text)
+    if is_urdf and tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:2])) < READS_URDF:
+        raise ImportError(f"URDF files need MuJoCo 4.0 or later, found {mujoco.__version__}")
+    with _collect_warnings(mujoco) as said:
+        try:
+            if isinstance(path, str | os.PathLike):
+                spec = mujoco.MjSpec.from_file(os.fspath(path))  # which finds the files that this one includes
+            else:
+                spec = mujoco.MjSpec.from_string(text)
+            equalities = [one for one in spec.equalities if one.active]
+            constraints = [one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in equalities]
+            notes = _notes(constraints, [one.name or "unnamed" for one in spec.tendons])
+            model = _compile_bodies(spec)
+        except (ValueError, RuntimeError, mujoco.FatalError) as error:
+            message = " ".join(str(error).split()).removeprefix("Error: ")
+            raise MocapFormatError(name, None, f"MuJoCo cannot read this file: {message}") from None
+    return RobotFile(name, model, is_urdf, (*notes, *dict.fromkeys(said)))
+
+
+def _read_text(path: Any) -> tuple[str, str]:
+    """Read the name of a file and its text."""
+    if hasattr(path, "read"):
+        name, content = str(getattr(path, "name", "the open file")), path.read()
+    else:
+        with Path(path).open("rb") as file:
+            name, content = os.fspath(path), file.read()
+    return name, content if isinstance(content, str) else content.decode("utf-8", errors="replace")
+
+
+def _is_urdf(name: str, text: str) -> bool:
+    """Whether a robot is URDF and not MJCF; refuse other files."""
+    element = _first_element(text)
+    if element not in (MJCF, URDF):
+        raise MocapFormatError(name, None, f"expected <mujoco> (MJCF) or <robot> (URDF), found <{element}>")
+    if element == URDF and "<xacro:" in COMMENT.sub("", text):
+        raise MocapFormatError(name, None, "expected URDF, found a xacro template: expand it with xacro")
+    return element == URDF
+
+
+def _first_element(text: str) -> str:
+    """The name of the first element of a text in XML; empty if there is none."""
+    found = FIRST_ELEMENT.match(text.removeprefix("\ufeff"))
+    return found[1] if found else ""
+
+
+def is_robot(path: Readable) -> bool:
+    """Whether a file, or an open file of bytes, is a robot, by its beginning."""
+    if isinstance(path, str | os.PathLike):
+        with Path(path).open("rb") as file:
+            return is_robot(file)
+    return _first_element(path.read(HEAD).decode("utf-8", errors="replace")) in (MJCF, URDF)
+
+
+@contextmanager
+def _collect_warnings(mujoco: Any) -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, which it would print and write to a file in the current folder."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about dynamics
+            yield said
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _compile_bodies(spec: Any) -> Any:
+    """Compile links and joints alone, without fusing links."""
+    for kind in REMOVED:
+        for one in list(getattr(spec, kind, ())):
+            spec.delete(one)
+    spec.compiler.fusestatic = False
+    spec.memory = -1  # as much as the model needs
+    for body in spec.bodies[1:]:
+        body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)
+        body.fullinertia, body.ipos = np.full(6, np.nan), np.zeros(3)
+    return spec.compile()
+
+
+def _notes(constraints: list[str], tendons: list[str]) -> tuple[str, ...]:
+    notes = {"equality constraints and mimic joints": constraints, "tendons": tendons}
+    return tuple(f"{what} are not kept: {list_names(names)}" for what, names in notes.items() if names)
+
+
+# --- the skeleton -----------------------------------------------------------------------------------------------------
 
 
 def build_robot(file: RobotFile, root: str | None, held: Mapping[str, Any] | None) -> Robot:

@@ -11,8 +11,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_frame_rate, list_names
 from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
-from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, build_robot
-from skpose.robots._model import RobotFile, read_robot
+from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, RobotFile, build_robot, read_robot
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import continuous_columns
