@@ -37,8 +37,8 @@ from skpose.datasets import load_cmu, make_gait
 from skpose.kinematics import position_jacobian
 from skpose.robots import _targets, load_robot, retarget_to_robot
 from skpose.robots._contacts import Held
-from skpose.robots._person import to_vertical
 from skpose.robots._stance import Place, sole_of, stances_of
+from skpose.robots._targets import to_vertical
 
 ROBOTS = ("unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro")
 SIDES = ("left", "right")

@@ -15,11 +15,10 @@ from skpose.kinematics._counterparts import check_joints
 from skpose.kinematics._landmarks import path_up
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
 from skpose.kinematics._rigs import ANKLE, HIP
-from skpose.robots._person import to_vertical
 from skpose.robots._solver import positions_in, solve
 from skpose.robots._stance import Place, Stance, sole_of, stances_of
 from skpose.robots._tables import HEEL, TIP
-from skpose.robots._targets import STIFFNESS, Aim, aim_at
+from skpose.robots._targets import STIFFNESS, Aim, aim_at, to_vertical
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._root import continuous_root_angles
 
