@@ -124,10 +124,7 @@ def _axes_to_zyx(axes: list[int]) -> tuple[np.ndarray, list[int]]:
     The rotation about an axis a by θ is Qᵀ·R·Q, with R the rotation by θ about Qa, so a product of rotations about
     any axes is one about z, y and x between Qᵀ and Q.
     """
-    Q = np.zeros((3, 3))
-    targets = [0, 1, 2]
-    for axis, target in zip([*reversed(axes), *(set(range(3)) - set(axes))], targets, strict=True):
-        Q[target, axis] = 1.0
+    Q = np.eye(3)[[*reversed(axes), *(set(range(3)) - set(axes))]]
     signs = [1] * len(axes)
     if np.linalg.det(Q) < 0:  # the order is left-handed: reverse the axis that goes to z, with or without a dof
         Q[2] *= -1.0

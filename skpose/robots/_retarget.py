@@ -79,14 +79,14 @@ def retarget_to_robot(
     Raises
     ------
     ValueError
-        If hips, knees and ankles, or shoulders, elbows and wrists, are not known in both skeletons; if sides are
-        exchanged; if the feet of the motion do not show how they stand.
+        If hips, knees and ankles, or shoulders, elbows and wrists, are not known in both skeletons; if a foot of the
+        robot has no joint at its front; if sides are exchanged; if the feet of the motion do not show how they stand.
 
     Warns
     -----
     UserWarning
         If the person's legs are shorter than 0.2 or longer than 1.5 m; if a foot turns by more than 60° between two
-        frames; if the pelvis gets faster than the person's by 1 m/s; if no point of the robot's soles is known.
+        frames; if the pelvis gets faster than the person's by 1 m/s.
 
     See Also
     --------
@@ -142,8 +142,6 @@ def retarget_and_report(
     theirs, ours = stances_of(motion.skeleton, robot, None if joints is None else tuple(joints.items()))
     if not PERSON[0] <= theirs.leg() <= PERSON[1]:
         warn(f"the legs of the motion are {theirs.leg():.3g} m long: its unit is likely not metres")
-    if ours.lowest:
-        warn("the robot's soles are taken to be as low as the lowest joints of its feet: name their front with joints=")
     if not len(motion):
         return replace(motion, skeleton=robot, angles=np.zeros((0, robot.n_dofs)), seen=None), "limbs, no frames"
     aim = aim_at(motion, robot, theirs, ours, scale)

@@ -54,8 +54,6 @@ class Stance(NamedTuple):
     half: float  # half the width of a sole, m
     unsure: tuple[str, ...] = ()  # sides whose foot does not show at angle zero how it stands
     links: Mapping[str, np.ndarray] = MappingProxyType({})  # axes of pelvis and chest if the person does not stand
-    # By side, the height of the lowest joint of a foot whose ankle alone is named, and the reach of the foot, m.
-    lowest: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     def has(self, limb: Sequence[str]) -> bool:
         """Whether both sides have all landmarks of a limb."""
@@ -164,7 +162,7 @@ def _check_limbs(skeleton: Skeleton, places: dict[str, Place]) -> None:
 
 
 def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
-    """Refuse landmarks whose sides are exchanged, by their names or at angle zero."""
+    """Refuse feet without a front, and landmarks whose sides are exchanged, by their names or at angle zero."""
     for mark, place in ours.places.items():
         side, name = mark.partition("_")[0], skeleton.joint_names[place.joint]
         named = split_sides([name])[0][0]
@@ -172,6 +170,9 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
             raise ValueError(f"joints exchanges left and right: {name!r} is the {mark}")
 
     at = {mark: place.at_zero @ ours.axes for mark, place in ours.places.items()}
+    for side in ours.feet:
+        if not {f"{side}_{mark}" for mark in (BALL, TOE, TIP)} & at.keys():
+            raise ValueError(f"the {side} foot of the robot has no front: name a joint there with joints=")
     pairs = [(f"left_{mark}", f"right_{mark}") for mark in (HIP, SHOULDER)]
     left = [at[a][1] - at[b][1] for a, b in pairs if a in at and b in at]
     feet = [(f"{side}_{mark}", f"{side}_{ANKLE}") for side in SIDES for mark in (BALL, TOE, TIP)]
@@ -196,19 +197,14 @@ def find_stance(
     )
     axes = _trunk_axes(hips, shoulders, places) if axes is None else axes
     links = {} if _is_standing(hips, shoulders, places, axes) else _link_axes(skeleton, places, pelvis, chest)
-    feet, unsure, lowest = {}, [], {}
+    feet, unsure = {}, []
     for side in SIDES:
         if f"{side}_{ANKLE}" not in places:
             continue
         joint, frame, is_sure = _foot(skeleton, places, side, axes, movers)
         feet[side] = joint, frame
         unsure += [side] * (bool(links) or not is_sure)
-        if not {f"{side}_{mark}" for mark in (BALL, TOE, TIP)} & places.keys():
-            ankle, zero = places[f"{side}_{ANKLE}"], positions_at_zero(skeleton)
-            carried = [joint for joint in range(skeleton.n_joints) if ankle.joint in path_up(skeleton, joint)]
-            ends = np.array([(zero[joint] - ankle.at_zero) @ frame for joint in carried])
-            lowest[side] = float(ends[:, 2].min()), float(ends[:, 0].max())
-    return Stance(places, axes, pelvis, chest, feet, name, half, tuple(unsure), links, lowest)
+    return Stance(places, axes, pelvis, chest, feet, name, half, tuple(unsure), links)
 
 
 def _with_length(places: dict[str, Place]) -> dict[str, Place]:
@@ -316,10 +312,7 @@ def sole_of(stance: Stance, side: str) -> Sole:
         return Sole(heel, tip, stance.half)
     size = SOLE * float(np.linalg.norm(places[f"{side}_{KNEE}"].at_zero - ankle))
     ends = [(places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (BALL, TOE) if f"{side}_{mark}" in places]
-    if side in stance.lowest:
-        low, front = stance.lowest[side][0], max(2.0 * size, stance.lowest[side][1])
-    else:
-        low, front = min(end[2] for end in ends), max(end[0] for end in ends)
+    low, front = min(end[2] for end in ends), max(end[0] for end in ends)
     return Sole(np.array([-size, 0.0, low]), np.array([front, 0.0, low]), size / 2.0)
 
 

@@ -260,6 +260,7 @@ def test_joints_that_are_exchanged_or_missing_are_refused():
         (Skeleton(bones, "parent"), backward, "backward"),
         (skeleton, knee, "does not come after"),
         (skeleton, some, "left_knee"),
+        (skeleton, {link: bone for link, bone in full.items() if "toe" not in link}, "front"),
         (skeleton, None, "joints="),
     ):
         with pytest.raises(ValueError, match=message):
@@ -279,10 +280,6 @@ def test_likely_faults_are_warned_of():
     angles[60:, motion.skeleton.dof_names.index("left_foot_rx")] += 3.0
     with pytest.warns(UserWarning, match=r"left foot turns by .* from frame 59 to 60"):
         to_robot(replace(motion, angles=angles), skeleton)
-    joints = {link: bone for link, bone in counterparts(skeleton).items() if "toe" not in link}
-    with pytest.warns(UserWarning, match="soles"):
-        result = retarget_to_robot(motion, skeleton, joints=joints)
-    assert at(result, "left_toe", "right_toe")[..., 1].min() > -1e-3
 
 
 def test_a_given_scale_is_that_of_the_way():
