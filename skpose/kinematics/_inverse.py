@@ -441,8 +441,9 @@ def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.nda
         return given, np.ones(given.shape[:2])
     common = [name for name in skeleton.joint_names if name in positions.names]
     if not common:
-        names = f"the first are {positions.names[0]!r} and {skeleton.joint_names[0]!r}"
-        raise ValueError(f"no keypoint has the name of a joint: {names}; use skpose.keypoints.fit_skeleton")
+        raise ValueError(
+            f"no keypoint, such as {positions.names[0]!r}, has the name of a joint: use skpose.keypoints.fit_skeleton"
+        )
     chosen = [skeleton.joint_names.index(name) for name in common]
     given = np.full((len(positions), skeleton.n_joints, 3), np.nan)
     confidences = np.zeros(given.shape[:2])

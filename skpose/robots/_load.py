@@ -444,8 +444,8 @@ def _left_out(model: Any, bodies: Sequence[str], joints: Sequence[Joint], top: i
     others = [bodies[body] for body in range(1, model.nbody) if body not in inside.union(chain)]
     above = [joint.name for joint in joints if joint.body in chain and joint.kind != FREE and joint.held is None]
     balls = [joint.name for joint in joints if joint.kind == SPHERICAL and joint.limits and joint.body in inside]
-    own = [(joint, ends) for joint, ends in zip(joints, model.jnt_range, strict=True) if joint.body in inside]
-    wrong = [joint.name for joint, (lower, upper) in own if joint.limits is None and lower > upper]
+    ends = zip(joints, model.jnt_range, strict=True)
+    wrong = [one.name for one, (low, high) in ends if one.body in inside and one.limits is None and low > high]
     notes = {
         f"links that {bodies[top]!r} does not carry are left out": others,
         f"joints that carry {bodies[top]!r} move the root and have no columns": above,

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from sklearn.utils import check_array
 
 from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
@@ -185,12 +186,9 @@ def motion_from_qpos(
     file = read_robot(path)
     robot = build_robot(file, root, held)
     check_frame_rate(frame_rate)
-    array = np.asarray(qpos, dtype=np.float64)
-    if array.ndim != 2 or array.shape[1] != file.model.nq:
+    array = check_array(qpos, dtype=np.float64, ensure_min_samples=0, input_name="qpos")
+    if array.shape[1] != file.model.nq:
         raise ValueError(f"qpos must have shape (n_frames, {file.model.nq}), got {array.shape}")
-    if not np.isfinite(array).all():
-        frame, column = np.argwhere(~np.isfinite(array))[0]
-        raise ValueError(f"qpos must be finite, got {array[frame, column]} at frame {frame}, column {column}")
     _check_held(file, robot, array)
     columns = []
     for name, joint in robot.columns.items():
@@ -225,9 +223,7 @@ def _held_numbers(joint: Joint) -> np.ndarray:
 
 def _check_held(file: RobotFile, robot: Robot, qpos: np.ndarray) -> None:
     """Refuse values of held joints that differ from those held."""
-    for joint in robot.joints:
-        if joint.held is None or not len(qpos):
-            continue
+    for joint in [joint for joint in robot.joints if joint.held is not None and len(qpos)]:
         numbers, expected = qpos[:, joint.in_qpos()], _held_numbers(joint)
         if joint.kind in (FREE, SPHERICAL):
             signs = np.sign((numbers[:, -4:] * expected[-4:]).sum(axis=1))

@@ -131,17 +131,16 @@ def to_vertical(up: str) -> np.ndarray:
 
 def person_of(motion: Motion, stance: Stance) -> Person:
     """The parts of a person in a motion."""
-    named = list(stance.places.items())
     trunk = {"pelvis": stance.pelvis, "chest": stance.chest}
     links = {link: (joint, stance.links.get(link, stance.axes)) for link, joint in trunk.items()} | stance.feet
-    places = [place for _, place in named]
+    places = list(stance.places.values())
     for joint, axes in links.values():
         places += show_axes(joint, axes)
     vertical = to_vertical(motion.up)
     roots = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
     points = positions_of(motion.skeleton, places, motion.angles, roots, motion.root_positions @ vertical.T)
-    at = {mark: points[:, i] for i, (mark, _) in enumerate(named)}
-    firsts = range(len(named), len(places), 3)
+    at = {mark: points[:, i] for i, mark in enumerate(stance.places)}
+    firsts = range(len(at), len(places), 3)
     shown = {link: axes_from(points[:, i : i + 3]) for link, i in zip(links, firsts, strict=True)}
     limbs = {
         f"{side}_{limb[0]}": Limb(*(at[f"{side}_{mark}"] for mark in limb))
@@ -150,14 +149,14 @@ def person_of(motion: Motion, stance: Stance) -> Person:
         if stance.has(limb)
     }
     hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes, feet, seen = {}, {}, dict.fromkeys(stance.feet, np.ones(len(motion), bool))
+    toes, feet, seen = {}, {}, {}
+    every = np.ones((len(motion), motion.skeleton.n_joints), bool) if motion.seen is None else motion.seen
     for side in stance.feet:
         mark = stance.toe(side)
         toes[side] = at[mark]
         feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
         joints = [stance.places[name].joint for name in (mark, f"{side}_{ANKLE}")]
-        if motion.seen is not None:
-            seen[side] = np.asarray(motion.seen[:, joints].all(axis=1))
+        seen[side] = np.asarray(every[:, joints].all(axis=1))
     return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
 
 

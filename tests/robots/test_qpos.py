@@ -102,7 +102,7 @@ def test_qpos_of_another_robot():
     for qpos, message in (
         (np.zeros((3, 10)), "shape"),
         (np.zeros((3, 9)), "length one"),
-        (np.full((3, 9), np.nan), "finite"),
+        (np.full((3, 9), np.nan), "NaN"),
     ):
         with pytest.raises(ValueError, match=message):
             motion_from_qpos(qpos, io.StringIO(free), 30)
