@@ -274,12 +274,11 @@ def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names
     theirs, ours = ({*p.joints.values(), *p.trunk, *p.neck} for p in people)
     for joint, name in enumerate(names[1]):
         other = index.get(name, -1)
-        if there[joint] >= 0 or other < 0 or joint in ours or other in theirs:
-            continue
-        above = [there[j] for j in path_up(target, joint)[1:] if there[j] >= 0]
-        matched = [j for j in path_up(source, other)[1:] if j in there]
-        if above[:1] == matched[:1]:
-            there[joint] = other
+        if there[joint] < 0 <= other and joint not in ours and other not in theirs:
+            above = [there[j] for j in path_up(target, joint)[1:] if there[j] >= 0]
+            matched = [j for j in path_up(source, other)[1:] if j in there]
+            if above[:1] == matched[:1]:
+                there[joint] = other
 
 
 # --- checks -----------------------------------------------------------------------------------------------------------
@@ -326,9 +325,7 @@ def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
     for end in range(target.n_joints):
         if len(children[end]) and (there[end] < 0 or branches[end]):
             continue  # neither the end of a chain nor a joint with a counterpart and no branches after it
-        path = path_up(target, end)
-        if there[end] >= 0:
-            path = path[1:]
+        path = path_up(target, end)[int(there[end] >= 0) :]
         part = path[: next((i for i, joint in enumerate(path) if there[joint] >= 0), len(path))]
         moving = [joint for joint in part if target.bones[joint].dofs]
         if lengths[part].sum() > LIMB * from_root.max() and len(moving) > (there[end] >= 0):

@@ -211,14 +211,10 @@ def _find(
     if rig.frame not in (None, skeleton.offset_frame):
         return {}, 0
     table = TABLES[rig.name]
-    joints: dict[str, int] = {}
-    known = [j for j, key in enumerate(keys) if key in table and j not in ends.values()]
-    for j in known:
-        mark = table[keys[j]]
-        if mark in joints:
-            return {}, 0  # two joints at one place: not this rig
-        if mark:
-            joints[mark] = j
+    known = {j: table[key] for j, key in enumerate(keys) if key in table and j not in ends.values()}
+    joints = {mark: j for j, mark in known.items() if mark}
+    if len(joints) < sum(map(bool, known.values())):
+        return {}, 0  # two joints at one place: not this rig
     legs, arms = (all(f"{side}_{mark}" in joints for side in SIDES for mark in limb) for limb in LIMBS)
     if not legs and not arms:
         return {}, 0

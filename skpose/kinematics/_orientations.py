@@ -236,15 +236,14 @@ def _angles(
     axes = {ROOT: rotations[ROOT]}
     columns: list[np.ndarray] = [np.zeros((len(motion), 0))]
     for j, bone in enumerate(target.bones):
-        before = axes[int(target.parents[j])] * Rotation.from_matrix(target.rest_rotations[j].copy())
+        axes[j] = axes[int(target.parents[j])] * Rotation.from_matrix(target.rest_rotations[j].copy())
         if j not in rotations:
-            axes[j] = before
             columns.append(np.zeros((len(motion), bone.n_dofs)))
             continue
         wished = rotations[j] * Rotation.from_matrix(zero[j])
         near = _columns_of_counterpart(motion, bone, int(there[j]), source.offset_frame == target.offset_frame)
-        columns.append(_numbers(bone, before.inv() * wished, near))
-        axes[j] = before * rotations_of(bone, columns[-1])
+        columns.append(_numbers(bone, axes[j].inv() * wished, near))
+        axes[j] = axes[j] * rotations_of(bone, columns[-1])
         for k in bones.carried[j] if bone.n_dofs < 3 else ():
             along = zero[j].T @ bones.directions[k]
             apart = _degrees_between(axes[j].apply(along), wished.apply(along))

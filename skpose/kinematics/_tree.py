@@ -134,19 +134,17 @@ def _in_batches(root: Frame) -> tuple[list[Frame], list[int], list[int]]:
     frames, starts = [root], []
     kinds: list[int] = []
     waiting, leaves = list(root.children), []
-    while waiting:
+    while inner := [frame for frame in waiting if not frame.is_leaf]:
         leaves += [frame for frame in waiting if frame.is_leaf]
-        waiting = [frame for frame in waiting if not frame.is_leaf]
-        counts = [frame.kind for frame in waiting]
-        if not waiting:
-            break
+        counts = [frame.kind for frame in inner]
         if not kinds or kinds[-1] not in counts:
             kinds.append(max(counts, key=counts.count))
             starts.append(len(frames))
-        taken = [frame for frame in waiting if frame.kind == kinds[-1]]
+        taken = [frame for frame in inner if frame.kind == kinds[-1]]
         frames += taken
-        waiting = [frame for frame in waiting if frame.kind != kinds[-1]]
+        waiting = [frame for frame in inner if frame.kind != kinds[-1]]
         waiting += [child for frame in taken for child in frame.children]
+    leaves += waiting
     starts.append(len(frames))
     return frames + sorted(leaves, key=lambda frame: frame.kind), kinds, starts
 

@@ -198,9 +198,7 @@ def find_stance(
     axes = _trunk_axes(hips, shoulders, places) if axes is None else axes
     links = {} if _is_standing(hips, shoulders, places, axes) else _link_axes(skeleton, places, pelvis, chest)
     feet, unsure = {}, []
-    for side in SIDES:
-        if f"{side}_{ANKLE}" not in places:
-            continue
+    for side in [side for side in SIDES if f"{side}_{ANKLE}" in places]:
         joint, frame, is_sure = _foot(skeleton, places, side, axes, movers)
         feet[side] = joint, frame
         unsure += [side] * (bool(links) or not is_sure)

@@ -167,9 +167,7 @@ def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[
     zero stands with a slope of `SLOPE`.
     """
     feet, zero = dict(person.feet), dict(theirs.feet)
-    for side in theirs.unsure:
-        if theirs.toe(side) == f"{side}_{ANKLE}":
-            continue  # such a foot is level
+    for side in [side for side in theirs.unsure if theirs.toe(side) != f"{side}_{ANKLE}"]:  # others are level
         joint, axes = theirs.feet[side]
         ends = [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", theirs.toe(side))]
         line = unit(axes.T @ (ends[1] - ends[0]))
