@@ -176,7 +176,7 @@ def _agreeing(people: People, there: np.ndarray) -> People:
 def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str]) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
     if not joints:
-        raise ValueError("joints must map joints of the given skeleton to those of the motion's, got none")
+        raise ValueError("joints must name at least one joint of the given skeleton and its counterpart")
     check_names(target, joints, "joints")
     check_names(source, joints.values(), "joints.values()")
     if len(set(joints.values())) < len(joints):

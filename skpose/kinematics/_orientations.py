@@ -86,8 +86,8 @@ class _Bones(NamedTuple):
     ends: dict[int, int]  # the joint of the source at which each counterpart ends
     wished: np.ndarray  # (n_frames + 1, n_joints, 3) directions of the counterparts in the world
     carried: dict[int, list[int]]  # bones that rotate with the root and with each joint with dofs
-    # For joints that carry one of them or none, a line across: its direction (3,) at angle zero, and (n_frames + 1, 3)
-    # those of its counterpart.
+    # For joints that carry one of them or none, a line across: its direction (3,) at angle zero, and the directions
+    # (n_frames + 1, 3) of its counterpart.
     twists: dict[int, tuple[np.ndarray, np.ndarray]]
     pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines of target and source that show how rest poses are rotated
 

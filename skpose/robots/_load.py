@@ -37,7 +37,7 @@ REMOVED = (
     "plugins",
 )
 READS_URDF = (4, 0)  # the first version of MuJoCo that reads mimic joints and reports the limits that it ignores
-# Blanks, declarations and comments before the first element, none of which is tried twice, and its name.
+# Blanks, declarations and comments, each tried once, and then the name of the first element.
 FIRST_ELEMENT = re.compile(
     r"(?:\s|(?><\?.*?\?>)|(?><!--.*?-->)|(?><!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>))*+<([\w:.-]+)", re.DOTALL
 )
