@@ -194,7 +194,7 @@ def _report(
     if final.skeleton.limits is not None:
         lower, upper = final.skeleton.limits.T
         reach = ((final.poses <= lower + AT_LIMIT) | (final.poses >= upper - AT_LIMIT)) & (lower < upper)
-        words.append(f"{reach.any(axis=0).sum()} angles reach their limits")
+        words += [f"{n} angles reach their limits" for n in [reach.any(axis=0).sum()] if n]
     if not final.converged.all():
         words.append(f"{(~final.converged).sum()} of {len(final.poses)} frames did not converge")
     moving = {robot.joint_names.index(bone.name) for bone in final.skeleton.bones if bone.dofs} - set(aim.rolls)
