@@ -14,6 +14,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_same_width
 from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._metric import Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
@@ -90,7 +91,7 @@ def pose_distances(
         If geodesics did not converge, with their number.
     UserWarning
         If `metric` is "auto" and there is no skeleton. If there is a skeleton and the angles look like degrees: 15 % of
-        the columns exceed three whole turns.
+        the columns exceed three whole turns. A ``dask.array`` is not checked for that.
 
     See Also
     --------
@@ -114,6 +115,9 @@ def pose_distances(
     some milliseconds per pair, and up to 0.1 s for poses very far apart; pairs whose chord and straight line agree to
     1e-6 are not solved. Memory in addition to the poses and the result: a few times the codes of 4096 poses, which are
     12 MB for "spatial" and 56 dofs. Other arrays than ndarrays are written from tiles of at most 128 MB.
+
+    Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
+    and ignores `n_jobs` and `verbose`, and its warnings appear where it is computed.
 
     References
     ----------
@@ -140,6 +144,12 @@ def pose_distances(
            [1.569, 2.219, 0.   ]])
     """
     chosen = resolve(metric, skeleton)
+    if is_lazy(X) or is_lazy(Y):
+        if out is not None:
+            raise ValueError("out is not supported for dask arrays: use da.store")
+        lazy = lazy_distances(X, Y, skeleton, chosen)
+        warn_of_no_skeleton(metric, skeleton)
+        return lazy
     matrix = DistanceMatrix(*_check(X, Y, skeleton), chosen, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances, unconverged = matrix.write(out, n_jobs, verbose)

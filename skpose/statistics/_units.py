@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._utils.validation import check_poses, check_same_width
+from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.metrics import Metric
 from skpose.metrics._motion_metrics import MotionMetric
@@ -52,7 +52,8 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
         )
     if rows:
         a, b = check_poses(X, skeleton, "X"), check_poses(Y, skeleton, "Y")
-        check_same_width(a, b)
+        if a.shape[1] != b.shape[1]:
+            raise ValueError(f"X and Y must have the same number of columns, got {a.shape[1]} and {b.shape[1]}")
         one, other = (CheckedMotions(Sequences(p, np.arange(len(p) + 1)), skeleton, None) for p in (a, b))
     else:
         one, other = check_motions({"X": X, "Y": Y}, skeleton)

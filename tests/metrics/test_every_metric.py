@@ -72,8 +72,10 @@ def test_matrices(entry, metric, D):
     assert single.dtype == np.float32
     np.testing.assert_allclose(single, D, rtol=1e-4)
     chunks = pose_distances_chunked(X, skeleton=SKELETON, metric=metric, working_memory=1e-3)
-    of_two = pose_metric(SKELETON, metric=metric)
-    np.testing.assert_allclose(np.concatenate(list(chunks)), D, rtol=0, atol=ROUNDING)
+    of_two, dask = pose_metric(SKELETON, metric=metric), pytest.importorskip("dask.array")
+    lazy = pose_distances(dask.from_array(X, chunks=(5, -1)), skeleton=SKELETON, metric=metric)
+    for found in (np.concatenate(list(chunks)), lazy.compute()):
+        np.testing.assert_allclose(found, D, rtol=0, atol=ROUNDING)
     np.testing.assert_allclose([of_two(X[0], x) for x in X], D[0], rtol=0, atol=1e-9)
 
 
