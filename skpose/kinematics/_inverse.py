@@ -250,7 +250,7 @@ def inverse_kinematics(
     --------
     An arm, seen from the world; its wrist is lost in the second frame:
 
-    >>>     >>> from skpose import Bone, Skeleton, inverse_kinematics
+    >>> from skpose import Bone, Skeleton, inverse_kinematics
     >>> arm = Skeleton([Bone("elbow", None, (0.3, 0, 0)), Bone("wrist", "elbow", (0.25, 0, 0), "z")])
     >>> positions = [[[2.0, 0.3, 0], [2.0, 0.3, 0.25]], [[2.0, 0.4, 0], [np.nan, np.nan, np.nan]]]
     >>> fitted = inverse_kinematics(positions, arm)

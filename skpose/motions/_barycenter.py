@@ -151,8 +151,8 @@ class Barycenter:
         weights = np.full(len(group), 1.0 / len(group))
         sample = self.metric.sample(self.motions.poses[group], weights, self.skeleton, 1)
         start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        spread, _, reason = descend(sample, start, MEAN, STEPS_OF_A_POSE, TOL_GEODESIC)
-        return sample.columns(spread.pose, pose), not reason
+        spread, _, converged = descend(sample, start, MEAN, STEPS_OF_A_POSE, TOL_GEODESIC)
+        return sample.columns(spread.pose, pose), converged
 
 
 def _best_path(costs: np.ndarray, paths: Paths) -> np.ndarray:

@@ -155,4 +155,3 @@ def test_warns_when_it_does_not_converge():
         with pytest.warns(ConvergenceWarning, match="raise max_iter"):
             mean = frechet_mean(X, skeleton, metric=metric, max_iter=1)
         assert not mean.converged
-        assert "not converged in 1 iterations" in repr(mean)

@@ -70,6 +70,6 @@ def test_different_sides_warn():
     elbow, wrist = (keypoints.names.index(name) for name in ("left_elbow", "left_wrist"))
     positions = keypoints.positions.copy()
     positions[:, wrist] += 0.3 * (positions[:, wrist] - positions[:, elbow])
-    with pytest.warns(UserWarning, match=r"left_wrist and right_wrist with 34\.5 and 26\.6 cm"):
+    with pytest.warns(UserWarning, match=r"left_wrist 34\.5 cm, right_wrist 26\.6 cm"):
         fit_skeleton(replace(keypoints, positions=positions), layout, symmetric=True)
     fit_skeleton(replace(keypoints, positions=positions), layout)  # they may differ
