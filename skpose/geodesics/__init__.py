@@ -5,7 +5,6 @@
 | `_geodesic`                 | the path between two poses                                    |
 | `_sequence`                 | lengths of the paths from the frames of a motion to poses     |
 | `_logarithm`                | poses as tangent vectors at a base pose, and back             |
-| `_exponential`              | one logarithm and one exponential                             |
 | `_interpolate`, `_spline`   | motions through key poses                                     |
 | `_mean`, `_median`          | Fréchet means and geometric medians                           |
 | `_descent`, `_quasi_newton` | the two minimisers behind means and medians                   |

@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._compiled.path.exponential import tangent_space
 from skpose._compiled.pose.tree import Tree
 from skpose._utils.parallel import in_threads
 from skpose._utils.validation import limits_of
-from skpose.geodesics._exponential import tangent_space
 from skpose.geodesics._geodesic import GeodesicResult
 from skpose.kinematics._chart import jacobian_at, retract
 from skpose.kinematics._forward import weighted_positions

@@ -6,13 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 
+from skpose._compiled.path.exponential import Logarithms, exponential, logarithms_from
 from skpose._utils.parallel import in_threads
 from skpose._utils.warnings import warn
-from skpose.geodesics._exponential import exponential, logarithm, tangent_space
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrap_dofs
 from skpose.skeleton import Skeleton
 
+TASK = 8  # poses per task, tens of milliseconds
 NOT_MET = 1e-6  # relative error of a chord of an exponential above which to warn
 ROUNDING = 1e-12  # m
 MISSED = 1e-3  # relative error of exp_map(log_map) above which to warn; as large as the discretisation error
@@ -56,17 +57,18 @@ class TangentSpace(NamedTuple):
         tree = tree_of(self.skeleton)
         base, n = to_tree_order(tree, self.pose), len(poses)
         ends = wrap_dofs(tree, to_tree_order(tree, poses), base[None])
-        velocities, converged, turns = np.empty((n, 3 * len(tree.offset) - 3)), np.empty(n, dtype=bool), np.empty(n)
-        basis = tangent_space(tree, base)
-
-        def find(i: int) -> None:
-            velocities[i], converged[i], turns[i] = logarithm(tree, base, basis, ends[i], self.n_steps)
-
-        in_threads((partial(find, i) for i in range(n)), self.n_jobs)
-        uncertain = np.flatnonzero(~(turns <= UNIQUE))
-        misses = self._misses(poses[uncertain], velocities[uncertain]) if len(uncertain) else np.empty(0)
-        n_unconverged, n_missed = int((~converged).sum()), int((misses > 0.0).sum())
-        return FoundLogarithms(velocities, n_unconverged, n_missed, float(misses.max(initial=0.0)))
+        found = Logarithms(np.empty((n, 3 * len(tree.offset) - 3)), np.empty(n, dtype=bool), np.empty(n))
+        in_threads(
+            (
+                partial(logarithms_from, tree, base, ends, i, min(i + TASK, n), self.n_steps, found)
+                for i in range(0, n, TASK)
+            ),
+            self.n_jobs,
+        )
+        uncertain = np.flatnonzero(~(found.turns <= UNIQUE))
+        misses = self._misses(poses[uncertain], found.velocities[uncertain]) if len(uncertain) else np.empty(0)
+        n_unconverged, n_missed = int((~found.converged).sum()), int((misses > 0.0).sum())
+        return FoundLogarithms(found.velocities, n_unconverged, n_missed, float(misses.max(initial=0.0)))
 
     def _misses(self, poses: np.ndarray, velocities: np.ndarray) -> np.ndarray:
         """Distances between poses and the exponentials of their logarithms, m; zero within the tolerance."""

@@ -2,7 +2,9 @@
 
 What calls what::
 
-            kept_paths                                      geodesics from a pose that moves
+    exponential    kept_paths                               logarithms; geodesics from a pose that moves
+         |             |
+         +------+------+
                 |
             geodesic      mean                              a path between two poses, its length; the pose nearest to
                 |           |                               mean positions

@@ -39,7 +39,7 @@ from skpose._compiled.pose.chart import (
     set_references,
 )
 from skpose._compiled.pose.encode import n_line_codes
-from skpose._compiled.pose.forward import SQRT2, place, workspace_rows
+from skpose._compiled.pose.forward import SQRT2
 from skpose._compiled.pose.measure import measure_line, turns_off
 from skpose._compiled.pose.rotation import product, vector_of
 from skpose._compiled.pose.signatures import TREE
@@ -193,26 +193,6 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol)
         curve.n_iter,
         curve.converged,
     )
-
-
-@jit
-def follow_to_end(tree, start, end, n_steps):
-    """Find the path of n steps between two poses that is stationary to where float64 shows no more.
-
-    Returns its coordinates, the joint positions of the first two poses, whether the geodesic converged, and whether the
-    path is stationary.
-    """
-    free, bounds, scratch = free_tree(tree, True), no_bounds(start.shape[0]), np.empty(workspace_rows(tree))
-    line, _ = shorter_line(tree, free, start, end, n_steps)
-    curve = find_geodesic(free, line, bounds, stop_at(MAX_ITER, TOL))
-    if not curve.converged:  # a line that is a geodesic itself is longer than no path that is found more exactly
-        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
-    path = path_of(free, curve.poses[:: (curve.poses.shape[0] - 1) // n_steps].copy(), 1)
-    is_stationary = minimise(free, path, bounds, Settings(Stop(MAX_ITER, 0.0, 0.0), False, NEVER)).converged
-    positions = np.empty((2, path.ends.shape[1]))
-    for i in range(2):
-        place(free, path.poses[i], scratch, positions[i])
-    return path.poses, positions, curve.converged, is_stationary
 
 
 @internal

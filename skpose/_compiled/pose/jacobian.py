@@ -75,17 +75,24 @@ def fill_jacobian(tree, P, axes, jacobian):
             f = tree.frame_parent[f]
 
 
+@internal
+def write_jacobian(tree, pose, scratch, jacobian):
+    """Compute ∂F/∂θ of one pose, (3 n_joints, n_dofs); zeros are not written."""
+    C, S, H, P = workspace(tree, scratch)
+    axes = np.empty(3 * pose.shape[0])
+    orient(tree, pose, C, S, H)
+    place_joints(tree, C, H, P)
+    rotation_axes(tree, C, S, H, 3, axes)
+    fill_jacobian(tree, P, axes, jacobian)
+
+
 @jit
 def position_jacobians(poses, tree, jacobians):
     """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs), both in the tree's order of dofs."""
-    scratch, axes = np.empty(workspace_rows(tree)), np.empty(3 * poses.shape[1])
-    C, S, H, P = workspace(tree, scratch)
+    scratch = np.empty(workspace_rows(tree))
     jacobians[:] = 0.0
     for n in range(poses.shape[0]):
-        orient(tree, poses[n], C, S, H)
-        place_joints(tree, C, H, P)
-        rotation_axes(tree, C, S, H, 3, axes)
-        fill_jacobian(tree, P, axes, jacobians[n])
+        write_jacobian(tree, poses[n], scratch, jacobians[n])
 
 
 @internal

@@ -22,14 +22,25 @@ logarithm.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.geodesic import follow_to_end
-from skpose._compiled.pose.chart import chart_at, pose_of
-from skpose._compiled.pose.jacobian import position_jacobians
-from skpose._compiled.pose.tree import Tree
-from skpose.metrics._direct_means import positions_of
+from skpose._compiled.path.energy import path_of
+from skpose._compiled.path.geodesic import (
+    GRADIENT_NORM,
+    MAX_ITER,
+    NEVER,
+    TOL,
+    find_geodesic,
+    shorter_line,
+    stop_at,
+)
+from skpose._compiled.path.minimiser import Settings, Stop, minimise, no_bounds
+from skpose._compiled.pose.chart import chart_at, free_tree, pose_of
+from skpose._compiled.pose.forward import orient, place_joints, workspace, workspace_rows
+from skpose._compiled.pose.jacobian import write_jacobian
+from skpose._compiled.simd.jit import internal, jit
 
 # Eigenvalue of the metric tensor, relative to the largest, of a direction that moves joints: less than for steps of
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
@@ -49,84 +60,129 @@ REACHED = 1e-6  # the same, for a part that the joints cannot reach
 SLOW, MOST_SLOW, TURNS = 1e-4, 3, (1.0, -1.0, 2.0, -2.0, 3.0, -3.0)
 
 
-def _scaled(tree: Tree, positions: np.ndarray) -> np.ndarray:
-    """Scaled positions (n_poses, 3 n_joints) in the skeleton's order, given those of all joints in the tree's order."""
-    scaled = np.empty((len(positions), len(tree.offset) - 1, 3))
-    scaled[:, tree.code_joint[1:] - 1] = positions.reshape(len(positions), -1, 3)[:, 1:] * tree.scale[1:, None]
-    return scaled.reshape(len(positions), -1)
+class Logarithms(NamedTuple):
+    """Logarithms of n poses at one pose."""
+
+    velocities: np.ndarray  # (n, 3 n_joints) of the scaled positions, m
+    converged: np.ndarray  # (n,) bool: of the geodesics
+    turns: np.ndarray  # (n,) largest change of a coordinate in one step, rad; inf where the path is not yet stationary
 
 
-def _positions(tree: Tree, dofs: np.ndarray) -> np.ndarray:
-    """The scaled joint positions of a pose."""
-    return _scaled(tree, positions_of(tree, dofs[None]))[0]
+@internal
+def _positions(tree, dofs, scratch, positions):
+    """Compute the scaled joint positions of a pose."""
+    C, S, H, P = workspace(tree, scratch)
+    orient(tree, dofs, C, S, H)
+    place_joints(tree, C, H, P)
+    for j in range(1, tree.offset.shape[0]):
+        for i in range(3):
+            positions[3 * tree.code_joint[j] - 3 + i] = P[3 * j + i] * tree.scale[j]
 
 
-def _derivatives(tree: Tree, dofs: np.ndarray) -> np.ndarray:
-    """The Jacobians of the scaled positions of poses."""
-    jacobians = np.empty((len(dofs), 3 * len(tree.offset) - 3, dofs.shape[1]))
-    position_jacobians(dofs, tree, jacobians)
-    return jacobians
+@internal
+def _derivatives(tree, dofs, scratch):
+    """The Jacobian of the scaled positions."""
+    jacobian = np.zeros((3 * tree.offset.shape[0] - 3, dofs.shape[0]))
+    write_jacobian(tree, dofs, scratch, jacobian)
+    return jacobian
 
 
-def _range(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+@internal
+def _range(jacobian):
     """An orthonormal basis of the range of a Jacobian, directions that move no joint, and the largest speed².
 
     The basis has shape (3 n_joints, rank), the directions (n_dofs, n_dofs − rank).
     """
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
-    moves = values > MOVES * values[-1]
-    return jacobian @ (vectors[:, moves] / np.sqrt(values[moves])), vectors[:, ~moves], values[-1]
+    first = 0
+    while first < values.shape[0] and values[first] <= MOVES * values[-1]:
+        first += 1
+    basis = jacobian @ (vectors[:, first:] / np.sqrt(values[first:]))
+    return basis, np.ascontiguousarray(vectors[:, :first]), values[-1]
 
 
-def tangent_space(tree: Tree, pose: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
+@internal
+def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
+    """Directions (3 n_joints, n) in which joints move after a turn that moves none.
 
-    Where angles are singular it also holds the velocities after turns that move no joint. That may be more than the
-    joints can do at once: two hinges of one straight leg bend in the same plane. The twist of a straight leg moves no
-    joint, but turns the plane in which the knee bends.
+    They are orthonormal, and normal to a basis. The twist of a straight leg moves no joint, but turns the plane in
+    which the knee bends.
     """
-    free, coordinates = chart_at(tree, pose, True)
-    (jacobian,) = _derivatives(free, coordinates[None])
-    basis, still, largest = _range(jacobian)
-    gram = np.zeros((len(basis), len(basis)))
-    turned_coordinates = np.ascontiguousarray(coordinates + TURN * still.T)
-    for turned in (_derivatives(free, turned_coordinates) - jacobian) / TURN:
+    n = basis.shape[0]
+    gram, is_empty = np.zeros((n, n)), True
+    for k in range(still.shape[1]):
+        turned = (_derivatives(tree, coordinates + TURN * still[:, k], scratch) - jacobian) / TURN
         turned -= basis @ (basis.T @ turned)
         if (turned**2).sum() > OPENS * largest:
             gram += turned @ turned.T
-    if not gram.any():
-        return basis
+            is_empty = False
+    if is_empty:
+        return np.empty((n, 0))
     values, vectors = np.linalg.eigh(gram)
-    return np.hstack([basis, vectors[:, values > OPENS * largest]])
+    first = 0
+    while first < n and values[first] <= OPENS * largest:
+        first += 1
+    return np.ascontiguousarray(vectors[:, first:])
 
 
-def logarithm(
-    tree: Tree, pose: np.ndarray, basis: np.ndarray, end: np.ndarray, n_steps: int
-) -> tuple[np.ndarray, bool, float]:
-    """The logarithm at a pose of another one, the difference of angles wrapped already, given the tangent space.
+@jit
+def tangent_space(tree, pose):
+    """An orthonormal basis of the tangent space at a pose, (3 n_joints, rank).
 
-    That is the velocity of the scaled positions, m. Also whether the geodesic converged, and the largest change of a
-    coordinate in one step, rad; inf where the path is not yet stationary.
+    Where angles are singular it also holds the velocities after turns that move no joint. That may be more than the
+    joints can do at once: two hinges of one straight leg bend in the same plane.
     """
-    nodes, positions, converged, is_stationary = follow_to_end(tree, pose, end, n_steps)
-    here, following = _scaled(tree, positions)
-    chord = following - here
-    tangential = basis @ (basis.T @ chord)
-    size = np.sqrt((tangential**2).sum())
-    share = n_steps * np.sqrt((chord**2).sum()) / size if size > 0.0 else 0.0
-    largest_turn = np.abs(np.diff(nodes, axis=0)).max() if is_stationary else math.inf
-    return share * tangential, converged, largest_turn
+    free, coordinates = chart_at(tree, pose, True)
+    scratch = np.empty(workspace_rows(tree))
+    jacobian = _derivatives(free, coordinates, scratch)
+    basis, still, largest = _range(jacobian)
+    return np.hstack((basis, _after_turns(free, coordinates, scratch, jacobian, basis, still, largest)))
 
 
-def _advance(
-    tree: Tree, pose: np.ndarray, basis: np.ndarray, step: np.ndarray, near: np.ndarray, tol: float
-) -> tuple[np.ndarray, np.ndarray, float]:
+@jit
+def logarithms_from(tree, pose, ends, first, last, n_steps, found):
+    """Compute the logarithms at a pose of the ends first:last, the difference of angles wrapped already."""
+    n_dofs, n = pose.shape[0], found.velocities.shape[1]
+    free, bounds, scratch = free_tree(tree, True), no_bounds(n_dofs), np.empty(workspace_rows(tree))
+    basis = tangent_space(tree, pose)
+    here, following, nodes = np.empty(n), np.empty(n), np.empty((n_steps + 1, n_dofs))
+    settings = Settings(Stop(MAX_ITER, 0.0, 0.0), False, NEVER)
+    for i in range(first, last):
+        line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
+        curve = find_geodesic(free, line, bounds, stop_at(MAX_ITER, TOL))
+        if not curve.converged:  # a line that is a geodesic itself is longer than no path that is found more exactly
+            curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
+        n_samples = (curve.poses.shape[0] - 1) // n_steps
+        for k in range(n_steps + 1):
+            for d in range(n_dofs):
+                nodes[k, d] = curve.poses[k * n_samples, d]
+        path = path_of(free, nodes, 1)
+        found.converged[i] = curve.converged
+        found.turns[i] = 0.0 if minimise(free, path, bounds, settings).converged else math.inf
+        for k in range(n_steps):
+            for d in range(n_dofs):
+                found.turns[i] = max(found.turns[i], abs(path.poses[k + 1, d] - path.poses[k, d]))
+        _positions(free, path.poses[0], scratch, here)
+        _positions(free, path.poses[1], scratch, following)
+        chord = following - here
+        tangential = basis @ (basis.T @ chord)
+        size = math.sqrt((tangential**2).sum())
+        share = n_steps * math.sqrt((chord**2).sum()) / size if size > 0.0 else 0.0
+        for k in range(n):
+            found.velocities[i, k] = share * tangential[k]
+
+
+@internal
+def _advance(tree, pose, basis, step, near, tol):
     """Find the pose whose chord from a pose has given components in a basis, from a pose near to it on.
 
     Returns the pose, its positions and the error of the components.
     """
-    start, positions = _positions(tree, pose), _positions(tree, near)
+    n, n_dofs = basis.shape[0], pose.shape[0]
+    scratch, start, positions = np.empty(workspace_rows(tree)), np.empty(n), np.empty(n)
+    _positions(tree, pose, scratch, start)
     found, damping = near, FIRST_DAMPING
+    _positions(tree, found, scratch, positions)
     error = basis.T @ (positions - start) - step
     last = math.inf
     for _ in range(MAX_STEPS):
@@ -134,25 +190,26 @@ def _advance(
         if size <= tol or size > (1.0 - STALLED) * last or damping > LARGEST_DAMPING:
             break
         free, coordinates = chart_at(tree, found, True)
-        A = basis.T @ _derivatives(free, coordinates[None])[0]
+        A = basis.T @ _derivatives(free, coordinates, scratch)
         matrix, slope = A.T @ A, A.T @ error
-        identity = np.diag(np.full(len(matrix), np.trace(matrix) / len(matrix)))
+        mean = np.trace(matrix) / n_dofs
         while damping <= LARGEST_DAMPING:
-            damped = matrix + damping * identity
+            damped = matrix.copy()
+            for d in range(n_dofs):
+                damped[d, d] += damping * mean
             trial = pose_of(tree, free, coordinates - np.linalg.solve(damped, slope), found)
-            trial_positions = _positions(tree, trial)
-            trial_error = basis.T @ (trial_positions - start) - step
+            _positions(tree, trial, scratch, positions)
+            trial_error = basis.T @ (positions - start) - step
             if (trial_error**2).sum() < size * size:
-                last, found, positions, error = size, trial, trial_positions, trial_error
-                damping = max(damping / FACTOR, LEAST_DAMPING)
+                last, found, error, damping = size, trial, trial_error, max(damping / FACTOR, LEAST_DAMPING)
                 break
             damping *= FACTOR
+    _positions(tree, found, scratch, positions)
     return found, positions, math.sqrt((error**2).sum())
 
 
-def _find_following(
-    tree: Tree, pose: np.ndarray, basis: np.ndarray, tangential: np.ndarray, start: np.ndarray, tol: float
-) -> tuple[np.ndarray, np.ndarray, float]:
+@internal
+def _find_following(tree, pose, basis, tangential, start, tol):
     """Find the pose whose chord from a pose has a given tangential part, from a third pose on; see `_advance`.
 
     It goes by the pose nearest to the positions of that tangential step, a good start where limbs are straight.
@@ -162,21 +219,25 @@ def _find_following(
     return _advance(tree, pose, basis, tangential, near, tol)
 
 
-def _find_after_turns(
-    tree: Tree, pose: np.ndarray, basis: np.ndarray, tangential: np.ndarray, tol: float
-) -> tuple[np.ndarray, np.ndarray, float]:
+@internal
+def _find_after_turns(tree, pose, basis, tangential, tol):
     """Do what `_find_following` does, and where the part is not met, try again after turns along slow directions."""
     found, positions, error = _find_following(tree, pose, basis, tangential, pose, tol)
     reached = REACHED * math.sqrt((tangential**2).sum())
     if error <= reached:
         return found, positions, error
     free, coordinates = chart_at(tree, pose, True)
-    (jacobian,) = _derivatives(free, coordinates[None])
+    jacobian = _derivatives(free, coordinates, np.empty(workspace_rows(tree)))
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
-    slow = vectors.T[(values > MOVES * values[-1]) & (values <= SLOW * values[-1])]
-    for direction in slow[:MOST_SLOW]:
+    n_slow = 0
+    for k in range(values.shape[0]):
+        if values[k] <= MOVES * values[-1]:
+            continue
+        if values[k] > SLOW * values[-1] or n_slow == MOST_SLOW:
+            break
+        n_slow += 1
         for turn in TURNS:
-            start = pose_of(tree, free, coordinates + turn * direction, pose)
+            start = pose_of(tree, free, coordinates + turn * vectors[:, k], pose)
             other, other_positions, other_error = _find_following(tree, pose, basis, tangential, start, tol)
             if other_error < error:
                 found, positions, error = other, other_positions, other_error
@@ -185,16 +246,17 @@ def _find_after_turns(
     return found, positions, error
 
 
-def _first_pose(
-    tree: Tree, pose: np.ndarray, basis: np.ndarray, tangential: np.ndarray, tol: float
-) -> tuple[np.ndarray, np.ndarray, float]:
+@internal
+def _first_pose(tree, pose, basis, tangential, tol):
     """Find the pose whose chord from a pose is as long as a tangential step, and has its direction.
 
     Chords grow with their tangential parts up to a right angle: the part is found between one whose chord is too short
     and one whose chord is too long. The joints come as near to the others as they can. Returns what `_advance` does,
     with the larger of both errors.
     """
-    length, start = math.sqrt((tangential**2).sum()), _positions(tree, pose)
+    length, n = math.sqrt((tangential**2).sum()), basis.shape[0]
+    start = np.empty(n)
+    _positions(tree, pose, np.empty(workspace_rows(tree)), start)
     found, positions, error = _find_after_turns(tree, pose, basis, tangential, tol)
     share, low, high = 1.0, 0.0, math.inf
     for _ in range(MAX_CHORDS):
@@ -217,18 +279,21 @@ def _first_pose(
     return found, positions, max(error, abs(chord - length))
 
 
-def exponential(tree: Tree, pose: np.ndarray, velocity: np.ndarray, n_steps: int) -> tuple[np.ndarray, float]:
+@jit
+def exponential(tree, pose, velocity, n_steps):
     """Follow the geodesic of n chords that begins at a pose with a velocity of the scaled positions.
 
     Returns the pose at its end and the largest error of a tangential part, relative to the length of a chord.
     """
+    n = velocity.shape[0]
+    scratch, before, positions = np.empty(workspace_rows(tree)), np.empty(n), np.empty(n)
     basis = tangent_space(tree, pose)
     tangential = basis.T @ velocity / n_steps
     length = math.sqrt((tangential**2).sum())
     if length <= NOTHING * math.sqrt((velocity**2).sum()) / n_steps:
         return pose, 0.0
     tol = ROUNDING * length
-    before = _positions(tree, pose)
+    _positions(tree, pose, scratch, before)
     found, positions, worst = _first_pose(tree, pose, basis, tangential, tol)
     for _ in range(1, n_steps):
         basis = tangent_space(tree, found)
