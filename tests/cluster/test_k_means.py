@@ -75,8 +75,8 @@ def test_a_cluster_without_samples_gets_the_farthest_one_as_in_scikit_learn(blob
 @pytest.mark.parametrize(("metric", "name"), in_turns(list(METRICS), ["chain", "mixed joints"]))
 def test_inertia_never_rises(metric, name):
     skeleton = SKELETONS[name]
-    X = np.random.default_rng(1).uniform(-1.5, 1.5, size=(16, skeleton.n_dofs))
-    inertias = [run(X, X[:3], skeleton=skeleton, metric=metric, max_iter=n).inertia for n in (1, 2, 3, 4)]
+    X = np.random.default_rng(1).uniform(-1.5, 1.5, size=(10, skeleton.n_dofs))
+    inertias = [run(X, X[:3], skeleton=skeleton, metric=metric, max_iter=n).inertia for n in (1, 2, 3)]
     start = pose_distances(X, X[:3], skeleton=skeleton, metric=metric_of(metric, n_steps=5)) ** 2
     assert (np.diff([start.min(axis=1).sum(), *inertias]) <= 1e-12).all()
     assert inertias[0] < 0.95 * start.min(axis=1).sum()

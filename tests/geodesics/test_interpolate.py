@@ -90,7 +90,9 @@ def velocities_at_key(skeleton, X, method):
     return (3 * p[2] - 4 * p[1] + p[0]) * rate / 2, (-3 * p[2] + 4 * p[3] - p[4]) * rate / 2
 
 
-@pytest.mark.parametrize("name", ["chain", "humanoid", "ball joints", "mixed joints"])
+@pytest.mark.parametrize(
+    "name", ["chain", *(pytest.param(name, marks=pytest.mark.slow) for name in ("humanoid", "ball joints", "mixed joints"))]
+)
 def test_velocities_are_continuous_at_keys(name):
     skeleton = SKELETONS[name]
     X = 0.7 + keys_of(skeleton, size=0.2)  # bent
@@ -115,6 +117,7 @@ def test_two_keys_have_one_geodesic_and_no_spline():
     np.testing.assert_allclose(forward_kinematics(b, skeleton), forward_kinematics(a, skeleton), atol=5e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_whole_turns_of_keys_change_no_position_and_make_no_jump(method):
     skeleton = SKELETONS["humanoid"]
@@ -142,6 +145,7 @@ def test_what_moves_no_joint_turns_by_slerp(method, what):
     np.testing.assert_allclose(angle, np.interp(found.times, TIMES, turns), atol=0.02)
 
 
+@pytest.mark.slow
 def test_is_nearer_to_a_smooth_motion_than_geodesics_are():
     skeleton = SKELETONS["humanoid"]
     rng = np.random.default_rng(0)

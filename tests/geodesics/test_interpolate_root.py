@@ -51,6 +51,7 @@ def test_geodesic_goes_straight_and_rotates_by_slerp():
         assert (rotation * expected.inv()).magnitude() < 1e-9
 
 
+@pytest.mark.slow
 def test_spline_is_the_natural_cubic_one_and_rotates_smoothly():
     keys = keys_of()
     motion = interpolate(keys, TIMES, frame_rate=2000)

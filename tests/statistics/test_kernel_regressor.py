@@ -39,7 +39,7 @@ def test_of_angles_it_is_the_estimator_of_nadaraya_and_watson(gamma, data):
     np.testing.assert_allclose(model.predict(queries), expected, rtol=0, atol=8e-5)
 
 
-@pytest.mark.parametrize("name", ["chain", "humanoid", "mixed joints", "weights"])
+@pytest.mark.parametrize("name", ["chain", "mixed joints", pytest.param("humanoid", marks=pytest.mark.slow), "weights"])
 def test_a_prediction_is_the_pose_nearest_to_the_weighted_mean_of_the_positions(name):
     skeleton, rng = SKELETONS[name], np.random.default_rng(0)
     X, queries = rng.normal(size=(30, 2)), rng.normal(size=(3, 2))

@@ -149,6 +149,7 @@ def recordings(rng, n, n_frames=12):
     return [rng.normal(size=2) + 0.3 * rng.normal(size=(n_frames, 2)) for _ in range(n)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("statistic", STATISTICS)
 def test_frames_of_recordings_are_not_exchangeable_but_recordings_are(statistic):
     """Under a true null: frames permuted one by one reject far too often, recordings as often as the level says."""

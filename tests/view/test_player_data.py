@@ -136,6 +136,7 @@ def test_joints_in_another_order_find_their_columns():
         assert off == pytest.approx({"left": 0, "right": 2 * 2 * np.sin(0.25)}, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_paths_have_the_lengths_of_their_labels():
     skeleton = SKELETONS["humanoid"]
     rng = np.random.default_rng(3)
