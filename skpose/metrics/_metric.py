@@ -22,7 +22,7 @@ from skpose.skeleton import Skeleton
 NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
 _COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Dispatcher
 # Members that are true only together with the `encode` and `measure` of their class.
-_DEPENDENT = "n_codes", "coarse_bound", "lower_bound", "upper_bound", "sample", "direct_means"
+_DEPENDENT = "n_codes", "measure_within", "coarse_bound", "lower_bound", "upper_bound", "sample", "direct_means"
 
 
 class CoarseBound(NamedTuple):
@@ -65,6 +65,8 @@ class Metric(BaseEstimator):
         Compiled function that writes the code of a pose; see `compile_encode`.
     measure : callable
         Compiled function that computes the distances from one code to others; see `compile_measure`.
+    measure_within : callable or None
+        Like `measure`, but distances above a limit may be replaced by any lower bound above the limit.
     coarse_bound : CoarseBound or None
         A lower bound that is cheaper than the metric, for searches.
     encode_work, measure_work : float
@@ -90,6 +92,7 @@ class Metric(BaseEstimator):
 
     encode: ClassVar[Any]
     measure: ClassVar[Any]
+    measure_within: ClassVar[Any] = None
     encode_work: ClassVar[float] = 60
     measure_work: ClassVar[float] = 1
 
@@ -98,7 +101,7 @@ class Metric(BaseEstimator):
     def __init_subclass__(cls) -> None:
         """Make compiled functions static, and refuse bounds and means that are inherited from another distance."""
         super().__init_subclass__()
-        for name in ("encode", "measure"):
+        for name in ("encode", "measure", "measure_within"):
             function = inspect.getattr_static(cls, name, None)
             if isinstance(function, Dispatcher | FunctionType):  # and not a property
                 setattr(cls, name, staticmethod(function))

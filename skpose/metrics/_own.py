@@ -9,7 +9,7 @@ from numba import njit
 from skpose._compiled.pose.encode import encode_positions
 from skpose._compiled.pose.loops import encode_poses
 from skpose._compiled.pose.tree import Tree
-from skpose._compiled.simd.lanes import flat
+from skpose._compiled.simd.lanes import empty_rows, flat
 
 
 def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None]) -> Any:
@@ -54,7 +54,7 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
     def encode(poses: Any, tree: Any, steps: Any, scratch: Any, codes: Any) -> None:
         n_dofs, width = poses.shape[0], codes.size // codes.shape[0]
         n_joints, columns, put = tree.offset.shape[0] - 1, flat(poses), flat(codes)
-        placed = np.empty((3 * n_joints + 1, *poses.shape[1:]))
+        placed = empty_rows(poses, 3 * n_joints + 1)
         if n_joints > 0:
             encode_positions(poses, tree, steps, scratch, placed)
         places = placed.reshape(-1)  # not `flat`, which is an address: numba frees an array after its last use

@@ -51,6 +51,8 @@ class Refinement:
 
     Attributes
     ----------
+    measure : callable
+        The metric's measure; up to a limit, where the search is not by brute force.
     coarse : CoarseBound or None
         The metric's coarse bound, None where it does not save anything.
     n_measured : int
@@ -60,12 +62,13 @@ class Refinement:
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
         self.tree, self.steps = metric.tree_for(index.skeleton, FLOAT64), metric.steps
-        self.n_measured = 0
+        self.measure, self.n_measured = metric.measure, 0
         self.coarse: CoarseBound | None = None
-        coarse = metric.coarse_bound
-        if index.filter is not None and coarse is not None:
-            self._slack = coarse.slack(self.tree)
-            self.coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
+        if index.filter is not None:
+            self.measure = metric.measure_within or metric.measure
+            if (coarse := metric.coarse_bound) is not None:
+                self._slack = coarse.slack(self.tree)
+                self.coarse = coarse if np.isfinite(self._slack) and index.largest <= LARGEST_ANGLE else None
 
     def queries(self, poses: np.ndarray, excluded: np.ndarray, points: FilterPoints | None) -> Queries:
         """Return queries, encoded."""
@@ -99,7 +102,7 @@ class Refinement:
             return
         codes = in_lanes(self.encode(poses, self.metric.encode, queries.codes))
         groups, loop = Groups(codes, indices, near, slack), nearest_of_groups_loop(FLOAT64)
-        tail = queries.excluded, self.metric.measure, self.tree, self.steps, best.heaps
+        tail = queries.excluded, self.measure, self.tree, self.steps, best.heaps
         self.n_measured += sum(
             over_rows(
                 lambda first, last: loop(queries.codes, groups, first, last, *tail),
@@ -122,9 +125,7 @@ class Refinement:
                 left = self._sharpen(self.coarse, some, left, best_of_some.current_limits)
             left, poses = self._gather(left, best_of_some.current_limits)
             codes = self.encode(poses, self.metric.encode, some.codes)
-            measured = self._loop_over(
-                some.codes, codes, left, self.metric.measure, self.tree, best_of_some, sort=False
-            )
+            measured = self._loop_over(some.codes, codes, left, self.measure, self.tree, best_of_some, sort=False)
             self.n_measured += sum(n for n, *_ in measured)
             best.put(rows, best_of_some)
 

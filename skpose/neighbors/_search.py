@@ -104,7 +104,7 @@ class Search:
         used, rows = np.unique(candidates.indices, return_inverse=True)
         poses = self._groups.encode(index.poses[used], self.metric.encode, codes)
         candidates = candidates._replace(rows=rows.reshape(candidates.rows.shape))
-        tail = self.metric.measure, self._groups.tree, self.metric.steps, best.heaps
+        tail = self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
             lambda first, last: loop(codes, poses, candidates, Batch(first, last, 1, False), *tail),
             len(codes),

@@ -5,8 +5,10 @@ Poses on a grid of integers under "angle" have exact distances, many of them equ
 
 import numpy as np
 import pytest
+from reference import distances as reference_distances
 
-from skpose._compiled.pose.loops import in_lanes
+from skpose import Skeleton
+from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
 from skpose._compiled.pose.nearest import Groups, Heaps, nearest_of_groups_loop
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
@@ -33,14 +35,14 @@ def heaps(limits, capacity, dtype=np.float64):
     )
 
 
-def search_groups(X, Y, found):
+def search_groups(X, Y, found, *, metric="angle", skeleton=None, measure=None):
     """Run the loop over all poses in groups; return the number of pairs measured."""
-    chosen, dtype = METRICS["angle"](), found.values.dtype
-    codes, others = (chosen.encode_poses(poses, None).astype(dtype) for poses in (X, Y))
+    chosen, dtype = METRICS[metric](), found.values.dtype
+    codes, others = (chosen.encode_poses(poses, skeleton).astype(dtype) for poses in (X, Y))
     n_groups = -(-len(Y) // lanes(dtype))
     indices = np.append(np.arange(len(Y)), np.full(n_groups * lanes(dtype) - len(Y), -1))
     groups = Groups(in_lanes(others), indices, np.zeros((len(X), n_groups), np.float32), np.zeros(len(X)))
-    tail = np.full(len(X), -1), chosen.measure, tree_of(None, dtype), chosen.steps, found
+    tail = np.full(len(X), -1), measure or chosen.measure, tree_of(skeleton, dtype), chosen.steps, found
     return nearest_of_groups_loop(dtype)(codes, groups, 0, len(X), *tail)
 
 
@@ -83,3 +85,21 @@ def test_a_distance_equal_to_the_limit_is_kept_and_none_above_it(grid, dtype, li
     few = heaps(np.full(N_QUERIES, limit), 3, dtype)
     search_groups(X, Y, few)
     assert_nearest(few, D, 3, limit)
+
+
+def test_what_is_ruled_out_within_a_limit_is_not_measured():
+    skeleton, rng = Skeleton.chain(3), np.random.default_rng(0)
+    X, Y = rng.uniform(-3, 3, size=(2, 3)), rng.uniform(-3, 3, size=(4 * FLOAT64_LANES, 3))
+    D = reference_distances(X, Y, skeleton, "spatial", wrap=True)
+    options = {"metric": "spatial", "skeleton": skeleton}
+    limit = 1.5 * D.min(axis=1).max()
+    within = METRICS["spatial"].measure_within
+    counts = []
+    for measure in (None, within):
+        found = heaps([limit, limit], len(Y))
+        counts.append(search_groups(X, Y[D[0].argsort()], found, measure=measure, **options))
+        for i, row in enumerate(D[:, D[0].argsort()]):
+            values, indices = entries(found, i)
+            assert set(indices) == set(np.flatnonzero(row <= limit))
+            np.testing.assert_allclose(values, row[indices], rtol=1e-9)
+    assert counts[0] == D.size > counts[1] > 0

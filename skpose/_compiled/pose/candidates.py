@@ -22,6 +22,7 @@ from skpose._compiled.pose.nearest import (
     heaps_type,
     keep,
     make_heap,
+    rounding_of,
     sift_down,
 )
 from skpose._compiled.pose.results import results_of
@@ -137,7 +138,7 @@ def _nearest_of_candidates(queries, codes, candidates, batch, measure, tree, ste
     lanes_of_code, numbers = flat(code), flat(codes)
     results = results_of(1, width, queries.dtype)
     taken, taken_rows = np.empty(width, np.int64), np.empty(width, np.int64)
-    n_measured, n_unconverged, worst = 0, 0, 0.0
+    rounding, n_measured, n_unconverged, worst = rounding_of(tree), 0, 0, 0.0
     for i in range(batch.first, batch.last):
         c = 0  # the next candidate
         while c < candidates.counts[i]:
@@ -149,13 +150,14 @@ def _nearest_of_candidates(queries, codes, candidates, batch, measure, tree, ste
                 c += 1
             if n == 0:
                 break
+            results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
             for w in range(width):
                 results.skip[0, w], results.gap[0, w] = w >= n, 0.0
                 row = taken_rows[min(w, n - 1)] * n_codes
                 for k in range(n_codes):
                     lanes_of_code[k * width + w] = numbers[row + k]
             measure(queries[i], code, 0, 1, tree, steps, scratch, results)
-            n_measured += n
+            n_measured += n * (1 - results.n_ruled_out[0])
             for w in range(n):
                 keep(results.distances[0, w], taken[w], heaps, i)
                 if results.gap[0, w] > 0.0:

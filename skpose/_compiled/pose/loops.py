@@ -79,7 +79,8 @@ def _pair_distances(X, Y, pairs, measure, tree, steps, distances):
 def results_type(dtype):
     """Numba's type of Results."""
     real = from_dtype(dtype)
-    return tuple_type(Results, *(array_type(kind, 2, readonly=False) for kind in (real, types.boolean, real)))
+    kinds = (real, 2), (types.boolean, 2), (real, 2), (real, 1), (types.int64, 1)
+    return tuple_type(Results, *(array_type(*kind, readonly=False) for kind in kinds))
 
 
 def encode_type(dtype=FLOAT64):

@@ -13,6 +13,8 @@ from skpose._compiled.pose.tree import SLERP_TERMS, TWO_PI, Squares, Steps
 from skpose._compiled.simd.jit import first_class, inlined
 from skpose._compiled.simd.lanes import any_greater, flat, full_like, greater, minimum, rows, sqrt
 
+STEPS_PER_BOUND = 3  # of a line that may be longer than a limit; more bounds take more than they save
+
 
 @inlined
 def turns_off(gap, steps):
@@ -184,8 +186,12 @@ def last_chord(plan, b, before, P):
 
 
 @inlined
-def _line(plan, a, b, steps, arrays):
-    """The length of the straight line from an encoded pose a to others b."""
+def _line(plan, a, b, steps, arrays, limit):
+    """The length of the straight line from an encoded pose a to others b, and whether that was computed.
+
+    Elsewhere it is more than the limit in every lane, and so is what is returned: the length so far and of the chord
+    from there on, a lower bound by the triangle inequality.
+    """
     C, S, A, B, n = arrays.C, arrays.S, arrays.A, arrays.B, plan.n_angles
     before = 5 * n + 4 * plan.n_balls + plan.n_slides - 3
     apart = full_like(b, 0.0)
@@ -203,10 +209,14 @@ def _line(plan, a, b, steps, arrays):
         arrays.X[k], arrays.D[k] = full_like(b, a[at]), gap * (1.0 / steps.n_steps)
     start_joints(plan, a, before, arrays.P)
     length = full_like(b, 0.0)
-    for _ in range(1, steps.n_steps):
+    for step in range(1, steps.n_steps):
         length = length + sqrt(take_step(plan, arrays))
+        if limit < math.inf and step % STEPS_PER_BOUND == 0 and step < steps.n_steps - 1:
+            bound = length + last_chord(plan, b, before, arrays.P)
+            if not any_greater(0.0 - bound, 0.0 - limit):
+                return bound, False
     # From a pose to itself the samples differ by rounding; the distance is zero.
-    return (length + last_chord(plan, b, before, arrays.P)) * greater(apart, 0.0)
+    return (length + last_chord(plan, b, before, arrays.P)) * greater(apart, 0.0), True
 
 
 @first_class
@@ -215,4 +225,17 @@ def measure_line(x, Y, first, last, tree, steps, scratch, results):
     plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
     arrays = step_arrays(tree, scratch)
     for k in range(first, last):
-        rows(results.distances, k - first)[0] = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays)
+        length, _ = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, math.inf)
+        rows(results.distances, k - first)[0] = length
+
+
+@first_class
+def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
+    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it."""
+    plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
+    arrays = step_arrays(tree, scratch)
+    for k in range(first, last):
+        length, is_complete = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, results.limit[0])
+        rows(results.distances, k - first)[0] = length
+        if not is_complete:
+            results.n_ruled_out[0] += 1

@@ -5,6 +5,10 @@ neither on the order in which poses come nor on the number of threads.
 
 Poses are measured in groups of lanes, and only groups whose lower bound is within the limit of the query: the loop of
 `bounds_of_groups_loop` makes the bounds, or replaces them by sharper ones.
+
+The loops that keep pass a limit to the measure, in ``results.limit``: a distance above it is not needed. A measure that
+uses the limit writes any lower bound above it instead, for a whole group of lanes at once, and adds the number of such
+groups to ``results.n_ruled_out``. These poses are then not kept.
 """
 
 import functools
@@ -99,6 +103,17 @@ def keep(value, j, heaps, i):
 
 
 @inlined
+def rounding_of(tree):
+    """How far above a length its lower bound may lie by rounding, m; a generous estimate."""
+    total, largest = 0.0, 0.0
+    for j in range(tree.offset.shape[0]):
+        largest = max(largest, tree.scale[j])
+        for i in range(3):
+            total += abs(tree.offset[j, i])
+    return 1e-9 * total * largest
+
+
+@inlined
 def _run(bounds, i, limit, group, end, per_bound):
     """The first range of groups, from this one on and before the end, whose bounds are within the limit."""
     while group < end and bounds[i, group // per_bound] > limit:
@@ -138,16 +153,19 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
     per_bound = n_groups // max(1, groups.bounds.shape[1])
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     results = results_of(n_together, width, queries.dtype)
-    distances, n_measured = rows(results.distances, 0), 0
+    distances, rounding, n_measured = rows(results.distances, 0), rounding_of(tree), 0
     for group in range(0, n_groups, n_together):
         end = min(group + n_together, n_groups)
         for i in range(first, last):
             limit = current_limit(heaps, i)
             start, stop = _run(groups.bounds, i, limit + groups.slack[i], group, end, per_bound)
             while start < stop:
+                results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
                 measure(queries[i], groups.codes, start, stop, tree, steps, scratch, results)
+                n_poses = 0
                 for at in range(start * width, stop * width):
-                    n_measured += groups.indices[at] >= 0
+                    n_poses += groups.indices[at] >= 0
+                n_measured += max(0, n_poses - results.n_ruled_out[0] * width)
                 for k in range(stop - start):
                     at = (start + k) * width
                     # A little more than the limit, as a distance equal to it may be kept.

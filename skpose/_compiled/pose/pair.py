@@ -17,7 +17,7 @@ from skpose._compiled.pose.results import Results
 from skpose._compiled.pose.signatures import shared_types
 from skpose._compiled.simd.jit import by_address, jit
 from skpose._compiled.simd.lanes import PAIR, empty_aligned, empty_pairs
-from skpose._compiled.simd.signatures import FLAG, REAL, array_type, tuple_type
+from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, array_type, tuple_type
 
 
 class PairMetric(NamedTuple):
@@ -37,7 +37,8 @@ _PAIRS, _FLAG_PAIRS = array_type(REAL, 3, readonly=False), array_type(FLAG, 3, r
 @functools.cache
 def _metric_type():
     tree, steps = shared_types(np.dtype(np.float64))
-    results = tuple_type(Results, _PAIRS, _FLAG_PAIRS, _PAIRS)
+    row = array_type(REAL, 1, readonly=False)
+    results = tuple_type(Results, _PAIRS, _FLAG_PAIRS, _PAIRS, row, array_type(INTEGER, 1, readonly=False))
     encode = types.FunctionType(types.void(_PAIRS, tree, steps, _PAIRS, _PAIRS))
     Y, x = array_type(REAL, 3, readonly=True), array_type(REAL, 1, readonly=True)
     measure = types.FunctionType(types.void(x, Y, types.intp, types.intp, tree, steps, _PAIRS, results))
@@ -107,7 +108,11 @@ def pair_distance(poses, address):
     n_codes += n_per_dof * poses.shape[0]
     scratch, code = empty_pairs(workspace_rows(tree), np.float64), empty_pairs(n_codes, np.float64)
     first = empty_aligned(1, n_codes, np.float64)[0]
-    results = Results(empty_pairs(1, np.float64), empty_pairs(1, np.bool_), empty_pairs(1, np.float64))
+    limit, n_ruled_out = empty_aligned(1, 1, np.float64)[0], empty_aligned(1, 1, np.int64)[0]
+    results = Results(
+        empty_pairs(1, np.float64), empty_pairs(1, np.bool_), empty_pairs(1, np.float64), limit, n_ruled_out
+    )
+    limit[0], n_ruled_out[0] = np.inf, 0
     for w in range(PAIR):
         results.skip[0, 0, w], results.gap[0, 0, w] = w == 0, 0.0
     encode(poses, tree, steps, scratch, code)

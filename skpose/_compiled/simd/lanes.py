@@ -36,6 +36,11 @@ def empty_pairs(n_rows, dtype):
     return np.empty((n_rows, 1, PAIR), dtype)
 
 
+def empty_rows(array, n_rows):
+    """An empty array with so many rows like those of an array."""
+    return np.empty((n_rows, *array.shape[1:]), array.dtype)
+
+
 class Rows:
     """Rows of an array from a first one on: numbers, or arrays of lanes."""
 

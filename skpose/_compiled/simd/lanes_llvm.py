@@ -183,6 +183,13 @@ def _empty_pairs(context, builder, sig, args):
     return _allocate(context, builder, sig.return_type, (n_rows, intp_t(1), intp_t(lanes.PAIR)))
 
 
+@_defines(lanes.empty_rows, lambda array, n_rows: types.Array(array.dtype, array.ndim, "C"))
+def _empty_rows(context, builder, sig, args):
+    shape = context.make_array(sig.args[0])(context, builder, args[0]).shape
+    row = [builder.extract_value(shape, axis) for axis in range(1, sig.args[0].ndim)]
+    return _allocate(context, builder, sig.return_type, (context.cast(builder, args[1], sig.args[1], types.intp), *row))
+
+
 def _allocate(context, builder, array_type, shape):
     """An empty array at the start of a cache line."""
     number = context.get_data_type(array_type.dtype)

@@ -225,6 +225,7 @@ def accumulate_from(costs, paths, edge):
             diagonal = up if i > 0 else np.inf
 
 
+@jit
 def accumulate(costs, paths):
     """Replace distances (n, m) by the least sums of the paths to each cell, in place."""
     accumulate_from(costs, paths, np.full(costs.shape[0], np.inf))
