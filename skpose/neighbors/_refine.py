@@ -158,6 +158,9 @@ class Refinement:
         codes = np.empty((len(poses), like.shape[1]), like.dtype)
 
         def task(first: int, last: int) -> None:
+            if codes.dtype == FLOAT64:
+                encode_poses(poses[first:last], encode, self.tree, self.steps, codes[first:last])
+                return
             for start in range(first, last, ENCODED_AT_ONCE):
                 some = np.empty((min(ENCODED_AT_ONCE, last - start), codes.shape[1]))
                 encode_poses(poses[start : start + len(some)], encode, self.tree, self.steps, some)

@@ -91,7 +91,8 @@ def velocities_at_key(skeleton, X, method):
 
 
 @pytest.mark.parametrize(
-    "name", ["chain", *(pytest.param(name, marks=pytest.mark.slow) for name in ("humanoid", "ball joints", "mixed joints"))]
+    "name",
+    ["chain", *(pytest.param(name, marks=pytest.mark.slow) for name in ("humanoid", "ball joints", "mixed joints"))],
 )
 def test_velocities_are_continuous_at_keys(name):
     skeleton = SKELETONS[name]
