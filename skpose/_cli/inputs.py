@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._hdm05 import NAME
 from skpose.datasets._index import INDEX, rows_of
@@ -94,6 +95,9 @@ def read(
     """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
     files, options = expand(paths, suffixes), reading_options(args)
     rates, contents = stated_rates(files), []
+    given = options.get("frame_rate")
+    if given is not None and any(rate != given for rate in rates.values()):
+        warn(f"--file-frame-rate {given:g} replaces other rates that file names or an index state")
     for i, path in enumerate(files):
         name = "standard input" if str(path) == STDIN else str(path)
         try:

@@ -143,7 +143,8 @@ def load_keypoints(
         stored = _read(source, n_points)
     rate = stored.frame_rate if frame_rate is None else frame_rate
     if rate is None:
-        hint = f"; by {stored.times.key!r} it is {stored.times.rate():.4g} Hz" if stored.times else ""
+        by_times = stored.times.rate() if stored.times else np.nan
+        hint = f"; by {stored.times.key!r} it is {by_times:.4g} Hz" if stored.times and by_times > 0.0 else ""
         raise ValueError(f"{source.name} does not state its frame rate: pass frame_rate=, in Hz{hint}")
     found_names = given or stored.names or of_layout
     with source.format_errors():
@@ -202,6 +203,8 @@ def _from_archive(source: Source) -> Stored:
         raise source.error(f"expected the key {' or '.join(POSITIONS)}, found {file.list_keys()}")
     stored = _from_array(source, file.numbers(key, *SHAPES, finite=False))
     if found := _one_of(file, CONFIDENCES):
+        if stored.confidences is not None:
+            raise source.error(f"expected confidences once, found {found} and a fourth number of each point")
         scores = file.numbers(found, stored.positions.shape[:2], finite=False)
         stored = stored._replace(confidences=as_confidences(source, scores))
     if found := _one_of(file, RATES):

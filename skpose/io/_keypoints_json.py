@@ -36,6 +36,7 @@ POINTS = (
     *("pose_keypoints_3d", "pose_world_landmarks", "worldLandmarks", "hand_world_landmarks"),
     *("keypoints_3d", "keypoints3D", "keypoints"),
 )
+AMBIGUOUS = "keypoints", ""  # a third number may be z, a score or COCO's visibility
 PICTURE = "pose_keypoints_2d", "pose_landmarks", "landmarks"
 SURE = "visibility", "confidence", "score", "likelihood", "presence"
 SCORES = "keypoint_scores", "keypoints_scores", "scores"  # of all points, next to them
@@ -108,6 +109,8 @@ def _list_entries(source: Source, document: Any, n_points: int | None) -> list[E
         listed: list = next((document[key] for key in POINTS if isinstance(document.get(key), list)), [])
         if any(isinstance(document.get(key), list) and len(document[key]) == len(listed) > 0 for key in TIMES):
             frames = listed
+            if any(key in document for key in SCORES):
+                raise source.error("expected scores in each frame, found them next to the list of frames")
         return _with_numbers(source, frames) if isinstance(frames, list) else [(document, None)]
     if not isinstance(document, list) or not document:
         raise source.error(f"expected keypoints, found {repr(document)}")
@@ -208,7 +211,9 @@ class _Reader:
         if key is None:
             return {} if keys else self.points(frame, "")
         found = self.points(frame[key], key)
-        scores = next((frame[one] for one in SCORES if isinstance(frame.get(one), list)), None)
+        scores = next((frame[one] for one in SCORES if isinstance(frame.get(one), list | dict)), None)
+        if isinstance(scores, dict):
+            scores = [scores[point] for point in found if point in scores]
         if found and scores is not None:
             if len(scores) != len(found):
                 raise self.source.error(f"expected {len(found)} scores, found {len(scores)}")
@@ -251,6 +256,9 @@ class _Reader:
             widths = [width for width in widths if n == width * (self.n_points or 0)]
         if not widths:
             raise self.source.error(f"expected x, y, z, or with a score, found {n} numbers: pass layout= or names=")
+        third = [number for number in numbers[2::3] if number is not None]
+        if widths[0] == 3 and key in AMBIGUOUS and third and all(z == 2 or 0 <= z <= 1.1 for z in third):
+            raise self.source.error(f"{key or 'lists'}: third numbers look like scores, not z. {REMEDY}")
         return [numbers[i : i + widths[0]] for i in range(0, n, widths[0])]
 
     def point(self, point: Any) -> list:

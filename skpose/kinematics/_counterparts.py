@@ -175,7 +175,7 @@ def _agreeing(people: People, there: np.ndarray) -> People:
 
 def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str]) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
-    if not joints:
+    if not isinstance(joints, Mapping) or not joints:
         raise ValueError("joints must name at least one joint of the given skeleton and its counterpart")
     check_names(target, joints, "joints")
     check_names(source, joints.values(), "joints.values()")

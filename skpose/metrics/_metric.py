@@ -218,7 +218,10 @@ class Metric(BaseEstimator):
 
     def check_params(self) -> None:
         """Refuse invalid parameters, as scikit-learn's estimators do."""
-        self._validate_params()
+        try:
+            self._validate_params()
+        except ValueError as error:  # which scikit-learn would ascribe to the function that is called
+            raise ValueError(str(error)) from None
         for function in ("encode", "measure"):
             if not isinstance(getattr(self, function, None), _COMPILED_TYPE):
                 raise ValueError(

@@ -183,7 +183,8 @@ def pose_distances_chunked(
         Other poses; None is X.
     reduce_func : callable, default=None
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
-        index of its first row in X. It returns any object. None gives the chunks themselves.
+        index of its first row in X. It returns an array, a list or a sparse matrix of length
+        n_chunk, a tuple of these, or None. None gives the chunks themselves.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
@@ -203,7 +204,7 @@ def pose_distances_chunked(
     Raises
     ------
     ValueError
-        As `pose_distances`.
+        As `pose_distances`; if the length of a result of `reduce_func` is not n_chunk.
 
     See Also
     --------
@@ -243,9 +244,19 @@ def pose_distances_chunked(
             matrix = DistanceMatrix(X[batch], X if Y is None else Y, chosen, skeleton)
             chunk, parts = matrix.write(None, n_jobs)
             unconverged += parts
-            yield chunk if reduce_func is None else reduce_func(chunk, batch.start)
+            yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
+
+
+def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
+    result = reduce_func(chunk, start)
+    if result is not None:
+        for part in result if isinstance(result, tuple) else (result,):
+            n = part.shape[0] if hasattr(part, "shape") else len(part)
+            if n != len(chunk):
+                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
+    return result
 
 
 def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:

@@ -187,7 +187,7 @@ class JointAnglesDisplay:
         TypeError
             If `angles` is not a `JointAngles`.
         ValueError
-            For unknown names, without cycles, and for cycles of another recording.
+            For unknown names, without cycles, and for cycles of a recording with frames at other times.
 
         Notes
         -----

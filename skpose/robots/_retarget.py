@@ -63,7 +63,7 @@ def retarget_to_robot(
         known by the names of their links; others need `joints`.
     joints : mapping of str to str, default=None
         Joints of `robot` to their counterparts in ``motion.skeleton``: hips, knees and ankles, or shoulders, elbows and
-        wrists, of both sides. None finds them by names.
+        wrists, of both sides. None finds them by names, as all limbs of a known robot that are not given.
     scale : float, default=None
         Factor of the distance travelled over the floor. None is the ratio of the lengths of the legs, which heights are
         always scaled by; with a larger factor steps may be longer than the legs reach.

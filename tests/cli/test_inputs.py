@@ -58,13 +58,16 @@ def test_standard_input(monkeypatch, capsys):
     assert "standard input" in capsys.readouterr().out
 
 
+@pytest.mark.filterwarnings("default:--file-frame-rate")
 def test_frame_rates_of_amc_files(index, capsys):
     """By the option, by an index above the file, or by a name as in HDM05."""
     shutil.copy(DATA / "arm.asf", "HDM_bd.asf")
     shutil.copy(DATA / "arm.amc", "HDM_bd_wave_001_060.amc")
     assert main(["info", index, "HDM_bd_wave_001_060.amc"]) == 0
     assert main(["info", index, "--file-frame-rate", "50"]) == 0
-    lines = [line for line in capsys.readouterr().out.splitlines() if "frames at" in line]
+    printed = capsys.readouterr()
+    assert "--file-frame-rate" in printed.err
+    lines = [line for line in printed.out.splitlines() if "frames at" in line]
     assert [line.split()[3] for line in lines] == ["30", "60", "50"]
 
 

@@ -280,6 +280,9 @@ POINT = {"x": 0.1, "y": 0.2, "z": 0.3}
         {"hello": "world"},
         {"images": [3], "annotations": []},
         {"Loop": "wrap", "Frames": [[0.0] * 44] * 4},
+        [{"keypoints": [0.1, 0.2, 2, 0.7, 0.9, 1]}],  # COCO's visibility
+        {"keypoints": [[POINT] * 2] * 3, "scores": [[0.5] * 2] * 3, "timestamps": [0.0, 0.1, 0.2]},
+        [{"keypoints_3d": {"a": POINT, "b": POINT}, "scores": {"a": 0.1}}],
     ],
 )
 def test_what_is_refused(document):

@@ -65,3 +65,8 @@ def test_working_memory_and_lazy_chunks(X):
     assert starts == []
     next(chunks)
     assert starts == [0]
+
+
+def test_a_result_of_another_length_is_refused(X):
+    with pytest.raises(ValueError, match="reduce_func"):
+        list(pose_distances_chunked(X, reduce_func=lambda chunk, start: chunk[:-1], metric="angle"))

@@ -162,19 +162,16 @@ function isMisplaced({ parents }, joints) {
 function isDisproportionate(skeleton, joints) {
   const sides = SIDES.map((side) => {
     const lengths = {};
-    for (const [part, [start, end]] of Object.entries(FINDER.SEGMENTS)) {
+    for (const [part, [start, end]] of Object.entries(FINDER.LENGTHS)) {
       const bones = between(skeleton.parents, joints[`${side}_${start}`], joints[`${side}_${end}`]);
       if (bones.length) lengths[part] = lengthOfBones(skeleton, bones);
-    }
-    for (const [whole, parts] of Object.entries(FINDER.WHOLES)) {
-      if (parts.every((part) => part in lengths)) lengths[whole] = parts.reduce((sum, part) => sum + lengths[part], 0);
     }
     return lengths;
   });
   return sides.some((lengths) => FINDER.PROPORTIONS.some(([first, second, low, high]) => {
     const [a, b] = [lengths[first], lengths[second]];
     return a !== undefined && b !== undefined && !(low * b <= a && a <= high * b);
-  })) || Object.keys(FINDER.WHOLES).some((whole) => {
+  })) || ["leg", "arm"].some((whole) => {
     const lengths = sides.map((one) => one[whole] ?? 0);
     return Math.max(...lengths) > FINDER.SYMMETRY * Math.min(...lengths);
   });
