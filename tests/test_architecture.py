@@ -172,6 +172,7 @@ LARGE = ["numpy", "scipy", "numba", "sklearn", "joblib", "matplotlib", "dask", "
 SLOW = ["skpose.datasets", "sklearn.neighbors", "sklearn.model_selection", "matplotlib", "dask", "zarr", "ray"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "slow"),
     [
@@ -229,6 +230,7 @@ def test_every_public_name_has_an_example(module):
         assert ">>>" in getattr(module, name).__doc__ or name in {"Bone"}, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", [path for path in PAGES if ">>>" in path.read_text(encoding="utf-8")], ids=lambda path: path.stem
 )

@@ -36,6 +36,7 @@ def test_type_checkers_see_the_same_names():
     assert sorted(name for names in skpose._PACKAGES.values() for name in names) == skpose.__all__
 
 
+@pytest.mark.slow
 def test_all_names_can_be_imported_at_once():
     names = run("from skpose import *; print(*(name for name in dir() if not name.startswith('_')))")
     assert names == skpose.__all__
@@ -48,6 +49,7 @@ def test_packages_are_attributes(monkeypatch):
         assert getattr(skpose, package) is home
 
 
+@pytest.mark.slow
 def test_pickles_are_read_where_nothing_is_imported_yet(tmp_path):
     path = tmp_path / "s.pickle"
     path.write_bytes(pickle.dumps([skpose.Skeleton.chain(2), skpose.pose_distances]))

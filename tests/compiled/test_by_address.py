@@ -55,6 +55,7 @@ def run(tmp_path):
     return lines
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 def test_of_a_cached_caller_the_separate_function_is_loaded_first(run):
     expected = ["1.5", "zero has no inverse"]

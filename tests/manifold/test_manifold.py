@@ -34,7 +34,7 @@ def assert_equal_but_for_signs(A, B, **tolerance):
     np.testing.assert_allclose(A @ A.T, B @ B.T, **tolerance)
 
 
-@pytest.mark.parametrize("n", [30, 300, 2100], ids=["dense", "Lanczos", "many"])
+@pytest.mark.parametrize("n", [30, 300, pytest.param(2100, marks=pytest.mark.slow)], ids=["dense", "Lanczos", "many"])
 def test_angle_metric_is_pca(n):
     X = np.random.default_rng(0).normal(size=(n, 6)) * [6, 5, 4, 3, 2, 1]
     mds, pca = SpatialMDS(n_components=3, metric="angle").fit(X), PCA(3).fit(X)

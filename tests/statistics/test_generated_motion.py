@@ -50,6 +50,7 @@ def euclidean(a, b):
     return float(np.linalg.norm(a - b))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metric", OF_MOTIONS, ids=str)
 @pytest.mark.parametrize("statistic", STATISTICS)
 def test_sets_under_metrics_of_motions_are_sets_of_their_rows(metric, statistic, gait):
@@ -86,6 +87,7 @@ def test_each_motion_is_tested_as_a_set_of_one(metric, tile, gait, monkeypatch):
         assert found.pvalue[i] == alone.pvalue
 
 
+@pytest.mark.slow
 def test_pvalues_of_exchangeable_motions_are_no_smaller_than_their_share():
     """Every level is kept, over draws of a set and one more; one from elsewhere is found."""
     rng, least = np.random.default_rng(0), 1 / 10
