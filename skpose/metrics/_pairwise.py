@@ -183,8 +183,8 @@ def pose_distances_chunked(
         Other poses; None is X.
     reduce_func : callable, default=None
         Called as ``reduce_func(D_chunk, start)`` with a chunk of shape (n_chunk, n_y), which it may change, and the
-        index of its first row in X. It returns an array, a list or a sparse matrix of length
-        n_chunk, a tuple of these, or None. None gives the chunks themselves.
+        index of its first row in X. It returns an array, a list or a sparse matrix of length n_chunk, a tuple of
+        these, or None if it keeps its result elsewhere. None gives the chunks themselves.
     skeleton : Skeleton, default=None
         The skeleton of all poses. Needed by all metrics except "angle".
     metric : str or Metric, default="auto"
@@ -198,13 +198,15 @@ def pose_distances_chunked(
 
     Yields
     ------
-    D_chunk : ndarray or object
+    D_chunk : ndarray, sparse matrix, list or tuple
         A chunk of distances, or the result of `reduce_func`.
 
     Raises
     ------
     ValueError
         As `pose_distances`; if the length of a result of `reduce_func` is not n_chunk.
+    TypeError
+        If a result of `reduce_func` has no length.
 
     See Also
     --------
@@ -249,16 +251,6 @@ def pose_distances_chunked(
     warn_of_unconverged(unconverged, n_rows * n_columns)
 
 
-def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
-    result = reduce_func(chunk, start)
-    if result is not None:
-        for part in result if isinstance(result, tuple) else (result,):
-            n = part.shape[0] if hasattr(part, "shape") else len(part)
-            if n != len(chunk):
-                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
-    return result
-
-
 def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
     """The poses as arrays; Y is None if it is X."""
     if Y is X:
@@ -270,3 +262,13 @@ def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tupl
     if skeleton is not None:
         warn_of_degrees(None, skeleton, X=X, Y=Y)
     return X, Y
+
+
+def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
+    result = reduce_func(chunk, start)
+    if result is not None:
+        for part in result if isinstance(result, tuple) else (result,):
+            n = part.shape[0] if hasattr(part, "shape") else len(part)
+            if n != len(chunk):
+                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
+    return result
