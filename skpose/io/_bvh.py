@@ -92,8 +92,9 @@ def load_bvh(
     Warns
     -----
     UserWarning
-        If several joints have one name, position channels differ from an OFFSET, frames are left out, the skeleton is
-        not of the size of a person, people stand along another axis than y, or the frame rate is unlikely or replaced.
+        If several joints have one name, position channels differ from an OFFSET, frames or joints are left out, the
+        skeleton is not of the size of a person, people stand along another axis than y, or the frame rate is unlikely
+        or replaced.
 
     See Also
     --------
@@ -140,7 +141,7 @@ def load_bvh(
     n_channels = sum(len(joint.channels) for joint in joints)
     numbers, frames = _read_rows(source, head.end(), n_channels, claimed, trust, on_nan)
     if frame_rate is None and len(numbers) > 1 and not SLOWEST <= rate <= FASTEST:
-        source.warn(f"Frame Time is {seconds:g} s, which is {rate:.3g} frames a second: is it in ms? pass frame_rate=")
+        source.warn(f"Frame Time is {seconds:g}, {rate:.3g} frames a second: is it in seconds? pass frame_rate=")
     with source.format_errors():
         names = _unique_names(joints[1:], source)
         chain, below = choose_root(joints, numbers, root, names, source)

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.validation import list_names
 from skpose.io._source import Source, Token
 from skpose.skeleton._continuity import continuous_triples
 
@@ -62,6 +63,8 @@ def choose_root(
     for joint in joints:  # a parent comes before its children
         if joint.parent in kept:
             kept.add(joint)
+    if left := [str(joint) for joint in joints if joint not in kept and joint not in chain]:
+        source.warn(f"root={name!r} leaves out joints that are not below it: {list_names(left)}")
     return chain[::-1], [joint for joint in joints if joint in kept and joint is not chain[0]]
 
 

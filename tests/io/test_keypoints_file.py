@@ -79,6 +79,7 @@ def test_a_fourth_number_is_the_confidence():
     expected = Keypoints(POSITIONS, NAMES, 25, SCORES)
     same(load_keypoints(npy(array), names=NAMES, frame_rate=25), expected)
     same(load_keypoints(npz(keypoints=array), names=NAMES, frame_rate=25), expected)
+    refused(npz(keypoints=array, scores=SCORES), "confidences")
     assert np.isnan(expected.positions[5, 0]).all()
 
 

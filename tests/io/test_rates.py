@@ -23,7 +23,7 @@ def test_a_rate_that_is_given_replaces_that_of_a_bvh_file_and_is_said():
     np.testing.assert_array_equal(motion.angles, load_bvh(bvh(0.04)).angles)
 
 
-@pytest.mark.parametrize("frame_time", ["33.333", "0.000033333"])
+@pytest.mark.parametrize("frame_time", ["33.333", "120", "0.000033333", "1"])
 def test_rates_of_no_recording_are_said(frame_time):
     with pytest.warns(UserWarning, match="Frame Time is .*frame_rate="):
         motion = load_bvh(bvh(frame_time))

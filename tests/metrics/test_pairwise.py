@@ -125,7 +125,7 @@ def test_auto_without_a_skeleton_is_angle_with_a_warning(X):
         ({"skeleton": "humanoid"}, "skeleton"),
         ({"metric": "velocity"}, "metric"),
         ({"metric": Spatial}, "metric"),
-        ({"metric": Spatial(0)}, "n_steps"),
+        ({"metric": Spatial(0)}, "'n_steps' parameter of Spatial"),
     ],
 )
 def test_bad_input_is_refused(arguments, message):
