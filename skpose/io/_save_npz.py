@@ -1,5 +1,7 @@
 """Motions and keypoints as .npz files of this library: numpy's arrays by name, with all that they rest on."""
 
+from typing import Any
+
 import numpy as np
 
 from skpose._utils.files import check_new, new_file
@@ -85,10 +87,10 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
     check_new(path)
     with new_file(path) as new, new.open("wb") as file:  # to a path numpy adds .npz where it is missing
-        np.savez(file, **arrays)  # type: ignore[arg-type]
+        np.savez(file, **arrays)
 
 
-def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
+def _of_motion(motion: Motion) -> dict[str, Any]:
     """The arrays of a motion by their keys."""
     bones = motion.skeleton.bones
     nowhere = np.full((3, 3), np.nan)
@@ -137,7 +139,7 @@ def load_npz(
             file.numbers("root_angles", (n, None)),
             axes,
             numbers.astype(np.int64),
-            _text(file, "up"),  # type: ignore[arg-type]  # which Motion checks
+            _text(file, "up"),
             root_name=_text(file, "root_name"),
             seen=seen > 0.0 if seen.shape == (n, skeleton.n_joints) else None,
         )
@@ -167,13 +169,14 @@ def _skeleton(file: Archive) -> Skeleton:
                 dof_name=own_names[0] if bone.dofs in (HINGE, SLIDE) and own_names else None,
             )
         )
-    skeleton = Skeleton(bones, _text(file, "offset_frame"))  # type: ignore[arg-type]  # which Skeleton checks
+    skeleton = Skeleton(bones, _text(file, "offset_frame"))
     if list(skeleton.dof_names) != dof_names:
         raise file.source.error("dof_names: expected the names of the dofs of the joints, in their order")
     return skeleton
 
 
-def _text(file: Archive, key: str) -> str:
+def _text(file: Archive, key: str) -> Any:
+    """A text, which Motion and Skeleton check."""
     return file.texts(key, ())[0]
 
 
