@@ -22,15 +22,19 @@ from skpose.scores._inputs import (
 from skpose.scores._mpjpe import Align
 from skpose.skeleton import Skeleton
 
+Cost = Literal["joints", "norm", "l1"]
+COSTS = "joints", "norm", "l1"
 AT_ONCE = 1 << 20  # distances of joints in memory
 
 
 @validate_params(
     {name: CONSTRAINTS[name] for name in ("align", "unit", "data_unit", "skeleton")}
     | {
-        "cost": [StrOptions(["joints", "norm", "l1"])],
+        "cost": [StrOptions(COSTS)],
+        "error": [StrOptions(COSTS), None],
         "divide": [StrOptions(["path", "true"]), None],
-        "average": [StrOptions(["motions"]), None],
+        "warp": [StrOptions(["pose", "joint"])],
+        "average": [StrOptions(["motions", "pairs"]), None],
     },
     prefer_skip_nested_validation=True,
 )
@@ -38,12 +42,14 @@ def dtw_mje(
     y_true: ArrayLike,
     y_pred: ArrayLike,
     *,
-    cost: Literal["joints", "norm", "l1"] = "joints",
+    cost: Cost = "joints",
+    error: Cost | None = None,
     divide: Literal["path", "true"] | None = "path",
+    warp: Literal["pose", "joint"] = "pose",
     root: Joints | None = None,
     align: Align | None = None,
     joints: Joints | None = None,
-    average: Literal["motions"] | None = "motions",
+    average: Literal["motions", "pairs"] | None = "motions",
     unit: Length = "mm",
     data_unit: Length = "m",
     skeleton: Skeleton | None = None,
@@ -52,9 +58,9 @@ def dtw_mje(
     r"""Mean joint error of motions after dynamic time warping (DTW-MJE).
 
     Of all monotone paths from the first to the last frames of both motions, the path with the least sum of costs [1]_
-    is taken. The costs along it are averaged, and then the errors of all motions. Published programs differ in almost
-    every respect; by default the cost is the mean distance of the joints, and the sum is divided by the number of pairs
-    of frames on the path.
+    is taken. The errors along it are averaged, and then the errors of all motions. Published programs differ in almost
+    every respect; by default the cost and the error are the mean distance of the joints, and the sum is divided by the
+    number of pairs of frames on the path.
 
     Parameters
     ----------
@@ -66,16 +72,21 @@ def dtw_mje(
     cost : {"joints", "norm", "l1"}, default="joints"
         What the path minimises: the mean distance of the joints of two frames, the Euclidean norm of all their
         coordinates, or the sum of the absolute differences of the coordinates.
+    error : {"joints", "norm", "l1"}, default=None
+        What is added along the path. None is the cost.
     divide : {"path", "true"}, default="path"
         What the sum is divided by: the pairs on the path, or the frames of the true motion. None is the sum.
+    warp : {"pose", "joint"}, default="pose"
+        One path for the whole pose, or one per joint, over which the results are averaged.
     root : int, str, or list of them, default=None
         Joint to which both are relative, see `mpjpe`.
     align : {None, "scale", "rigid", "similarity"}, default=None
         Alignment of each pair of frames, see `mpjpe`; only with the cost "joints".
     joints : int, str, or list of them, default=None
         Joints that count; all joints are aligned.
-    average : {"motions"} or None, default="motions"
-        "motions": the mean of the motions' errors. None: the error of each motion.
+    average : {"motions", "pairs"} or None, default="motions"
+        "motions": the mean of the motions' errors. "pairs": the mean over all pairs of frames of all motions, so that
+        long motions count more, only for "path". None: the error of each motion.
     unit : {"m", "cm", "mm"}, default="mm"
         Unit of the result.
     data_unit : {"m", "cm", "mm"}, default="m"
@@ -125,13 +136,30 @@ def dtw_mje(
     >>> round(dtw_mje(true, true + [0.0, 0.0, 0.01]), 6)  # mm
     10.0
     """
-    if align is not None and cost != "joints":
-        raise ValueError("align= needs cost='joints'")
+    how = _How(cost, cost if error is None else error, divide, warp, align)
+    if average == "pairs" and divide != "path":
+        raise ValueError(f"average='pairs' needs divide='path', got {divide!r}")
+    if align is not None and (how.cost, how.error, how.warp) != ("joints", "joints", "pose"):
+        raise ValueError("align= needs cost='joints' and warp='pose'")
     pairs = _read_pairs(y_true, y_pred, skeleton, data_unit, root, joints)
     weights = check_sample_weight(sample_weight, np.empty((len(pairs), 1)))
-    errors = np.array([_error(pair, cost, divide, align) for pair in pairs])
-    result = errors if average is None else float(np.average(errors, weights=weights))
-    return result * (LENGTHS[data_unit] / LENGTHS[unit])
+    sums, sizes = (np.array(one) for one in zip(*(_follow(pair, how) for pair in pairs), strict=True))
+    factor = LENGTHS[data_unit] / LENGTHS[unit]
+    if average is None:
+        return sums / sizes * factor
+    if average == "pairs":
+        return float(weights @ sums / (weights @ sizes)) * factor
+    return float(np.average(sums / sizes, weights=weights)) * factor
+
+
+class _How(NamedTuple):
+    """What is computed for a pair of motions."""
+
+    cost: str
+    error: str
+    divide: str | None
+    warp: str
+    align: str | None
 
 
 class _Pair(NamedTuple):
@@ -166,12 +194,18 @@ def _read_pairs(
     return pairs
 
 
-def _error(pair: _Pair, cost: str, divide: str | None, align: str | None) -> float:
-    """The sum of the costs along the path, divided."""
-    sums = _costs(pair, cost, align)
+def _follow(pair: _Pair, how: _How) -> tuple[float, float]:
+    """The sum of the errors along the path, and what it is divided by."""
+    if how.warp == "joint":
+        results = [_follow(pair._replace(joints=[j]), how._replace(warp="pose")) for j in pair.joints]
+        return float(np.mean([total / size for total, size in results])), 1.0
+    costs = _costs(pair, how.cost, how.align)
+    errors = costs if how.error == how.cost else _costs(pair, how.error, None)
+    sums = costs.copy()
     accumulate(sums, Paths.of(None))
-    n_pairs = len(path_to(sums, False, sums.shape[1] - 1))
-    return float(sums[-1, -1]) / float({"path": n_pairs, "true": len(pair.true), None: 1}[divide])
+    path = path_to(sums, False, sums.shape[1] - 1)
+    total = float(sums[-1, -1]) if errors is costs else float(errors[path[:, 0], path[:, 1]].sum())
+    return total, float({"path": len(path), "true": len(pair.true), None: 1}[how.divide])
 
 
 def _costs(pair: _Pair, cost: str, align: str | None) -> np.ndarray:

@@ -187,7 +187,10 @@ def motion_checks(data):
     yield "SOKE", score, {"divide": None}, *lists, 1e3 * np.mean([total for total, _ in found])
     yield "by default", score, {}, *lists, 1e3 * np.mean([total / len(path) for total, path in found])
     found = [warp(t, p, lambda a, b: np.linalg.norm(a - b)) for t, p in data.pairs]
-    yield "by norm", score, {"cost": "norm"}, *lists, 1e3 * np.mean([total / len(path) for total, path in found])
+    pooled = [joint_error(t[i], p[j]) for (_, path), (t, p) in zip(found, data.pairs, strict=True) for i, j in path]
+    yield "SLRTP", score, {"cost": "norm", "error": "joints", "average": "pairs"}, *lists, 1e3 * np.mean(pooled)
+    of_joint = [np.mean([warp(t[:, [j]], p[:, [j]], joint_error)[0] for j in range(t.shape[1])]) for t, p in data.pairs]
+    yield "Ham2Pose", score, {"divide": None, "warp": "joint"}, *lists, 1e3 * np.mean(of_joint)
     true, pred = (relative(one[:4], (0,)) for one in (data.true, data.moved))
     total, path = warp(true, pred, lambda a, b: joint_error(a, aligned([a], [b], True)[0]))
     yield "SOKE, DTW-PA-JPE", score, {"align": "similarity"}, true, pred, 1e3 * total / len(path)

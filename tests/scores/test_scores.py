@@ -227,6 +227,8 @@ def test_warped_errors_are_those_of_align_motions():
     alignment = align_motions(a, b, skeleton=skeleton, metric="position")
     found = dtw_mje(a, b, skeleton=skeleton, cost="norm", divide=None, unit="m")
     assert found == pytest.approx(alignment.distance * 26, abs=1e-9)
+    mean = dtw_mje(a, b, skeleton=skeleton, cost="norm", error="joints", unit="m")
+    assert mean == pytest.approx(alignment.joint_distances.mean(), abs=1e-9)
 
 
 def test_speed_unknown_joints_and_weights_of_warped_motions():
@@ -240,6 +242,7 @@ def test_speed_unknown_joints_and_weights_of_warped_motions():
     true, pred = map(list, zip(*DATA.pairs, strict=True))
     each = dtw_mje(true, pred, average=None)
     assert dtw_mje(true, pred, sample_weight=[0, 1, 1]) == pytest.approx(np.mean(each[1:]), abs=1e-9)
+    assert dtw_mje(true, pred, sample_weight=[0, 1, 0], average="pairs") == pytest.approx(each[1], abs=1e-9)
 
 
 def test_spectra_do_not_depend_on_shifts_or_on_columns_without_power():
@@ -347,6 +350,7 @@ WALK = Motion(CHAIN, np.zeros((4, CHAIN.n_dofs)), 30)
         (lambda: acceleration_error([A, A[:2]], [A, A[:2]]), "three frames"),
         (lambda: dtw_mje(A, A[:, :3]), "same joints"),
         (lambda: dtw_mje(HOLED, A, cost="norm"), "'norm' needs all joints"),
+        (lambda: dtw_mje(A, A, divide="true", average="pairs"), "average"),
         (lambda: npss(M, 0 * M), "y_pred is zero"),
         (lambda: npss(A, A), "ambiguous"),
         (lambda: mean_angle_error(M[0, 0], M[0, 0], kind="norm"), "y_true must have shape"),
