@@ -66,20 +66,22 @@ def processor():
 
 def motions(folder, n_subjects=10, n_sequences=10):
     """Return the CMU motions of a folder, or generated gait without one."""
-    return load_cmu(folder) if folder else make_gait(n_subjects, n_sequences, random_state=0)
+    if folder:
+        return load_cmu(folder, rotations="file")
+    return make_gait(n_subjects, n_sequences, rotations="file", random_state=0)
 
 
 def resampled(dataset, rate):
     """The dataset at another frame rate."""
     motions = [motion.resample(rate) for motion in dataset]
-    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
+    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions, rotations="file")
 
 
 def datasets(options):
     """Return the collections of motions of a benchmark of both CMU and HDM05, by name; else generated gait."""
     loads = {"CMU": (load_cmu, options.cmu), "HDM05": (load_hdm05, options.hdm05)}
-    found = {name: load(folder) for name, (load, folder) in loads.items() if folder}
-    return found or {"gait": make_gait(5, 2, random_state=0)}
+    found = {name: load(folder, rotations="file") for name, (load, folder) in loads.items() if folder}
+    return found or {"gait": make_gait(5, 2, rotations="file", random_state=0)}
 
 
 def medians(contestants, repeats=REPEATS, clock=time.perf_counter):

@@ -22,7 +22,7 @@ import numpy as np
 import skpose
 from sklearn.neighbors import KNeighborsClassifier
 from skpose.datasets import make_gait
-motion = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=24, random_state=0)[0]
+motion = make_gait(n_subjects=1, n_sequences=1, duration=1.0, frame_rate=24, rotations="file", random_state=0)[0]
 X, skeleton = np.asarray(motion.angles), motion.skeleton
 def timed(call):
     start = time.process_time()

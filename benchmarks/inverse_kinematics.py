@@ -162,10 +162,10 @@ def main():
     size = QUICK if options.quick else FULL
     datasets = {}
     if options.cmu:
-        datasets["CMU"] = load_cmu(options.cmu)
+        datasets["CMU"] = load_cmu(options.cmu, rotations="file")
     if options.hdm05:
-        datasets["HDM05"] = load_hdm05(options.hdm05)
-    gait = {"generated gait": make_gait(*((1, 1) if options.quick else (5, 4)), random_state=SEED)}
+        datasets["HDM05"] = load_hdm05(options.hdm05, rotations="file")
+    gait = {"generated gait": make_gait(*((1, 1) if options.quick else (5, 4)), rotations="file", random_state=SEED)}
     for name, dataset in (datasets or gait).items():
         print(f"\n{name}: {dataset}\n{dataset[0].skeleton}")
         every_frame(dataset, size)

@@ -109,11 +109,11 @@ def cycles_of(angles, motion):
 
 def against_norm(options):
     if options.cmu:
-        dataset = load_cmu(options.cmu)
+        dataset = load_cmu(options.cmu, rotations="file")
         dataset = dataset[dataset.actions == "walk"]
         motions, subjects = list(dataset.motions), list(dataset.subjects)
     else:
-        motion = make_gait(1, 1, activities=["walk"], random_state=0)[0]
+        motion = make_gait(1, 1, activities=["walk"], rotations="file", random_state=0)[0]
         assert np.isfinite(joint_angles(motion)["knee_flexion_left"]).all()
         return
     if options.quick:

@@ -42,14 +42,14 @@ def some(X, n):
 def poses_of(options, n):
     """Yield a name, poses and their skeleton."""
     if options.cmu:
-        cmu = load_cmu(options.cmu)
+        cmu = load_cmu(options.cmu, rotations="file")
         X, motion_of = cmu.poses(FRAME_RATE)
         yield "CMU walks", some(X[cmu.actions[motion_of] == "walk"], n), cmu.skeleton
     if options.hdm05:
-        hdm05 = load_hdm05(options.hdm05)
+        hdm05 = load_hdm05(options.hdm05, rotations="file")
         yield "HDM05", some(hdm05.poses(FRAME_RATE)[0], n), hdm05.skeleton
     if not (options.cmu or options.hdm05):
-        gait = make_gait(10, 10, random_state=0)
+        gait = make_gait(10, 10, rotations="file", random_state=0)
         yield "generated walks", some(gait.poses(FRAME_RATE)[0], n), gait.skeleton
 
 

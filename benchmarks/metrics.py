@@ -31,7 +31,7 @@ def converted(dataset, joints, root):
     if root != "none":
         dataset = dataset.with_root(root)
     motions = [motion.to_rotvec() if joints == "ball" else motion.to_euler("ZYX") for motion in dataset]
-    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
+    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions, rotations="file")
 
 
 def table(name, dataset):

@@ -24,7 +24,7 @@ NOISE = 0.03  # rad
 
 def poses_of(dataset, n, n_queries):
     """n poses of all people but the first, and queries of that one."""
-    poses, sequence = dataset.to_rotvec().poses(frame_rate=max(motion.frame_rate for motion in dataset))
+    poses, sequence = dataset.poses(frame_rate=max(motion.frame_rate for motion in dataset))
     first, rng = dataset.subjects[sequence] == dataset.subjects[0], np.random.default_rng(0)
     queries, poses = rng.choice(poses[first], n_queries, replace=False), poses[~first]
     if n <= len(poses):
@@ -60,7 +60,7 @@ def main():
     common.print_machine()
     sizes, n_queries, n_brute, repeats = QUICK if options.quick else (SIZES, N_QUERIES, N_BRUTE, REPEATS)
     dataset = load_hdm05(options.hdm05) if options.hdm05 else make_gait(5, 2, random_state=0)
-    skeleton = dataset.to_rotvec().skeleton
+    skeleton = dataset.skeleton
     times = [measure(skeleton, *poses_of(dataset, n, n_queries), n_brute, repeats) for n in sizes]
     exponent = np.polyfit(np.log(sizes), np.log(times), 1)[0]
     print(f"time grows with n to the power of {exponent:.2f}")

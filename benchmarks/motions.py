@@ -129,7 +129,11 @@ def main():
     options = arguments.parse_args()
     common.print_machine()
     size, n = (QUICK, 2) if options.quick else (FULL, 10)
-    dataset = load_hdm05(options.hdm05) if options.hdm05 else make_gait(n, n, random_state=SEED)
+    dataset = (
+        load_hdm05(options.hdm05, rotations="file")
+        if options.hdm05
+        else make_gait(n, n, rotations="file", random_state=SEED)
+    )
     slow = common.resampled(dataset, RATE)
     race(f"{RATE} Hz", slow[: size.n_motions] if options.quick else slow, size.repeats)
     chosen = np.sort(np.random.default_rng(SEED).choice(len(dataset), size.n_motions, replace=False))

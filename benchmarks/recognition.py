@@ -88,7 +88,7 @@ class Distances:
     def __init__(self, dataset: MotionDataset, split: Split):
         self.train, self.test = ([dataset[i] for i in part] for part in split)
         self.actions, self.people = dataset.actions[np.concatenate(split)], dataset.subjects[split.train]
-        self.skeleton = MotionDataset(self.train).skeleton
+        self.skeleton = MotionDataset(self.train, rotations="file").skeleton
         self.of_kind: dict[str, np.ndarray] = {}
 
     def measure(self, kind, metric):
@@ -146,7 +146,7 @@ def sets(options) -> Iterator[tuple[str, MotionDataset, list[Split]]]:
     """Yield the sets that are asked for, by name, with their splits; without any generated gait."""
     for name, folder, load in (("HDM05", options.hdm05, load_hdm05), ("CMU", options.cmu, load_cmu)):
         if folder:
-            yield name, *by_person(prepared(load(folder).to_rotvec()))
+            yield name, *by_person(prepared(load(folder)))
     if options.msr:
         yield "MSR Action3D", *read(Path(options.msr), MSR)
     if options.folder:
@@ -155,7 +155,7 @@ def sets(options) -> Iterator[tuple[str, MotionDataset, list[Split]]]:
             *read(Path(options.folder), {name: getattr(options, name) for name in MSR}),
         )
     if not any((options.hdm05, options.cmu, options.msr, options.folder)):
-        yield "generated gait", *by_person(prepared(make_gait(3, 3, duration=2.0, random_state=0)))
+        yield "generated gait", *by_person(prepared(make_gait(3, 3, duration=2.0, rotations="file", random_state=0)))
 
 
 def read(folder, positions):
@@ -167,7 +167,7 @@ def read(folder, positions):
         motions = fitted(folder / "positions.npz", labels["subjects"], **positions)
     else:
         motions = [load_motion(folder / row["file"]) for row in index]
-    dataset = prepared(MotionDataset(motions, **labels).to_rotvec())
+    dataset = prepared(MotionDataset(motions, **labels))
     path = folder / "splits.csv"
     if not path.exists():
         return by_person(dataset)
@@ -197,7 +197,7 @@ def fitted(path, subjects, joints, layout, frame_rate, scale):
 def prepared(dataset):
     """Return motions of no more than RATE."""
     motions = [motion.resample(RATE) if motion.frame_rate > RATE else motion for motion in dataset]
-    return MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions)
+    return MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions, rotations="file")
 
 
 def by_person(dataset):
@@ -208,7 +208,7 @@ def by_person(dataset):
     everybody = sorted(set(labels["subjects"]))
     parts = [labels["subjects"] == one for one in everybody]
     splits = [Split(np.flatnonzero(~part), np.flatnonzero(part)) for part in parts]
-    return MotionDataset([dataset[i] for i in kept], **labels), splits
+    return MotionDataset([dataset[i] for i in kept], **labels, rotations="file"), splits
 
 
 def report(name, dataset, splits, metrics):

@@ -107,12 +107,12 @@ def people(options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of bones with the lengths of a mean person
         found["SMPL"] = load_amass(file, up="z"), limbs_by(LIMBS["SMPL"])
-    gait = make_gait(n_subjects=1, n_sequences=1, random_state=0)
+    gait = make_gait(n_subjects=1, n_sequences=1, rotations="file", random_state=0)
     found["humanoid"] = gait.motions[0].resample(4), limbs_by(LIMBS["humanoid"])
     if options.cmu:
-        found["CMU"] = load_cmu(options.cmu)[0].resample(4), limbs_by(LIMBS["ASF"])
+        found["CMU"] = load_cmu(options.cmu, rotations="file")[0].resample(4), limbs_by(LIMBS["ASF"])
     if options.hdm05:
-        found["HDM05"] = load_hdm05(options.hdm05)[0].resample(4), limbs_by(LIMBS["ASF"])
+        found["HDM05"] = load_hdm05(options.hdm05, rotations="file")[0].resample(4), limbs_by(LIMBS["ASF"])
     if options.bandai_namco:
         file = load_bvh(options.bandai_namco, scale=0.01).resample(4)
         found["Bandai-Namco, file"] = file, rigs.limbs_of("Bandai-Namco")
@@ -147,7 +147,9 @@ def all_pairs(found):
             cells = ["–"] * 3
             if here != there:
                 try:
-                    dataset = MotionDataset([motion]).retarget(other.skeleton, method="auto", scale="lengths")
+                    dataset = MotionDataset([motion], rotations="file").retarget(
+                        other.skeleton, method="auto", scale="lengths"
+                    )
                 except ValueError as error:
                     cells = ["refused"] * 3
                     n_refused += 1
@@ -236,10 +238,13 @@ def main():
     controls(found, options.robots)
     print()
     if options.quick or not (options.cmu and options.hdm05):
-        first, second = make_gait(n_subjects=2, n_sequences=1, random_state=0).motions[::2]
+        first, second = make_gait(n_subjects=2, n_sequences=1, rotations="file", random_state=0).motions[::2]
         sets = {"person 1": first, "person 2": second}
     else:
-        sets = {"CMU": load_cmu(options.cmu)[0], "HDM05": load_hdm05(options.hdm05)[0]}
+        sets = {
+            "CMU": load_cmu(options.cmu, rotations="file")[0],
+            "HDM05": load_hdm05(options.hdm05, rotations="file")[0],
+        }
     (one, first), (two, second) = ((name, motion.resample(6)) for name, motion in sets.items())
     compare(f"{one} → {two}", first, second.skeleton)
     compare(f"{two} → {one}", second, first.skeleton)

@@ -398,7 +398,9 @@ def main():
     options = arguments.parse_args()
     common.print_machine()
     warnings.simplefilter("ignore")
-    dataset = load_cmu(options.cmu) if options.cmu else make_gait(2, 1, random_state=0)
+    dataset = (
+        load_cmu(options.cmu, rotations="file") if options.cmu else make_gait(2, 1, rotations="file", random_state=0)
+    )
     names = ASF if options.cmu else HUMANOID
     if options.quick:
         dataset = dataset[:2]

@@ -78,7 +78,7 @@ def cmu_folder():
 
 @pytest.fixture(scope="session")
 def cmu(cmu_folder):
-    return load_cmu(cmu_folder)
+    return load_cmu(cmu_folder, rotations="file")
 
 
 @pytest.fixture(scope="session")
@@ -103,7 +103,7 @@ def hdm05_folder():
 
 @pytest.fixture(scope="session")
 def hdm05(hdm05_folder):
-    return load_hdm05(hdm05_folder)
+    return load_hdm05(hdm05_folder, rotations="file")
 
 
 @pytest.fixture(scope="session")

@@ -27,9 +27,8 @@ dataset = load_hdm05(folder) if folder else make_gait(n_subjects=5, n_sequences=
 print(dataset)
 
 # %%
-# Joints of three Euler angles as ball joints, which rotate by the smallest angle; twelve frames a second. What is
-# classified is a list of motions, whose lengths differ.
-motions = [motion.resample(12) for motion in dataset.to_rotvec()]
+# Twelve frames a second. What is classified is a list of motions, whose lengths differ.
+motions = [motion.resample(12) for motion in dataset]
 if not folder:  # generated recordings are equally long: let them end at different times
     ends = np.random.default_rng(0).integers(18, 37, size=len(motions))
     motions = [motion[:end] for motion, end in zip(motions, ends, strict=True)]

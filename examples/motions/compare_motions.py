@@ -32,8 +32,7 @@ angles[:, walk.skeleton.dof_names.index("left_shank_rx")] += bend
 other = Motion(walk.skeleton, angles, walk.frame_rate)
 
 # %%
-# The distances of the positions are largest where the bent knee moves the leg: the joint "left_shank" is the end of the
-# shank, which is the ankle.
+# The distances of the positions are largest where the bent knee moves the leg, at the ankle and the foot.
 alignment = align_motions(walk, other)
 print(alignment)
 AlignmentDisplay.from_alignment(alignment, projection="zy")
@@ -45,14 +44,14 @@ plt.show()
 player([walk, other], labels=["walk", "other tempo, bent knee"], alignment=alignment)
 
 # %%
-# The rotations show the joint itself. The rotation of "left_shank", relative to the thigh, is that of the knee.
+# The rotations show the joint itself, the knee.
 AlignmentDisplay.from_alignment(alignment, quantity="rotation", projection="zy")
 plt.show()
 
 # %%
 # The same as numbers, the largest first.
 for off in alignment.joint_differences("rotation")[:3]:
-    print(f"{off.joint:<12} {np.degrees(off.largest):5.1f}° at {off.frame_a / alignment.frame_rate:.2f} s")
+    print(f"{off.place:<28} {np.degrees(off.largest):5.1f}° at {off.frame_a / alignment.frame_rate:.2f} s")
 
 # %%
 # Which of the 12 squats of one person in HDM05 is wrong? Each is compared with the most typical one, whose distances to
@@ -61,7 +60,7 @@ for off in alignment.joint_differences("rotation")[:3]:
 folder = os.environ.get("SKPOSE_HDM05")
 if folder:
     dataset = load_hdm05(folder)
-    squats = dataset[(dataset.actions == "squat") & (dataset.subjects == "bd")].to_rotvec()
+    squats = dataset[(dataset.actions == "squat") & (dataset.subjects == "bd")]
     motions = [motion.resample(30) for motion in squats]
     distances = motion_distances(motions)
     typical = motions[distances.sum(axis=1).argmin()]

@@ -16,7 +16,7 @@ from skpose.datasets import make_gait
 from skpose.geodesics import interpolate
 from skpose.view import player
 
-walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=60, random_state=0).motions[0]
+walk = make_gait(1, 1, activities=["walk"], duration=4, frame_rate=60, rotations="file", random_state=0)[0]
 skeleton, rate, every = walk.skeleton, walk.frame_rate, 12
 walk = walk[60 : 60 + 8 * every + 1]
 keys = walk[::every]  # a motion with fewer frames, and their times

@@ -116,7 +116,7 @@ folder = os.environ.get("SKPOSE_HDM05")
 if folder:
     dataset = load_hdm05(folder)
     chosen = (dataset.actions == "squat") & (dataset.subjects == "bd")
-    squat = mean_motion([motion.to_rotvec().resample(30) for motion in dataset[chosen]])
+    squat = mean_motion([motion.resample(30) for motion in dataset[chosen]])
     print(f"{chosen.sum()} squats: {squat}")
     PoseStripDisplay.from_motion(squat.to_motion(), n_poses=9, projection="zy")
     MeanMotionDisplay.from_mean(squat)

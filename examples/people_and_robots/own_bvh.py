@@ -12,10 +12,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import Motion, Skeleton, geodesic, pose_distances
-from skpose.datasets import make_gait
+from skpose import Motion, geodesic, pose_distances
+from skpose.datasets import MotionDataset, make_gait
 from skpose.io import MocapFormatError, load_motion, save_bvh
-from skpose.kinematics import retarget
 from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
 from skpose.view import player
 
@@ -47,10 +46,10 @@ plt.show()
 player([motion.resample(30) for motion in motions], labels=[path.stem for path in paths], title="four files")
 
 # %%
-# Compare the poses of several people on their mean skeleton.
-skeleton = Skeleton.mean(motion.skeleton for motion in motions)
-poses = [retarget(motion, skeleton).resample(12).angles for motion in motions]
-X, sequence = np.concatenate(poses), np.repeat(np.arange(len(poses)), [len(p) for p in poses])
+# Compare the poses of several people on their mean skeleton, whose joints are ball joints.
+dataset = MotionDataset(motions)
+X, sequence = dataset.poses(frame_rate=12)
+skeleton = dataset.skeleton
 DistanceMatrixDisplay.from_poses(X, skeleton, sequence=sequence, names=[path.stem for path in paths])
 plt.show()
 

@@ -25,7 +25,7 @@ from skpose.plot import PoseStripDisplay
 FRAME_RATE = 15  # Hz
 NOISE = np.radians(4)
 
-gait = make_gait(n_subjects=8, n_sequences=3, duration=2, frame_rate=FRAME_RATE, random_state=0).to_rotvec()
+gait = make_gait(n_subjects=8, n_sequences=3, duration=2, frame_rate=FRAME_RATE, random_state=0)
 rng = np.random.default_rng(0)
 
 

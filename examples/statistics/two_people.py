@@ -51,7 +51,7 @@ plt.show()
 # differ from one another by more than that. Who is compared with whom matters: ``paired=True`` exchanges only the two
 # walks of one person, and the differences between people cancel.
 before, after = (np.stack([motion.angles for motion in gait[gait.trials == trial]]) for trial in ("01", "02"))
-after[..., skeleton.dof_names.index("abdomen_rx")] += np.radians(5)
+after[..., skeleton.dof_names.index("abdomen_rotvec_x")] += np.radians(5)
 tests = {
     "eight people against eight": two_sample_test(before, after, skeleton=skeleton, random_state=0),
     "eight pairs": two_sample_test(before, after, skeleton=skeleton, paired=True),

@@ -8,20 +8,23 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "angles",
-        help="write the joint angles of a person in degrees as a table",
-        description="Write flexion, adduction and rotation of each joint, in degrees, see "
+        "write the joint angles of a person in degrees as a table",
+        "Write flexion, adduction and rotation of each joint, in degrees, see "
         "skpose.biomechanics.joint_angles: a row for each frame. A skeleton is fitted to markers and keypoints.",
-        parents=[options.writing(".csv"), options.reading(skip=False)],
+        "FILE --out FILE",
     )
-    parser.add_argument("file", type=options.one_file, metavar="FILE", help="motion, markers or keypoints; -: stdin")
+    options.add_file(parser)
+    options.add_out(parser, ".csv")
     parser.add_argument(
         "--zero",
         type=lambda text: int(text) if text.isdecimal() else Path(text),
         metavar="FRAME|FILE",
-        help="standing pose with all angles zero: the number of a frame, or a file; default: the rest pose",
+        help="standing pose with zero angles; default: rest",
     )
+    options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)
 
 

@@ -3,34 +3,38 @@
 import argparse
 import textwrap
 from pathlib import Path
+from typing import Literal
 
 import skpose
 from skpose._cli import options
 
+FOLDER = (
+    "The folder has AMC files with an index.csv, see skpose.datasets.load_cmu, files of HDM05, or BVH files named "
+    "SUBJECT_ACTION_TRIAL.bvh."
+)
+
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "compare",
-        help="compare the accuracy of action recognition under all metrics",
-        description="Print the 1-NN accuracy of single poses and of whole motions for each metric. Actions of only "
-        "one person are left out; joints of 2 or 3 angles become ball joints.",
-        parents=[options.computing(None), options.reading(skip=False)],
+        "compare the accuracy of action recognition under all metrics",
+        "Print the 1-NN accuracy of single frames, and of whole motions by dynamic time warping, for each metric; the "
+        "share of variance in the first component of multidimensional scaling (median of the motions); and the time "
+        "without compilation. Actions of only one person are left out; joints of 2 or 3 angles become ball joints. "
+        f"{FOLDER}",
+        "[FOLDER]",
     )
     add_folder(parser)
-    parser.add_argument(
-        "--paper", action="store_true", help="the paper's protocol: walks and runs, with the angles of the files"
-    )
+    parser.add_argument("--paper", action="store_true", help="the paper's protocol: walks and runs")
+    options.add_jobs(parser)
+    options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)
 
 
 def add_folder(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "folder",
-        nargs="?",
-        type=Path,
-        metavar="FOLDER",
-        help="AMC files with an index.csv, see skpose.datasets.load_cmu, files of HDM05, or BVH files named "
-        "SUBJECT_ACTION_TRIAL.bvh; default: generated motions",
+        "folder", nargs="?", type=Path, metavar="FOLDER", help="labelled motions; default: generated ones"
     )
 
 
@@ -38,13 +42,17 @@ def run(args: argparse.Namespace) -> None:
     import numpy as np
 
     from skpose._cli.inputs import read_labelled
-    from skpose._cli.studies.compare import COLUMNS, FRAME_RATE, PAPER, compare, prepare
+    from skpose._cli.studies.compare import FRAME_RATE, PAPER, compare, prepare
 
+    rotations: Literal["rotvec", "file"] = "file" if args.paper else "rotvec"
     if args.folder is not None:
-        dataset, source = read_labelled(args), str(args.folder)
+        dataset, source = read_labelled(args, rotations), str(args.folder)
     else:
         make = skpose.datasets.make_gait if args.paper else skpose.datasets.make_actions
-        dataset, source = make(random_state=0), f"generated, skpose.datasets.{make.__name__}(random_state=0)"
+        dataset, source = (
+            make(rotations=rotations, random_state=0),
+            f"generated, skpose.datasets.{make.__name__}(random_state=0)",
+        )
     n_all, dataset = len(dataset), prepare(dataset, paper=args.paper)
     n_actions, n_people = len(set(dataset.actions)), len(set(dataset.subjects))
     print(f"{'Walking or running' if args.paper else 'Which action is it'}? {source}")
@@ -55,13 +63,12 @@ def run(args: argparse.Namespace) -> None:
     )
     if len(dataset) < n_all:
         print(f"{n_all - len(dataset)} motions of other actions are left out")
-    print(f"\n{'':<10}{'1-NN accuracy':^40}{'variance in':>13}")
-    print(f"{'':<10}{'among other people':>20}{'among other motions':>20}{'first MDS':>13}")
-    print(f"{'metric':<10}{'frames':>11}{'motions':>9}{'frames':>11}{'motions':>9}{'component':>13}{'time':>10}")
+    print(f"\n{'':<10}{'1-NN accuracy,':<26}{'1-NN accuracy,':<26}variance in")
+    print(f"{'':<10}{'leave-one-person-out':<26}{'leave-one-motion-out':<26}first MDS")
+    print(f"{'metric':<10}{'frames':<9}{'motions (DTW)':<17}{'frames':<9}{'motions (DTW)':<17}{'component':<14}time")
     for result in compare(dataset, n_jobs=args.jobs):
         shares = ["-" if np.isnan(value) else f"{value:.1%}" for value in result[1:-1]]
-        cells = "".join(f"{cell:>{width}}" for cell, width in zip(shares, (11, 9, 11, 9, 13), strict=True))
-        print(f"{result.metric:<10}{cells}{result.seconds:>8.2f} s", flush=True)
-    print("\n" + textwrap.fill(COLUMNS, 100))
+        cells = "".join(f"{cell:<{width}}" for cell, width in zip(shares, (9, 17, 9, 17, 14), strict=True))
+        print(f"{result.metric:<10}{cells}{result.seconds:.2f} s", flush=True)
     if args.paper:
-        print(textwrap.fill(PAPER, 100))
+        print("\n" + textwrap.fill(PAPER, 100))

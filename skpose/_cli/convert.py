@@ -7,26 +7,23 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "convert",
-        help="convert a motion or keypoints to another format",
-        description="Write a motion as .bvh for other programs, as .npz without loss, or as .csv with angles in rad "
+        "convert a motion or keypoints to another format",
+        "Write a motion as .bvh for other programs, as .npz without loss, or as .csv with angles in rad "
         "and positions in m. Keypoints can be written as .npz or .csv.",
-        parents=[options.writing(*options.MOTION_SUFFIXES), options.reading(skip=False)],
+        "FILE --out FILE",
     )
-    parser.add_argument("file", type=options.one_file, metavar="FILE", help="motion, markers or keypoints; -: stdin")
+    options.add_file(parser)
+    options.add_out(parser, *options.MOTION_SUFFIXES)
     group = parser.add_argument_group("changes, in this order")
     options.add_part(group, "the result")
-    options.add_rotations(group)
+    group.add_argument("--rotations", choices=["rotvec"], help="convert Euler angles to ball joints")
     options.add_frame_rate(group)
-    group.add_argument(
-        "--cycle", action="store_true", help="make a loop: the last frame becomes the first, moved along the floor"
-    )
-    group.add_argument(
-        "--endpoint",
-        action="store_true",
-        help="with --cycle: the last frame already is the first pose again; default: a frame is added",
-    )
+    group.add_argument("--cycle", action="store_true", help="make a loop that ends with its first pose")
+    group.add_argument("--endpoint", action="store_true", help="the last frame already is the first pose")
+    options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)
 
 

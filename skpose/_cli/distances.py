@@ -9,21 +9,22 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "distances",
-        help="write the distances between all poses of files",
-        description="Write the matrix of distances between all poses. Poses of several skeletons are compared on their "
+        "write the distances between all poses of files",
+        "Write the matrix of distances between all poses. Poses of several skeletons are compared on their "
         "mean skeleton. .npy is an array for numpy.load(..., mmap_mode='r'), written tile by tile; .npz and .csv also "
         "have the names of the rows.",
-        parents=[
-            options.writing(".npy", ".npz", ".csv"),
-            options.computing(),
-            options.preparing(),
-            options.reading(),
-        ],
+        "FILE... --out FILE",
     )
     options.add_files(parser, "motions, in the order of the rows")
+    options.add_out(parser, ".npy", ".npz", ".csv")
+    options.add_metric(parser)
     parser.add_argument("--dtype", choices=["float32", "float64"], default="float64", help="default: float64")
+    options.add_jobs(parser)
+    options.add_preparing(parser)
+    options.add_reading(parser)
     parser.set_defaults(func=run)
 
 

@@ -8,33 +8,36 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "explore",
-        help="show all poses of files as points in the browser",
-        description="Write an HTML page that shows all poses as points, with similar poses close together. Subjects "
+        "show all poses of files as points in the browser",
+        "Write an HTML page that shows all poses as points, with similar poses close together. Subjects "
         "and actions come from an index.csv, or from names such as SUBJECT_ACTION_TRIAL.bvh.",
-        parents=[
-            options.writing(".html", required=False),
-            options.preparing(frame_rate=12.0),
-            options.computing(None),
-            options.reading(),
-        ],
+        "FILE...",
     )
     options.add_files(parser, "motions")
-    group = parser.add_argument_group("page")
-    group.add_argument(
-        "--open", action="store_true", help="open it in the browser; without --out it is a temporary file"
-    )
-    group.add_argument(
+    options.add_out(parser, ".html", required=False)
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    parser.add_argument(
         "--metric",
         nargs="+",
         choices=options.METRICS,
         default=["spatial", "position", "rotation", "angle"],
-        help="one or several, the first is shown initially; default: all except geodesic, which is slow",
+        metavar="NAME",
+        help="one or several; default: all except geodesic",
     )
-    group.add_argument(
-        "--embedding", nargs="+", choices=["mds", "tsne", "isomap"], default=["mds"], help="default: mds"
+    parser.add_argument(
+        "--embedding",
+        nargs="+",
+        choices=["mds", "tsne", "isomap"],
+        default=["mds"],
+        metavar="NAME",
+        help="mds, tsne, isomap, or several; default: mds",
     )
+    options.add_jobs(parser)
+    options.add_preparing(parser, frame_rate=12.0)
+    options.add_reading(parser)
     parser.set_defaults(func=run)
 
 
@@ -47,7 +50,7 @@ def run(args: argparse.Namespace) -> None:
     known = inputs.labels_of([Path(name) for name in names])
     is_labelled = all(all(known.get(key, [""])) for key in ("subjects", "actions"))
     page = skpose.view.explorer(
-        skpose.datasets.MotionDataset(dataset.motions, **known),
+        skpose.datasets.MotionDataset(dataset.motions, **known, rotations="file"),
         metrics=args.metric,
         embeddings=args.embedding,
         frame_rate=None,  # resampled before

@@ -15,21 +15,26 @@ Place = tuple[float, int, int, int]  # the distance, the index of the file, the 
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "find",
-        help="search files for a motion or a pose",
-        description="Print the places most similar to a motion or a pose, best first. Motions of several skeletons are "
+        "search files for a motion or a pose",
+        "Print the places most similar to a motion or a pose, best first. Motions of several skeletons are "
         "compared on their mean skeleton.",
-        parents=[options.computing(), options.preparing(), options.reading()],
+        "QUERY FILE...",
     )
     parser.add_argument("query", type=options.one_file, metavar="QUERY", help="the motion to find; -: standard input")
-    options.add_files(parser, "where to search")
-    group = parser.add_argument_group("search")
-    options.add_part(group, "the motion to find")
-    group.add_argument("--pose", type=float, metavar="S", help="search for the pose at this time, in seconds")
-    group.add_argument("--k", type=int, default=10, metavar="K", help="number of places; default: 10")
-    group.add_argument("--exclude-query", action="store_true", help="exclude places that overlap the query")
-    group.add_argument("--one-per-file", action="store_true", help="print only the best place of each file")
+    options.add_files(parser, "where to search: motions")
+    options.add_part(parser, "the motion to find")
+    add = parser.add_argument
+    add("--pose", type=float, metavar="S", help="search for the pose at this time, s")
+    add("--k", type=int, default=10, metavar="K", help="number of places; default: 10")
+    add("--exclude-query", action="store_true", help="exclude places that overlap the query")
+    add("--one-per-file", action="store_true", help="print only the best place of each file")
+    options.add_metric(parser)
+    options.add_jobs(parser)
+    options.add_preparing(parser)
+    options.add_reading(parser)
     parser.set_defaults(func=run)
 
 

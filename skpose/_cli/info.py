@@ -7,14 +7,16 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "info",
-        help="print the contents of files",
-        description="Print frames, frame rate, joints and degrees of freedom of motions, skeletons and robots, or "
+        "print the contents of files",
+        "Print frames, frame rate, joints and degrees of freedom of motions, skeletons and robots, or "
         "points and the share of frames in which each is missing.",
-        parents=[options.reading()],
+        "FILE...",
     )
     options.add_files(parser, "motions, skeletons, robots, markers or keypoints")
+    options.add_reading(parser)
     parser.set_defaults(func=run)
 
 

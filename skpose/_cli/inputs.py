@@ -15,6 +15,7 @@ from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_cmu, load_hdm05
 from skpose.datasets._hdm05 import NAME
 from skpose.datasets._index import INDEX, rows_of
+from skpose.datasets._motions import Rotations
 from skpose.io import load_motion
 from skpose.io._formats import FORMATS, format_of
 from skpose.keypoints import Keypoints
@@ -127,9 +128,7 @@ def read_dataset(
     """The names of files, and their motions, prepared as the options ask for, on one skeleton."""
     contents = read(args, paths, load_poses, MOTIONS, required=required)
     names = [name for name, _ in contents]
-    dataset = MotionDataset([motion for _, motion in contents])
-    if args.rotations == "rotvec":
-        dataset = dataset.to_rotvec()
+    dataset = MotionDataset([motion for _, motion in contents], rotations=args.rotations)
     if args.retarget != "numbers":
         dataset = dataset.retarget(dataset.motions[0].skeleton, method=args.retarget)
         for name, report in zip(names, dataset.retargeting, strict=True):
@@ -138,11 +137,11 @@ def read_dataset(
         dataset = dataset.with_root(args.with_root)
     dataset = dataset.retarget(dataset.skeleton, method="numbers")
     if args.frame_rate is not None:
-        dataset = MotionDataset([motion.resample(args.frame_rate) for motion in dataset])
+        dataset = MotionDataset([motion.resample(args.frame_rate) for motion in dataset], rotations="file")
     return names, dataset
 
 
-def read_labelled(args: argparse.Namespace) -> MotionDataset:
+def read_labelled(args: argparse.Namespace, rotations: Rotations) -> MotionDataset:
     """The motions of a folder with their subjects, actions and trials, by an index.csv or by their names."""
     if not args.folder.is_dir():
         raise NotADirectoryError(f"{args.folder} is not a folder")
@@ -150,12 +149,13 @@ def read_labelled(args: argparse.Namespace) -> MotionDataset:
     if is_indexed or any(NAME.fullmatch(path.name) for path in expand([args.folder], MOTIONS)):
         if reading_options(args):
             raise ValueError("options of reading are for folders of BVH files")
-        return (load_cmu if is_indexed else load_hdm05)(args.folder)
+        return (load_cmu if is_indexed else load_hdm05)(args.folder, rotations=rotations)
     files = expand([args.folder], [".bvh"])
     unnamed = [path.name for path in files if not BVH.fullmatch(path.name)]
     if unnamed:
         raise ValueError(f"files must be named SUBJECT_ACTION_TRIAL.bvh, or be in an {INDEX}, got {unnamed[0]}")
-    return MotionDataset([motion for _, motion in read(args, files, load_poses)], **labels_of(files))
+    motions = [motion for _, motion in read(args, files, load_poses)]
+    return MotionDataset(motions, **labels_of(files), rotations=rotations)
 
 
 def stated_rates(files: Sequence[Path]) -> dict[Path, float]:

@@ -18,10 +18,12 @@ EXIT_STATUS = (
 
 def command_line() -> argparse.ArgumentParser:
     """The parser of ``skpose`` and its commands."""
-    parser = argparse.ArgumentParser("skpose", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS)
+    parser = argparse.ArgumentParser(
+        "skpose", usage="skpose COMMAND ...", description=skpose.__doc__.splitlines()[0], epilog=EXIT_STATUS
+    )
     parser.add_argument("--version", action="version", version=f"skpose {skpose.__version__}")
     parser.set_defaults(func=lambda args: parser.print_help(), status=0)
-    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND")
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND ...", prog="skpose")
     for command in COMMANDS:
         command.add_parser(subparsers)
     return parser

@@ -1,115 +1,115 @@
-"""Options that several commands share, as parent parsers, and the types of their values."""
+"""Options that several commands share, and the types of their values."""
 
 import argparse
 from collections.abc import Callable
 from pathlib import Path
 
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without importing numba
+METRICS_HELP = f"{', '.join(METRICS[:-1])} or {METRICS[-1]}; default: spatial"
 MOTION_SUFFIXES = ".bvh", ".npz", ".csv"
 
 
-def reading(*, skip: bool = True) -> argparse.ArgumentParser:
-    """Options of the readers of files."""
-    parser = argparse.ArgumentParser(add_help=False)
+def add_command(
+    subparsers: argparse._SubParsersAction, name: str, summary: str, description: str, arguments: str
+) -> argparse.ArgumentParser:
+    """A command whose help has a short usage and options in one line each."""
+    return subparsers.add_parser(
+        name,
+        help=summary,
+        description=description,
+        usage=f"%(prog)s {arguments} [options]",
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=32),
+    )
+
+
+def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:
+    """Add options of the readers of files, the arguments of `load_motion`."""
     group = parser.add_argument_group(
-        "reading files",
-        "Arguments of skpose.io.load_motion (--file-frame-rate is frame_rate=); options of other formats are ignored",
+        "reading files", "arguments of skpose.io.load_motion; those of other formats are ignored"
     )
     add = group.add_argument
     if skip:
-        add("--skip-errors", action="store_true", help="skip files that cannot be read, and exit with status 3")
-    add(
-        "--scale",
-        type=positive,
-        metavar="M",
-        help="metres per unit of length, such as 0.01 for centimetres; default: the unit in the file, or metres",
-    )
-    add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis of the files, such as --up=-y")
+        add("--skip-errors", action="store_true", help="skip unreadable files, and exit with status 3")
+    add("--scale", type=positive, metavar="M", help="metres per unit; 0.01 for centimetres")
+    add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis, such as --up=-y")
     add(
         "--file-frame-rate",
         dest="file_frame_rate",
         type=positive,
         metavar="HZ",
-        help="frame rate of the files; default: as in the files; for AMC files from index.csv or their names, or 120",
+        help="frame rate, instead of the one in the file",
     )
-    add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files; default: found by name")
-    add("--root", metavar="NAME", help="root joint of a BVH file, or root link of a robot")
-    add("--on-nan", choices=["raise", "drop"], help="raise an error for frames with NaN, or drop them")
-    add("--trust", choices=["header", "rows"], help="which number of frames to trust in BVH and TRC files")
-    add("--stretch", choices=["raise", "mean"], help="BVH bones of changing length: raise an error, or use the mean")
-    add(
-        "--root-offset",
-        choices=["replace", "add"],
-        help="whether BVH root positions replace the root's OFFSET or add to it",
-    )
-    add("--missing", choices=["raise", "rest"], help="raise an error for bones missing in AMC frames, or use zero")
-    add("--model", type=Path, metavar="FILE", help="body model (.npz) of AMASS files; default: mean proportions")
-    add("--no-hands", dest="hands", action="store_const", const=False, help="omit the finger joints of AMASS files")
+    add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files")
+    add("--root", metavar="NAME", help="root joint (BVH) or root link (robots)")
+    add("--on-nan", choices=["raise", "drop"], help="raise an error for NaN, or drop the frames")
+    add("--trust", choices=["header", "rows"], help="which number of frames to trust (BVH, TRC)")
+    add("--stretch", choices=["raise", "mean"], help="changing lengths: error, or mean (BVH)")
+    add("--root-offset", choices=["replace", "add"], help="root positions and its OFFSET (BVH)")
+    add("--missing", choices=["raise", "rest"], help="missing bones: error, or zero (AMC)")
+    add("--model", type=Path, metavar="FILE", help="body model .npz (AMASS)")
+    add("--no-hands", dest="hands", action="store_const", const=False, help="omit the finger joints (AMASS)")
     add("--layout", metavar="NAME", help="layout of keypoints, such as mediapipe33")
     add(
         "--names",
         type=lambda text: [name.strip() for name in text.split(",")],
         metavar="A,B,…",
-        help="names of keypoints, separated by commas",
+        help="names of keypoints",
     )
-    add(
-        "--zeros", choices=["seen", "missing"], help="how to read positions of exactly 0 in TRC, C3D and keypoint files"
-    )
-    return parser
+    add("--zeros", choices=["seen", "missing"], help="points at exactly 0 are seen or missing")
 
 
-def preparing(frame_rate: float | None = None) -> argparse.ArgumentParser:
-    """Options that prepare motions for comparison."""
-    parser = argparse.ArgumentParser(add_help=False)
+def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = None) -> None:
+    """Add options that prepare motions for comparison."""
     group = parser.add_argument_group("preparing motions")
     default = "every frame" if frame_rate is None else f"{frame_rate:g}"
     add_frame_rate(group, frame_rate, default)
-    add_rotations(group)
+    group.add_argument(
+        "--rotations",
+        choices=["rotvec", "file"],
+        default="rotvec",
+        help="ball joints (default) or the files' angles",
+    )
     group.add_argument(
         "--retarget",
         choices=["numbers", "orientations", "positions", "auto", "unchecked"],
         default="numbers",
-        help="how to retarget motions of other rigs to the skeleton of the first file, see skpose.retarget; default: "
-        "numbers, on the mean skeleton, for equal rest poses only",
+        metavar="METHOD",
+        help="for several rigs: auto or another method",
     )
-    group.add_argument(
-        "--with-root", choices=["tilt", "whole"], help="include the tilt, or the whole orientation, of the root"
-    )
-    return parser
+    group.add_argument("--with-root", choices=["tilt", "whole"], help="include the orientation of the root")
 
 
-def computing(default_metric: str | None = "spatial") -> argparse.ArgumentParser:
-    """Options of a computation: the metric, unless None, and the number of threads."""
-    parser = argparse.ArgumentParser(add_help=False)
-    group = parser.add_argument_group("computation")
-    if default_metric is not None:
-        group.add_argument("--metric", choices=METRICS, default=default_metric, help=f"default: {default_metric}")
-    group.add_argument("--jobs", type=int, default=-1, metavar="N", help="threads; default: -1, all processors")
-    return parser
+def add_metric(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--metric", choices=METRICS, default="spatial", metavar="NAME", help=METRICS_HELP)
 
 
-def writing(*suffixes: str, required: bool = True) -> argparse.ArgumentParser:
-    """The option of the new file."""
-    parser = argparse.ArgumentParser(add_help=False)
-    group = parser.add_argument_group("output")
-    group.add_argument(
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--jobs", type=int, default=-1, metavar="N", help="threads; default: all processors")
+
+
+def add_out(parser: argparse.ArgumentParser, *suffixes: str, required: bool = True) -> None:
+    """Add the option of the new file."""
+    parser.add_argument(
         "--out",
         type=file_named(*suffixes),
         required=required,
         metavar="FILE",
-        help=f"the new file: {', '.join(suffixes)}; existing files are not overwritten",
+        help=f"new file: {', '.join(suffixes)}" + " (required)" * required,
     )
     if suffixes == MOTION_SUFFIXES:
-        group.add_argument(
+        parser.add_argument(
             "--out-scale", type=positive, default=1.0, metavar="M", help="metres per unit of a BVH file; default: 1"
         )
-    return parser
 
 
 def add_files(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help=f"{what}; a folder: all such files in it; -: standard input"
+        "files", nargs="+", type=Path, metavar="FILE", help=f"{what}, or folders of them; -: standard input"
     )
+
+
+def add_file(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=one_file, metavar="FILE", help="motion, markers or keypoints; -: standard input")
 
 
 def add_frame_rate(group: argparse._ActionsContainer, default: float | None = None, text: str = "every frame") -> None:
@@ -118,16 +118,10 @@ def add_frame_rate(group: argparse._ActionsContainer, default: float | None = No
     )
 
 
-def add_rotations(group: argparse._ActionsContainer) -> None:
-    group.add_argument("--rotations", choices=["rotvec"], help="turn joints of 2 or 3 Euler angles into ball joints")
-
-
 def add_part(group: argparse._ActionsContainer, what: str) -> None:
     """Add --from and --to, in seconds."""
     for name, word in (("from", "begins"), ("to", "ends")):
-        group.add_argument(
-            f"--{name}", dest=word, type=float, metavar="S", help=f"time at which {what} {word}, in seconds"
-        )
+        group.add_argument(f"--{name}", dest=word, type=float, metavar="S", help=f"time at which {what} {word}, s")
 
 
 def file_named(*suffixes: str) -> Callable[[str], Path]:

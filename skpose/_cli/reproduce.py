@@ -6,24 +6,32 @@ from pathlib import Path
 
 import skpose
 from skpose._cli import options
-from skpose._cli.compare import add_folder
+from skpose._cli.compare import FOLDER, add_folder
 
 FIGURES = "figure_3.png", "figure_4.png"
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "reproduce",
-        help="repeat section 3 of the paper",
-        description="Print every number of section 3 next to the paper's, and write figures 3 and 4. The "
-        "motions must include walks and runs: actions whose first word is walk or run.",
-        parents=[options.computing(None), options.reading(skip=False)],
+        "repeat section 3 of the paper",
+        "Print every number of section 3 next to the paper's, and write figures 3 and 4. The "
+        f"motions must include walks and runs: actions whose first word is walk or run. {FOLDER}",
+        "[FOLDER] --out DIR",
     )
     add_folder(parser)
     parser.add_argument(
-        "--out", dest="directory", type=Path, required=True, metavar="DIR", help=f"folder for {', '.join(FIGURES)}"
+        "--out",
+        dest="directory",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="folder for the figures (required)",
     )
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0")
+    options.add_jobs(parser)
+    options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)
 
 
@@ -34,7 +42,10 @@ def run(args: argparse.Namespace) -> None:
 
     for name in FIGURES if args.directory.exists() else ():
         check_new(args.directory / name)
-    dataset = skpose.datasets.make_gait(random_state=args.seed) if args.folder is None else read_labelled(args)
+    if args.folder is None:
+        dataset = skpose.datasets.make_gait(rotations="file", random_state=args.seed)
+    else:
+        dataset = read_labelled(args, "file")
     args.directory.mkdir(exist_ok=True)
     findings = study.reproduce(dataset, args.seed, n_jobs=args.jobs)
     print(study.table(findings))

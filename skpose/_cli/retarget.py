@@ -7,44 +7,44 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "retarget",
-        help="retarget a motion to the skeleton of another file",
-        description="Retarget a motion to another skeleton. Print the method, the number of matched joints and the "
-        "remaining error; without --out nothing is written.",
-        parents=[
-            options.writing(*options.MOTION_SUFFIXES, required=False),
-            options.computing(None),
-            options.reading(),
-        ],
+        "retarget a motion to the skeleton of another file",
+        "Retarget a motion to another skeleton. Print the method, the number of matched joints and the "
+        "remaining error; without --out nothing is written. Methods: auto, the first that succeeds; numbers, the same "
+        "angles; orientations, directions of bones; positions, of joints; limbs, within the joint limits of a robot; "
+        "unchecked, the same angles without checks.",
+        "FILE --onto OTHER",
     )
-    options.add_files(parser, "motions; one if there is --out")
-    group = parser.add_argument_group("retargeting")
-    group.add_argument(
+    options.add_files(parser, "a motion, or several without --out")
+    add = parser.add_argument
+    add(
         "--onto",
         type=options.one_file,
         required=True,
         metavar="OTHER",
-        help="target skeleton: a motion file, an ASF file or a robot (MJCF, URDF)",
+        help="target: a motion, ASF file or robot (required)",
     )
-    group.add_argument(
+    options.add_out(parser, *options.MOTION_SUFFIXES, required=False)
+    add(
         "--method",
         choices=["auto", "numbers", "orientations", "positions", "limbs", "unchecked"],
         default="auto",
-        help="auto: the first method that succeeds; numbers: the angles; orientations: directions of bones; positions: "
-        "of joints; limbs: within the joint limits of a robot; unchecked: the angles, without checks; default: auto",
+        metavar="NAME",
+        help="method, see above; default: auto",
     )
-    group.add_argument(
+    add(
         "--joints",
         type=_pair,
         nargs="+",
         metavar="OTHER=FILE",
-        help="a joint of OTHER and its counterpart in FILE, as left_knee=LeftLeg; default: by their names",
+        help="counterparts, such as left_knee=LeftLeg",
     )
-    group.add_argument(
-        "--factor", type=_factor, metavar="F", help="factor of positions in the world; lengths: the ratio of the bones"
-    )
-    options.add_frame_rate(group)
+    add("--factor", type=_factor, metavar="F", help="world scale; lengths: the ratio of the bones")
+    options.add_frame_rate(parser)
+    options.add_jobs(parser)
+    options.add_reading(parser)
     parser.set_defaults(func=run)
 
 

@@ -7,26 +7,28 @@ from skpose._cli import options
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
-    parser = subparsers.add_parser(
+    parser = options.add_command(
+        subparsers,
         "view",
-        help="play motions in the browser, or draw them as PNG or GIF",
-        description="Write an HTML page that plays motions offline, a picture of one moment, or an animated GIF.",
-        parents=[options.writing(".html", required=False), options.reading()],
+        "play motions in the browser, or draw them as PNG or GIF",
+        "Write an HTML page that plays motions offline, a picture of one moment, or an animated GIF.",
+        "FILE...",
     )
     options.add_files(parser, "motions, markers or keypoints")
-    group = parser.add_argument_group("page")
-    add = group.add_argument
-    add("--open", action="store_true", help="open the page in the browser; without --out it is a temporary file")
-    add("--align", action="store_true", help="align two motions by dynamic time warping and show their differences")
-    add("--overlay", action="store_true", help="start with all motions in one picture instead of side by side")
-    options.add_frame_rate(group)
+    options.add_out(parser, ".html", required=False)
+    add = parser.add_argument
+    add("--open", action="store_true", help="open the page in the browser")
+    add("--align", action="store_true", help="align two motions, show their differences")
+    add("--overlay", action="store_true", help="show all motions in one picture")
+    options.add_frame_rate(parser)
     group = parser.add_argument_group("pictures")
     add = group.add_argument
-    add("--png", type=options.file_named(".png"), metavar="FILE", help="a picture of one moment")
-    add("--at", type=float, default=0.0, metavar="S", help="time of --png, in seconds; default: the start")
+    add("--png", type=options.file_named(".png"), metavar="FILE", help="picture of one moment")
+    add("--at", type=float, default=0.0, metavar="S", help="time of --png, s; default: the start")
     add("--gif", type=options.file_named(".gif"), metavar="FILE", help="animated GIF, without interpolation")
     add("--fps", type=options.positive, default=20.0, metavar="N", help="pictures per second of --gif; default: 20")
     options.add_part(group, "--gif")
+    options.add_reading(parser)
     parser.set_defaults(func=run)
 
 

@@ -10,6 +10,7 @@ from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._places import joint_places, rotation_places
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
 from skpose.skeleton._interpolation import interpolate_poses
@@ -43,7 +44,10 @@ class JointAsymmetry(NamedTuple):
     Attributes
     ----------
     joint : str
-        Name of the joint.
+        Name of the joint in the skeleton.
+    place : str
+        Name for readers: for people the place, with the joint's name if that differs, such as "left knee (lfemur)". A
+        rotation is named by the joint about which it turns.
     largest : float
         The largest deviation over the cycle, m or degrees.
     mean : float
@@ -54,11 +58,12 @@ class JointAsymmetry(NamedTuple):
     Examples
     --------
     >>> from skpose.biomechanics import JointAsymmetry
-    >>> JointAsymmetry("left_shank", 10.0, 2.0, 50.0).phase
+    >>> JointAsymmetry("left_shank", "left knee (left_shank)", 10.0, 2.0, 50.0).phase
     50.0
     """
 
     joint: str
+    place: str
     largest: float
     mean: float
     phase: float
@@ -94,6 +99,8 @@ class SymmetryResult:
         Frame rate of the motion, Hz.
     axis : {"x", "y", "z"}
         The axis across which the motion is mirrored.
+    skeleton : Skeleton
+        The skeleton of the motion.
 
     Examples
     --------
@@ -114,10 +121,11 @@ class SymmetryResult:
     distances: dict[str, float]
     frame_rate: float
     axis: str
+    skeleton: Skeleton
 
     def __repr__(self) -> str:
         most = self.joint_asymmetries("position")[0]
-        differs = f"largest {most.largest:.3g} m at {most.joint}" if most.largest > EQUAL else "no joint differs"
+        differs = f"largest {most.largest:.3g} m at {most.place}" if most.largest > EQUAL else "no joint differs"
         return (
             f"SymmetryResult({len(self.phases)} frames at {self.frame_rate:g} Hz, {len(self.joints)} joints mirrored "
             f"across {self.axis}, shift {self.shift}, {differs})"
@@ -143,9 +151,10 @@ class SymmetryResult:
         """
         check_choice("quantity", quantity, ("position", "direction", "rotation"))
         values = getattr(self, quantity + "s")
+        places = rotation_places(self.skeleton) if quantity == "rotation" else joint_places(self.skeleton)
         found = [
-            JointAsymmetry(name, float(column.max()), float(column.mean()), float(self.phases[column.argmax()]))
-            for name, column in zip(self.joints, values.T, strict=True)
+            JointAsymmetry(name, place, float(column.max()), float(column.mean()), float(self.phases[column.argmax()]))
+            for name, place, column in zip(self.joints, places, values.T, strict=True)
             if np.isfinite(column).all()
         ]
         return sorted(found, key=lambda one: -one.largest)
@@ -156,7 +165,8 @@ class SymmetryResult:
         Returns
         -------
         pandas.DataFrame
-            Columns "joint", "partner", "phase [%]", "position [m]", "direction [deg]" and "rotation [deg]".
+            Columns "joint", "position of", "rotation of", "partner", "phase [%]", "position [m]", "direction [deg]" and
+            "rotation [deg]".
 
         Raises
         ------
@@ -169,6 +179,8 @@ class SymmetryResult:
         return pandas.DataFrame(
             {
                 "joint": np.repeat(self.joints, n_frames),
+                "position of": np.repeat(joint_places(self.skeleton), n_frames),
+                "rotation of": np.repeat(rotation_places(self.skeleton), n_frames),
                 "partner": np.repeat(self.partners, n_frames),
                 "phase [%]": np.tile(self.phases, n_joints),
                 "position [m]": self.positions.T.ravel(),
@@ -249,11 +261,11 @@ def symmetry(
     ...         angles[:, person.dof_names.index(f"{side}_{name}")] = np.radians(degrees) * depth
     >>> angles[:, person.dof_names.index("left_shank_rx")] += np.radians(10) * depth
     >>> result = symmetry(Motion(person, angles, frame_rate=50))
-    >>> result
-    SymmetryResult(101 frames at 50 Hz, 22 joints mirrored across x, shift none, largest 0.0822 m at left_toes)
+    >>> result  # doctest: +ELLIPSIS
+    SymmetryResult(101 frames at 50 Hz, 22 joints mirrored across x, shift none, largest 0.0822 m at left toe ...)
     >>> most = result.joint_asymmetries("rotation")[0]
-    >>> most.joint, round(most.largest, 3), most.phase
-    ('left_shank', 10.0, 50.0)
+    >>> most.place, round(most.largest, 3), most.phase
+    ('left knee (left_shank)', 10.0, 50.0)
     """
     check_kind(motion, Motion, "motion", "pass the frames of one movement")
     check_choice("shift", shift, ("auto", NONE, HALF))
@@ -294,6 +306,7 @@ def symmetry(
         distances=distances,
         frame_rate=motion.frame_rate,
         axis=axis,
+        skeleton=skeleton,
     )
 
 

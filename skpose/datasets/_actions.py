@@ -6,10 +6,10 @@ from numbers import Integral, Real
 import numpy as np
 from sklearn.utils import check_random_state
 
-from skpose._utils.sklearn import Interval, validate_params
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose.datasets._gait import person
 from skpose.datasets._key_poses import ACTIONS
-from skpose.datasets._motions import MotionDataset
+from skpose.datasets._motions import MotionDataset, Rotations
 from skpose.datasets._performance import perform
 from skpose.datasets._spreads import EXECUTION, TEMPO, TIMING, draw, posture_of_person
 
@@ -22,6 +22,7 @@ _LATEST = 0.2  # share of the duration; from 0.25 on, time would run backwards
         "n_sequences": [Interval(Integral, 1, None, closed="left")],
         "actions": ["array-like", None],
         "frame_rate": [Interval(Real, 0, None, closed="neither")],
+        "rotations": [StrOptions({"rotvec", "file"})],
         "random_state": ["random_state"],
     },
     prefer_skip_nested_validation=True,
@@ -32,6 +33,7 @@ def make_actions(
     *,
     actions: Sequence[str] | None = None,
     frame_rate: float = 60.0,
+    rotations: Rotations = "rotvec",
     random_state: int | np.random.RandomState | None = None,
 ) -> MotionDataset:
     """Generate motions of people who jump, kick, lift, reach, sit down, squat, step up, throw, turn and wave.
@@ -49,6 +51,8 @@ def make_actions(
         Actions of each subject; None is all ten.
     frame_rate : float, default=60.0
         Frames per second, Hz.
+    rotations : {"rotvec", "file"}, default="rotvec"
+        Whether joints are ball joints or have two or three Euler angles, see `MotionDataset`.
     random_state : int, RandomState instance or None, default=None
         Source of random numbers. Pass an int for the same motions at every call.
 
@@ -120,7 +124,7 @@ def make_actions(
                 labels.append(label)
         subjects += [f"{subject:02}"] * len(actions) * n_sequences
         trials += [f"{trial:02}" for trial in range(1, len(actions) * n_sequences + 1)]
-    return MotionDataset(motions, subjects, trials, labels)
+    return MotionDataset(motions, subjects, trials, labels, rotations=rotations)
 
 
 def _spread_over_keys(times: Sequence[float]) -> np.ndarray:

@@ -10,13 +10,15 @@ from sklearn.datasets import fetch_file, get_data_home
 from skpose._utils.files import new_file
 from skpose._utils.progress import progress
 from skpose.datasets._index import COLUMNS, INDEX, PathLike, load_folder, read_index, read_motions
-from skpose.datasets._motions import MotionDataset
+from skpose.datasets._motions import MotionDataset, Rotations
 from skpose.io._amc import asf_path
 
 SERVER = "http://mocap.cs.cmu.edu"
 
 
-def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int = 0) -> MotionDataset:
+def load_cmu(
+    folder: PathLike, *, frame_rate: float | None = None, rotations: Rotations = "rotvec", verbose: int = 0
+) -> MotionDataset:
     """Read the motions of a folder of CMU's ASF and AMC files.
 
     Parameters
@@ -26,6 +28,9 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
         the folder), or with CMU's own layout, ``subjects/SS/SS_TT.amc`` and ``subjects/SS/SS.asf``.
     frame_rate : float, default=None
         Frames per second, Hz, if no index states it. None is 120 Hz, the rate of most CMU files, with a warning.
+    rotations : {"rotvec", "file"}, default="rotvec"
+        Whether joints of two or three Euler angles become ball joints or keep the angles of the files, see
+        `MotionDataset`.
     verbose : int, default=0
         Whether to show progress.
 
@@ -48,7 +53,7 @@ def load_cmu(folder: PathLike, *, frame_rate: float | None = None, verbose: int 
     >>> load_cmu("cmu")  # doctest: +SKIP
     MotionDataset(47 motions of 5 subjects: 1 bend over, scoop up, rise, lift arm, 1 jump, balance, 1 punch/strike, ...
     """
-    return load_folder(folder, _scan, asf_path, verbose, frame_rate)
+    return load_folder(folder, _scan, asf_path, verbose, rotations, frame_rate)
 
 
 def _scan(folder: Path) -> list[dict]:
@@ -68,6 +73,7 @@ def fetch_cmu(
     data_home: PathLike | None = None,
     *,
     frame_rate: float | None = None,
+    rotations: Rotations = "rotvec",
     verbose: int = 0,
 ) -> MotionDataset:
     """Download subjects of the CMU motion-capture database if needed, and read them.
@@ -81,6 +87,9 @@ def fetch_cmu(
     frame_rate : float, default=None
         Frames per second, Hz. The database does not state it in a readable form; some subjects have 60 Hz. None is
         120 Hz, with a warning, and blank in the index.
+    rotations : {"rotvec", "file"}, default="rotvec"
+        Whether joints of two or three Euler angles become ball joints or keep the angles of the files, see
+        `MotionDataset`.
     verbose : int, default=0
         Whether to show progress.
 
@@ -123,7 +132,7 @@ def fetch_cmu(
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
     _add_to_index(home / INDEX, rows)
-    return read_motions(home, rows, asf_path, verbose)
+    return read_motions(home, rows, asf_path, verbose, rotations)
 
 
 def _add_to_index(path: Path, rows: list[dict]) -> None:

@@ -6,10 +6,10 @@ from numbers import Integral, Real
 import numpy as np
 from sklearn.utils import check_random_state
 
-from skpose._utils.sklearn import Interval, validate_params
+from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose.datasets._curves import CURVES, DOFS, evaluate, series_of
 from skpose.datasets._humanoid import PARENTS, humanoid
-from skpose.datasets._motions import MotionDataset
+from skpose.datasets._motions import MotionDataset, Rotations
 from skpose.datasets._spreads import POSTURE, draw, posture_of_person, style_of_person
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._proportions import MEAN_HEIGHT
@@ -31,6 +31,7 @@ _NOISE = 0.3  # of the measurement, degrees a frame
         "activities": ["array-like"],
         "duration": [Interval(Real, 0, None, closed="neither")],
         "frame_rate": [Interval(Real, 0, None, closed="neither")],
+        "rotations": [StrOptions({"rotvec", "file"})],
         "random_state": ["random_state"],
     },
     prefer_skip_nested_validation=True,
@@ -42,6 +43,7 @@ def make_gait(
     activities: Sequence[str] = ("walk", "run"),
     duration: float = 3.0,
     frame_rate: float = 60.0,
+    rotations: Rotations = "rotvec",
     random_state: int | np.random.RandomState | None = None,
 ) -> MotionDataset:
     """Generate motions of people who walk and run on the spot.
@@ -61,6 +63,8 @@ def make_gait(
         Length of a recording, s.
     frame_rate : float, default=60.0
         Frames per second, Hz.
+    rotations : {"rotvec", "file"}, default="rotvec"
+        Whether joints are ball joints or have two or three Euler angles, see `MotionDataset`.
     random_state : int, RandomState instance or None, default=None
         Source of random numbers. Pass an int for the same motions at every call.
 
@@ -113,7 +117,7 @@ def make_gait(
                 actions.append(activity)
         subjects += [f"{subject:02}"] * len(activities) * n_sequences
         trials += [f"{trial:02}" for trial in range(1, len(activities) * n_sequences + 1)]
-    return MotionDataset(motions, subjects, trials, actions)
+    return MotionDataset(motions, subjects, trials, actions, rotations=rotations)
 
 
 def person(rng: np.random.RandomState) -> Skeleton:

@@ -4,12 +4,12 @@ import re
 from pathlib import Path
 
 from skpose.datasets._index import COLUMNS, PathLike, load_folder
-from skpose.datasets._motions import MotionDataset
+from skpose.datasets._motions import MotionDataset, Rotations
 
 NAME = re.compile(r"HDM_(?P<subject>[a-z]+)_(?P<trial>(?P<action>.+?)_?\d*)_(?P<rate>\d+)\.amc(\.gz)?", re.IGNORECASE)
 
 
-def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
+def load_hdm05(folder: PathLike, *, rotations: Rotations = "rotvec", verbose: int = 0) -> MotionDataset:
     """Read motions of the database HDM05 in the ASF/AMC format from a folder.
 
     Labels come from the names of the files: HDM_bd_squat1Reps_001_120.amc is the first recording of the person "bd" and
@@ -20,6 +20,9 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
     folder : str or path-like
         Folder with such files, in it or in folders below, or with an ``index.csv`` of the columns subject, trial,
         action, frames_per_second and file (relative to the folder).
+    rotations : {"rotvec", "file"}, default="rotvec"
+        Whether joints of two or three Euler angles become ball joints or keep the angles of the files, see
+        `MotionDataset`.
     verbose : int, default=0
         Whether to show progress.
 
@@ -47,7 +50,7 @@ def load_hdm05(folder: PathLike, *, verbose: int = 0) -> MotionDataset:
     >>> load_hdm05("hdm05")  # doctest: +SKIP
     MotionDataset(188 motions of 3 subjects: 18 deposit on floor, 18 elbow to knee, 16 grab high, ...
     """
-    return load_folder(folder, _scan, _asf_path, verbose)
+    return load_folder(folder, _scan, _asf_path, verbose, rotations)
 
 
 def _scan(folder: Path) -> list[dict]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from skpose._utils.progress import progress
-from skpose.datasets._motions import MotionDataset
+from skpose.datasets._motions import MotionDataset, Rotations
 from skpose.io import AsfFile, MocapFormatError, load_amc
 
 PathLike = str | os.PathLike
@@ -20,6 +20,7 @@ def load_folder(
     scan: Callable[[Path], list[dict]],
     asf_of: Callable[[Path], Path],
     verbose: int,
+    rotations: Rotations,
     frame_rate: float | None = None,
 ) -> MotionDataset:
     """Read the AMC files of the index of a folder, or the files that `scan` lists; `frame_rate` fills blanks."""
@@ -29,10 +30,12 @@ def load_folder(
     index = folder / INDEX
     rows = read_index(index) if index.is_file() else scan(folder)
     rows = [row | {"frames_per_second": row["frames_per_second"] or frame_rate} for row in rows]
-    return read_motions(folder, rows, asf_of, verbose)
+    return read_motions(folder, rows, asf_of, verbose, rotations)
 
 
-def read_motions(folder: Path, rows: list[dict], asf_of: Callable[[Path], Path], verbose: int) -> MotionDataset:
+def read_motions(
+    folder: Path, rows: list[dict], asf_of: Callable[[Path], Path], verbose: int, rotations: Rotations
+) -> MotionDataset:
     """Read the AMC files of rows, and each ASF file once."""
     skeletons: dict[Path, AsfFile] = {}
     motions = []
@@ -44,7 +47,8 @@ def read_motions(folder: Path, rows: list[dict], asf_of: Callable[[Path], Path],
                 skeletons[asf] = AsfFile(asf)
             motions.append(load_amc(path, skeletons[asf], frame_rate=row["frames_per_second"]))
             advance()
-    return MotionDataset(motions, *([row[key] for row in rows] for key in ("subject", "trial", "action")))
+    labels = ([row[key] for row in rows] for key in ("subject", "trial", "action"))
+    return MotionDataset(motions, *labels, rotations=rotations)
 
 
 def read_index(path: Path) -> list[dict]:

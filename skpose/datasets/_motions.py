@@ -15,6 +15,7 @@ from skpose.skeleton._comparison import check_comparable
 ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'
 LABELS = "subjects", "trials", "actions"
+Rotations = Literal["rotvec", "file"]
 
 
 class MotionDataset:
@@ -29,6 +30,9 @@ class MotionDataset:
         The motions.
     subjects, trials, actions : array-like of shape (n_motions,), default=None
         Labels of each motion, as strings: the person, the number of the recording, and the action.
+    rotations : {"rotvec", "file"}, default="rotvec"
+        "rotvec" converts joints of two or three Euler angles to ball joints, see `Motion.to_rotvec`: distances are more
+        accurate. "file" keeps the angles of the files.
 
     Attributes
     ----------
@@ -66,11 +70,16 @@ class MotionDataset:
         subjects: ArrayLike | None = None,
         trials: ArrayLike | None = None,
         actions: ArrayLike | None = None,
+        *,
+        rotations: Rotations = "rotvec",
     ):
-        self.motions = tuple(motions)
-        for i, motion in enumerate(self.motions):
+        if rotations not in ("rotvec", "file"):
+            raise ValueError(f'rotations must be "rotvec" or "file", got {rotations!r}')
+        motions = tuple(motions)
+        for i, motion in enumerate(motions):
             if not isinstance(motion, Motion):
                 raise TypeError(f"motions[{i}] must be a skpose.Motion, got {type(motion).__name__}")
+        self.motions = motions if rotations == "file" else tuple(motion.to_rotvec() for motion in motions)
         self.retargeting = ("",) * len(self.motions)
         for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
             if given is not None:
@@ -118,7 +127,7 @@ class MotionDataset:
     def _with(self, motions: Iterable[Motion], rows: Any = slice(None)) -> "MotionDataset":
         """Other motions with the same labels, or with those of some rows."""
         labels = {name: getattr(self, name)[rows] for name in LABELS if hasattr(self, name)}
-        others = MotionDataset(motions, **labels)
+        others = MotionDataset(motions, **labels, rotations="file")
         others.retargeting = tuple(np.array(self.retargeting, dtype=object)[rows])
         return others
 
@@ -151,26 +160,9 @@ class MotionDataset:
         >>> from skpose.datasets import make_gait
         >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0)
         >>> gait.select(drop=["left_pelvis", "right_pelvis"]).skeleton
-        Skeleton(n_joints=12, n_dofs=28)
+        Skeleton(n_joints=12, n_dofs=32)
         """
         return self._with([motion.select(joints, drop=drop) for motion in self.motions])
-
-    def to_rotvec(self) -> "MotionDataset":
-        """Convert joints of two or three Euler angles to ball joints, see `Motion.to_rotvec`.
-
-        Returns
-        -------
-        MotionDataset
-            With the same labels.
-
-        Examples
-        --------
-        >>> from skpose.datasets import make_gait
-        >>> gait = make_gait(n_subjects=2, n_sequences=1, random_state=0).to_rotvec()
-        >>> gait.skeleton.dof_names[:3]
-        ('abdomen_rotvec_x', 'abdomen_rotvec_y', 'abdomen_rotvec_z')
-        """
-        return self._with(motion.to_rotvec() for motion in self)
 
     def retarget(
         self,

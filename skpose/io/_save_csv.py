@@ -74,7 +74,7 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     ['frame', 'time', 'frame_rate', 'up', 'root_axes', 'root_x', 'root_y', 'root_z', 'root_rx']
     >>> angles = table[list(walk.skeleton.dof_names)]
     >>> Motion(walk.skeleton, angles, table["frame_rate"][0], table[["root_x", "root_y", "root_z"]], up=table["up"][0])
-    Motion(180 frames at 60 Hz, 3.0 s, y up, Skeleton(n_joints=22, n_dofs=42))
+    Motion(180 frames at 60 Hz, 3.0 s, y up, Skeleton(n_joints=22, n_dofs=48))
     """
     if isinstance(content, Motion):
         header, same, numbers, columns = _of_motion(content)

@@ -12,6 +12,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_choice
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._places import joint_places, rotation_places
 from skpose.metrics import Metric
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._matrix import DistanceMatrix
@@ -31,7 +32,10 @@ class JointDifference(NamedTuple):
     Attributes
     ----------
     joint : str
-        Name of the joint.
+        Name of the joint in the skeleton.
+    place : str
+        Name for readers: for people the place, with the joint's name if that differs, such as "left knee (lfemur)". A
+        rotation is named by the joint about which it turns.
     largest : float
         The largest difference along the path, m or rad.
     mean : float
@@ -45,10 +49,11 @@ class JointDifference(NamedTuple):
     >>> from skpose.motions import align_motions
     >>> alignment = align_motions([[0.0], [1.0]], [[0.0], [1.0]], skeleton=Skeleton.chain(1))
     >>> alignment.joint_differences()
-    [JointDifference(joint='joint_1', largest=0.0, mean=0.0, frame_a=0, frame_b=0)]
+    [JointDifference(joint='joint_1', place='joint_1', largest=0.0, mean=0.0, frame_a=0, frame_b=0)]
     """
 
     joint: str
+    place: str
     largest: float
     mean: float
     frame_a: int
@@ -130,7 +135,7 @@ class Alignment:
         if self.joint_distances is not None and self.joint_distances.any():
             off = self.joint_differences()[0]
             when = f"frame {off.frame_a}" if self.frame_rate is None else f"{off.frame_a / self.frame_rate:.4g} s"
-            most = f", {off.joint} differs most: by {off.largest:.3g} m at {when}"
+            most = f", {off.place} differs most: by {off.largest:.3g} m at {when}"
         return f"Alignment(distance={self.distance:.4g} {self.metric.unit}, {frames}{most})"
 
     def joint_differences(self, quantity: Quantity = "distance") -> list[JointDifference]:
@@ -152,23 +157,25 @@ class Alignment:
         ValueError
             For an unknown quantity, or without a skeleton.
         """
-        names, values = self._of_joints(quantity)
+        joints, places, values = self._of_joints(quantity)
         rows = values.argmax(axis=0)
         found = [
-            JointDifference(name, float(column[row]), float(column.mean()), *map(int, self.path[row]))
-            for name, column, row in zip(names, values.T, rows, strict=True)
+            JointDifference(name, place, float(column[row]), float(column.mean()), *map(int, self.path[row]))
+            for name, place, column, row in zip(joints, places, values.T, rows, strict=True)
         ]
         return sorted(found, key=lambda difference: -difference.largest)
 
-    def _of_joints(self, quantity: Quantity) -> tuple[list[str], np.ndarray]:
-        """Names of joints, and their differences along the path (n_pairs, n), m or rad."""
+    def _of_joints(self, quantity: Quantity) -> tuple[list[str], list[str], np.ndarray]:
+        """Names of joints, their places, and their differences along the path (n_pairs, n), m or rad."""
         check_choice("quantity", quantity, get_args(Quantity))
         if self.skeleton is None or self.joint_distances is None or self.joint_rotations is None:
             raise ValueError("the alignment has no joints: pass skeleton= to align_motions")
         if quantity == "distance":
-            return list(self.skeleton.joint_names), self.joint_distances
+            return list(self.skeleton.joint_names), joint_places(self.skeleton), self.joint_distances
+        places = rotation_places(self.skeleton)
         rotating = [j for j, bone in enumerate(self.skeleton.bones) if bone.dofs]
-        return [self.skeleton.joint_names[j] for j in rotating], self.joint_rotations[:, rotating]
+        names, places = ([all_of[j] for j in rotating] for all_of in (self.skeleton.joint_names, places))
+        return names, places, self.joint_rotations[:, rotating]
 
 
 @validate_params(

@@ -243,7 +243,7 @@ def mean_motion(
     >>> walk = make_gait(1, 1, activities=["walk"], duration=6, frame_rate=20, random_state=0)[0]
     >>> mean = mean_motion(segment_repetitions(walk).motions)
     >>> mean.to_motion()
-    Motion(22 frames at 20 Hz, 1.1 s, y up, Skeleton(n_joints=22, n_dofs=42))
+    Motion(22 frames at 20 Hz, 1.1 s, y up, Skeleton(n_joints=22, n_dofs=48))
     >>> mean.skeleton.joint_names[mean.joint_std.mean(axis=0).argmax()]
     'right_toes'
     """

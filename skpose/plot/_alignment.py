@@ -83,7 +83,7 @@ class AlignmentDisplay:
         AlignmentDisplay
             The display itself.
         """
-        names, differences = self.alignment._of_joints(quantity)
+        names, places, differences = self.alignment._of_joints(quantity)
         check_integer(n_poses, 1, "n_poses")
         plane = check_projection(projection)
         rows = ROW * len(names)
@@ -94,17 +94,17 @@ class AlignmentDisplay:
         self.strips_ax_ = self.ax_.inset_axes([0.0, 0.0, 1.0, bottom])
         self.map_ax_ = self.ax_.inset_axes([0.0, 1.0 - top, 1.0, top])
         bar_ax = self.ax_.inset_axes([1.015, 1.0 - top, 0.02, top])
-        self._draw_map(names, differences, quantity, style, bar_ax)
+        self._draw_map(names, places, differences, quantity, style, bar_ax)
         self._draw_strips(self.alignment.skeleton, n_poses, plane)
         return self
 
-    def _draw_map(self, names, differences, quantity, style, bar_ax) -> None:
+    def _draw_map(self, names, places, differences, quantity, style, bar_ax) -> None:
         """Draw the joints against the frames of the first motion."""
         factor, label = QUANTITIES[quantity]
         path, ax = self.alignment.path, self.map_ax_
         first_pairs = np.flatnonzero(np.diff(path[:, 0], prepend=-1))
         of_frames = factor * np.maximum.reduceat(differences, first_pairs, axis=0)
-        draw_joint_map(ax, of_frames, names, self._edges(), label, style, bar_ax)
+        draw_joint_map(ax, of_frames, names, places, self._edges(), label, style, bar_ax)
         ax.set_xlabel(self._label("a"))
         ax.locator_params(axis="x", **TICKS)
         ax.xaxis.set_major_formatter("{x:g}")

@@ -3,6 +3,7 @@
 import numpy as np
 
 from skpose._utils.validation import check_kind
+from skpose.kinematics._places import joint_places
 from skpose.motions import MeanMotion
 from skpose.plot._axes import ROW, axes, draw_joint_map
 
@@ -54,10 +55,10 @@ class MeanMotionDisplay:
         MeanMotionDisplay
             The display itself.
         """
-        names = self.mean.skeleton.joint_names
+        names, places = self.mean.skeleton.joint_names, joint_places(self.mean.skeleton)
         self.ax_, self.figure_ = axes(ax, (WIDTH, ROW * len(names) + REST))
         edges = np.array([-0.5, len(self.mean) - 0.5]) / (self.mean.frame_rate or 1.0)
-        draw_joint_map(self.ax_, 100.0 * self.mean.joint_std, names, edges, "standard deviation (cm)", style)
+        draw_joint_map(self.ax_, 100.0 * self.mean.joint_std, names, places, edges, "standard deviation (cm)", style)
         self.ax_.set_xlabel("frame of the mean" if self.mean.frame_rate is None else "time of the mean (s)")
         return self
 

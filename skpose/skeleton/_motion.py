@@ -479,7 +479,8 @@ class Motion:
         >>> motion.angles.round(3)
         array([[0.   , 1.571, 0.   , 1.   ]])
         """
-        return self._on(self.skeleton.to_rotvec())
+        skeleton = self.skeleton.to_rotvec()
+        return self if skeleton == self.skeleton else self._on(skeleton)
 
     def to_euler(self, order: str) -> "Motion":
         """Convert ball joints to three Euler angles in one order, see `Skeleton.to_euler`.

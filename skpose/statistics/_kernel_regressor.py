@@ -107,7 +107,7 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
     >>> time = np.arange(len(walk.angles))[:, None] / walk.frame_rate
     >>> model = PoseKernelRegressor(walk.skeleton, gamma=200.0).fit(time[::4], walk.angles[::4])
     >>> model.predict([[1.01]]).shape
-    (1, 42)
+    (1, 48)
     >>> round(model.score(time, walk.angles), 2)
     0.98
     """

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._places import joint_places
 from skpose.skeleton import Motion
 from skpose.skeleton._root import heading, root_orientations
 from skpose.skeleton._sides import sides
@@ -58,7 +59,7 @@ def motion_data(motion: Motion, label: str) -> dict[str, Any]:
     skeleton, numbers = motion.skeleton, motion.frame_numbers - motion.frame_numbers[0]
     return scene_data(scene) | {
         "label": label,
-        "names": list(skeleton.joint_names),
+        "names": joint_places(skeleton),
         "parents": skeleton.parents.tolist(),
         "sides": sides(skeleton.joint_names),
         "shape": find_shape(skeleton).data(),

@@ -28,7 +28,7 @@ def run(actions):
     """The results of the command, and what it prints."""
     results, printed = [], StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
-        patch.setattr("skpose.datasets.make_actions", lambda random_state: actions)
+        patch.setattr("skpose.datasets.make_actions", lambda rotations, random_state: actions)
         patch.setattr(study, "compare", lambda *args, **kw: results.extend(compare(*args, **kw)) or results)
         assert main(["compare", "--jobs", "1"]) == 0
     return SimpleNamespace(results=results, printed=printed.getvalue())

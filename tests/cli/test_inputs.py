@@ -100,9 +100,9 @@ def test_files_that_cannot_be_read_are_left_out(capsys):
 
 def test_preparing():
     """Ball joints, the tilt of the root, another rate, and the skeleton of the first file."""
-    dataset = MotionDataset([load_bvh("anna.bvh"), load_bvh("ben.bvh")]).to_rotvec()
+    dataset = MotionDataset([load_bvh("anna.bvh"), load_bvh("ben.bvh")])
     dataset = dataset.retarget(dataset.motions[0].skeleton, method="orientations").with_root("tilt")
     X = np.concatenate([motion.resample(10).angles for motion in dataset])
     expected = pose_distances(X, skeleton=dataset.motions[0].skeleton, metric="position")
-    options = ["--rotations", "rotvec", "--retarget", "orientations", "--with-root", "tilt", "--frame-rate", "10"]
+    options = ["--retarget", "orientations", "--with-root", "tilt", "--frame-rate", "10"]
     np.testing.assert_allclose(positions("anna.bvh", "ben.bvh", *options), expected, atol=1e-12)

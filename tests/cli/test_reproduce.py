@@ -18,7 +18,7 @@ PAPER = {"0.94", "40 %", "80 %", "< 1e-6", "90 %", "100 %", "60 %", "65 %"}
 
 @pytest.fixture(scope="module")
 def gait():
-    return make_gait(n_subjects=3, n_sequences=2, duration=2, random_state=0)
+    return make_gait(n_subjects=3, n_sequences=2, duration=2, rotations="file", random_state=0)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def run(gait, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         for name, value in {"N_DRAWS": 2, "N_PAIRS": 4, "N_SEQUENCES": 2}.items():
             patch.setattr(reproduce, name, value)
-        patch.setattr("skpose.datasets.make_gait", lambda random_state: {3: gait}[random_state])
+        patch.setattr("skpose.datasets.make_gait", lambda rotations, random_state: {3: gait}[random_state])
         patch.setattr(reproduce, "reproduce", lambda *args, **kw: findings.append(study(*args, **kw)) or findings[0])
         assert main(["reproduce", "--out", str(folder), "--seed", "3", "--jobs", "1"]) == 0
         yield SimpleNamespace(findings=findings[0], folder=folder)

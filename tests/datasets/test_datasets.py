@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from skpose import Skeleton
+from skpose import Skeleton, forward_kinematics
 from skpose.datasets import MotionDataset, _cmu, fetch_cmu, load_cmu, make_gait, walks_and_runs
 from skpose.io import MocapFormatError, load_asf
 
@@ -72,13 +72,23 @@ def test_errors_of_the_index_name_the_line(folder, lines, match):
 
 
 def test_a_dataset_is_compared_on_the_mean_skeleton(folder):
-    dataset = load_cmu(folder, frame_rate=120)
+    dataset = load_cmu(folder, frame_rate=120, rotations="file")
     one, other = (load_asf(folder / "subjects" / s / f"{s}.asf") for s in ("01", "02"))
     assert dataset.skeleton == Skeleton.mean([one, other])  # each subject once, not each motion
     X, sequence = dataset.poses()
     assert X.shape == (9, one.n_dofs)
     np.testing.assert_array_equal(sequence, np.repeat([0, 1, 2], 3))
     np.testing.assert_array_equal(dataset.poses(frame_rate=60)[1], np.repeat([0, 1, 2], 2))
+
+
+def test_a_dataset_has_ball_joints(folder):
+    euler, ball = load_cmu(folder, frame_rate=120, rotations="file"), load_cmu(folder, frame_rate=120)
+    assert ball.skeleton == euler.skeleton.to_rotvec()
+    for a, b in zip(euler, ball, strict=True):
+        F = [forward_kinematics(motion.angles, motion.skeleton) for motion in (a, b)]
+        np.testing.assert_allclose(*F, atol=1e-12)
+    with pytest.raises(ValueError, match="rotations"):
+        MotionDataset([], rotations="euler")
 
 
 def test_walks_and_runs_are_selected_by_the_first_word_of_their_action(folder):

@@ -52,8 +52,8 @@ def test_labels_are_optional():
     for a, b in zip(bare.poses(12), GAIT.poses(12), strict=True):
         np.testing.assert_array_equal(a, b)
     assert bare.skeleton == GAIT.skeleton
-    for other in (bare.to_rotvec(), bare.with_root(), bare[:2], bare.retarget(GAIT.skeleton)):
+    for other in (bare.with_root(), bare[:2], bare.retarget(GAIT.skeleton)):
         assert not hasattr(other, "subjects")
-    labelled = MotionDataset(GAIT.motions, trials=GAIT.trials).to_rotvec()[[1, 0]]
+    labelled = MotionDataset(GAIT.motions, trials=GAIT.trials)[[1, 0]]
     np.testing.assert_array_equal(labelled.trials, GAIT.trials[[1, 0]])
     assert pickle.loads(pickle.dumps(GAIT)).actions.tolist() == GAIT.actions.tolist()

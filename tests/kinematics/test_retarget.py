@@ -262,7 +262,7 @@ def test_collections_of_mixed_sources():
         random_motion(target, n=3, size=0.3), rig("own", "rotvec", names=names), method="orientations", joints=known
     )
     motions = [random_motion(target, n=3, size=0.3), other, random_motion(hinged("z"), n=3, size=0.3, seed=2)]
-    there = MotionDataset(motions).retarget(
+    there = MotionDataset(motions, rotations="file").retarget(
         target, method="auto", joints=[None, {n: o for o, n in known.items()}, None]
     )
     assert [report.partition(",")[0] for report in there.retargeting] == ["same numbers", "orientations", "positions"]

@@ -106,7 +106,7 @@ def test_a_spoiled_joint_is_found(metric):
     farthest = found.joint_differences()
     assert {one.joint for one in farthest[:3]} == {"left_shank", "left_foot", "left_toes"}
     assert repr(found).endswith(
-        f"{farthest[0].joint} differs most: by {farthest[0].largest:.3g} m at {farthest[0].frame_a / 30:.4g} s)"
+        f"{farthest[0].place} differs most: by {farthest[0].largest:.3g} m at {farthest[0].frame_a / 30:.4g} s)"
     )
 
 

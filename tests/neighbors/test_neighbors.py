@@ -29,7 +29,7 @@ def filter_small_searches(monkeypatch):
 
 @pytest.fixture(scope="module")
 def X():
-    X, _ = make_gait(2, 1, random_state=0).poses(frame_rate=30)
+    X, _ = make_gait(2, 1, rotations="file", random_state=0).poses(frame_rate=30)
     X = X[:200].copy()
     X[50:60] = X[:10]
     return X

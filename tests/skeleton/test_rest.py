@@ -39,7 +39,7 @@ def test_a_t_pose_and_an_a_pose_are_not_mixed():
         Skeleton.mean([T_POSE, A_POSE])
     with pytest.raises(ValueError, match=wrong):
         retarget(a, T_POSE)
-    dataset = MotionDataset([t, t, a], *[["0", "1", "2"]] * 3)
+    dataset = MotionDataset([t, t, a], *[["0", "1", "2"]] * 3, rotations="file")
     with pytest.raises(ValueError, match=wrong):
         dataset.poses()
 

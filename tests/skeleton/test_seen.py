@@ -21,11 +21,11 @@ def seen():
 
 @pytest.fixture
 def motion(seen):
-    return replace(make_gait(1, 1, frame_rate=10, random_state=0)[0][:N], seen=seen)
+    return replace(make_gait(1, 1, frame_rate=10, rotations="file", random_state=0)[0][:N], seen=seen)
 
 
 def test_fitted_poses_know_what_they_were_fitted_to(seen):
-    walk = make_gait(1, 1, frame_rate=10, random_state=0)[0][:N]
+    walk = make_gait(1, 1, frame_rate=10, rotations="file", random_state=0)[0][:N]
     positions = forward_kinematics(walk.angles, SKELETON)
     positions[~seen] = np.nan
     fitted = inverse_kinematics(positions, SKELETON)

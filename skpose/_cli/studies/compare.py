@@ -8,8 +8,8 @@ Poses are at 12 Hz, on the mean skeleton of all people, without the root.
 - Dimension: the share of variance in the first component of multidimensional scaling, the median over the motions.
 
 The results are 1-NN accuracies. `--paper` is the protocol of sections 3.2 and 3.3 of the paper: walking and running,
-with the joint angles of the files. Otherwise joints of two or three angles become ball joints, so
-"spatial" follows the shortest rotations.
+with the joint angles of the files. Otherwise joints of two or three angles are ball joints, so "spatial" follows the
+shortest rotations.
 """
 
 import time
@@ -29,10 +29,6 @@ PAPER = (
     "Paper: Hauberg & Pedersen 2012, other sequences of the CMU data. Sec. 3.3, ten walks and ten runs, 1,096 poses: "
     "frames among other motions, angle 90 %, spatial 100 %. Fig. 4 (c), modes over 673 sequences: first MDS component, "
     "angle 40 %, spatial 80 %."
-)
-COLUMNS = (
-    "Other people: leave-one-person-out. Other motions: leave-one-motion-out. Motions: by dynamic time warping. "
-    "First MDS component: median over the motions. Time: without compilation."
 )
 
 
@@ -62,15 +58,17 @@ def choose_actions(dataset: MotionDataset) -> MotionDataset:
     if len(chosen) < 2:
         expected = "two people do" if n_people > 1 else "are done twice"
         raise ValueError(f"expected two actions that {expected}, found {chosen} among {sorted(count)[:6]}")
-    return MotionDataset(dataset.motions, dataset.subjects, dataset.trials, actions)[np.isin(actions, chosen)]
+    chosen_motions = dataset[np.isin(actions, chosen)]
+    chosen_motions.actions = actions[np.isin(actions, chosen)]
+    return chosen_motions
 
 
 def prepare(dataset: MotionDataset, *, paper: bool = False) -> MotionDataset:
     """The motions to compare, at 12 Hz."""
-    dataset = walks_and_runs(dataset) if paper else choose_actions(dataset).to_rotvec()
+    dataset = walks_and_runs(dataset) if paper else choose_actions(dataset)
     dataset = dataset[[len(motion) > 0 for motion in dataset]]
     motions = [motion.resample(FRAME_RATE) for motion in dataset]
-    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions)
+    return MotionDataset(motions, dataset.subjects, dataset.trials, dataset.actions, rotations="file")
 
 
 def compare(dataset: MotionDataset, *, n_jobs: int | None = None) -> Iterator[Result]:

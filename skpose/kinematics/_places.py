@@ -1,0 +1,42 @@
+"""Names of joints by where they are on a person, for tables and plots: "left knee (lfemur)"."""
+
+import re
+
+from skpose.kinematics._landmarks import find_landmarks
+from skpose.kinematics._rigs import BALL, COLLAR, HEAD_CENTER
+from skpose.skeleton import Skeleton
+
+WORDS = {BALL: "ball of foot", COLLAR: "collarbone", HEAD_CENTER: "head center"}
+
+
+def joint_places(skeleton: Skeleton) -> list[str]:
+    """Name each joint by its place, with the skeleton's name in brackets if that differs."""
+    return _labels(skeleton, _places(skeleton))
+
+
+def rotation_places(skeleton: Skeleton) -> list[str]:
+    """Name each joint by the place about which it rotates: for offsets in its own frame, that of its parent."""
+    places = _places(skeleton)
+    if skeleton.offset_frame == "own":
+        places = [places[parent] if parent >= 0 else "root" for parent in skeleton.parents.tolist()]
+    return _labels(skeleton, places)
+
+
+def _places(skeleton: Skeleton) -> list[str]:
+    """The landmark of each joint in words; "" where there is none."""
+    places = [""] * skeleton.n_joints
+    for mark, joint in find_landmarks(skeleton).joints.items():
+        side, part = mark.split("_", 1) if mark.startswith(("left_", "right_")) else ("", mark)
+        places[joint] = f"{side} {WORDS.get(part, part.replace('_', ' '))}".strip()
+    return places
+
+
+def _labels(skeleton: Skeleton, places: list[str]) -> list[str]:
+    return [
+        name if not place or _letters(name) == _letters(place) else f"{place} ({name})"
+        for name, place in zip(skeleton.joint_names, places, strict=True)
+    ]
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]", "", name).lower()
