@@ -194,7 +194,7 @@ def main():
     parser = common.parser_of_both(__doc__)
     parser.add_argument("--memory", nargs="+", help=argparse.SUPPRESS)  # reader and files of a process of its own
     options = parser.parse_args()
-    warnings.filterwarnings("ignore", message=".* from end to end at angle zero", category=UserWarning)
+    warnings.filterwarnings("ignore", message=".* from end to end in the rest pose", category=UserWarning)
     if options.memory:
         print_memory(*options.memory)
         return

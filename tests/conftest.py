@@ -34,7 +34,7 @@ def pytest_collection_modifyitems(items):
         if "check" in getattr(getattr(item, "callspec", None), "params", {}):
             item.add_marker(pytest.mark.filterwarnings("ignore:values of X reach:UserWarning"))
         if item.path.parent.name in ("io", "cli"):
-            item.add_marker(pytest.mark.filterwarnings("ignore:.* m from end to end at angle zero:UserWarning"))
+            item.add_marker(pytest.mark.filterwarnings("ignore:.* m from end to end in the rest pose:UserWarning"))
 
 
 @pytest.fixture(autouse=True)

@@ -22,7 +22,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--zero",
         type=lambda text: int(text) if text.isdecimal() else Path(text),
         metavar="FRAME|FILE",
-        help="standing pose with zero angles; default: rest",
+        help="standing frame or static trial; default: rest",
     )
     options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)

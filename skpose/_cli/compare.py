@@ -21,7 +21,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "compare the accuracy of action recognition under all metrics",
         "Print the 1-NN accuracy of single frames, and of whole motions by dynamic time warping, for each metric; the "
         "share of variance in the first component of multidimensional scaling (median of the motions); and the time "
-        "without compilation. Actions of only one person are left out; joints of 2 or 3 angles become ball joints. "
+        "without compilation. Actions of only one person are left out; joints of 2 or 3 angles become ball joints; "
+        "the orientation of the root is ignored. "
         f"{FOLDER}",
         "[FOLDER]",
     )

@@ -22,7 +22,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     group.add_argument("--rotations", choices=["rotvec"], help="convert Euler angles to ball joints")
     options.add_frame_rate(group)
     group.add_argument("--cycle", action="store_true", help="make a loop that ends with its first pose")
-    group.add_argument("--endpoint", action="store_true", help="the last frame already is the first pose")
+    group.add_argument("--endpoint", action="store_true", help="the loop already ends with its first pose")
     options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)
 

@@ -25,7 +25,7 @@ def add_command(
 def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:
     """Add options of the readers of files, the arguments of `load_motion`."""
     group = parser.add_argument_group(
-        "reading files", "arguments of skpose.io.load_motion; those of other formats are ignored"
+        "reading files", "arguments of skpose.io.load_motion, for all files of the command"
     )
     add = group.add_argument
     if skip:
@@ -42,9 +42,9 @@ def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:
     add("--asf", type=Path, metavar="FILE", help="skeleton of AMC files")
     add("--root", metavar="NAME", help="root joint (BVH) or root link (robots)")
     add("--on-nan", choices=["raise", "drop"], help="raise an error for NaN, or drop the frames")
-    add("--trust", choices=["header", "rows"], help="which number of frames to trust (BVH, TRC)")
-    add("--stretch", choices=["raise", "mean"], help="changing lengths: error, or mean (BVH)")
-    add("--root-offset", choices=["replace", "add"], help="root positions and its OFFSET (BVH)")
+    add("--trust", choices=["header", "rows"], help="frame count: the header's, or the rows there")
+    add("--stretch", choices=["raise", "mean"], help="bone length changes: error, or mean (BVH)")
+    add("--root-offset", choices=["replace", "add"], help="root positions replace OFFSET, or add (BVH)")
     add("--missing", choices=["raise", "rest"], help="missing bones: error, or zero (AMC)")
     add("--model", type=Path, metavar="FILE", help="body model .npz (AMASS)")
     add("--no-hands", dest="hands", action="store_const", const=False, help="omit the finger joints (AMASS)")
@@ -67,7 +67,7 @@ def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = No
         "--rotations",
         choices=["rotvec", "file"],
         default="rotvec",
-        help="ball joints (default) or the files' angles",
+        help="ball joints (default), or Euler angles of files",
     )
     group.add_argument(
         "--retarget",
@@ -76,7 +76,7 @@ def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = No
         metavar="METHOD",
         help="for several rigs: auto or another method",
     )
-    group.add_argument("--with-root", choices=["tilt", "whole"], help="include the orientation of the root")
+    group.add_argument("--with-root", choices=["tilt", "whole"], help="also compare tilt, or tilt and heading")
 
 
 def add_metric(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +98,7 @@ def add_out(parser: argparse.ArgumentParser, *suffixes: str, required: bool = Tr
     )
     if suffixes == MOTION_SUFFIXES:
         parser.add_argument(
-            "--out-scale", type=positive, default=1.0, metavar="M", help="metres per unit of a BVH file; default: 1"
+            "--out-scale", type=positive, default=1.0, metavar="M", help="unit of the BVH file; 0.01: centimetres"
         )
 
 

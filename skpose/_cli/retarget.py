@@ -12,9 +12,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "retarget",
         "retarget a motion to the skeleton of another file",
         "Retarget a motion to another skeleton. Print the method, the number of matched joints and the "
-        "remaining error; without --out nothing is written. Methods: auto, the first that succeeds; numbers, the same "
-        "angles; orientations, directions of bones; positions, of joints; limbs, within the joint limits of a robot; "
-        "unchecked, the same angles without checks.",
+        "remaining error; without --out nothing is written. Methods: auto, the first that works; numbers, copy the "
+        "angles; orientations, match bone directions; positions, match joint positions; limbs, onto a robot within its joint "
+        "limits; unchecked, copy the angles without checks.",
         "FILE --onto OTHER",
     )
     options.add_files(parser, "a motion, or several without --out")
@@ -39,9 +39,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         type=_pair,
         nargs="+",
         metavar="OTHER=FILE",
-        help="counterparts, such as left_knee=LeftLeg",
+        help="target=source, such as left_knee=LeftLeg",
     )
-    add("--factor", type=_factor, metavar="F", help="world scale; lengths: the ratio of the bones")
+    add("--factor", type=_factor, metavar="F", help="scale positions by F; lengths: by bone lengths")
     options.add_frame_rate(parser)
     options.add_jobs(parser)
     options.add_reading(parser)

@@ -61,7 +61,7 @@ def likely_unit(size: float) -> str:
 
 def complaint_of_size(size: float, scale: float) -> str | None:
     """The warning about a file's skeleton, its size in m as of `skeleton.size_of`; None if it fits a person."""
-    return _complaint(size, scale, "the skeleton is", "at angle zero")
+    return _complaint(size, scale, "the skeleton is", "in the rest pose")
 
 
 def complaint_of_extent(positions: np.ndarray, scale: float) -> str | None:

@@ -223,8 +223,8 @@ def symmetry(
     ValueError
         If `Motion.mirrored` raises it, such as for a side without a partner; for fewer than three frames; with "auto"
         if the sides are most alike at another shift, as in a motion of several cycles; with "half cycle" if the motion
-        is not a cycle: if its end is a fifth as far from the first pose as the farthest pose, or by the velocity at
-        both ends more than 6 % of its length too early or too late.
+        is not a cycle: its last pose is a fifth of the largest distance from the first, or the velocities at its ends
+        show that it ends more than 6 % too early or too late.
 
     Warns
     -----

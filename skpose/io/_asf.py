@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.units import complaint_of_size
 from skpose.io._arguments import Readable
-from skpose.io._conventions import check_options
+from skpose.io._conventions import check_options, choose_scale
 from skpose.io._source import NUMBER, Source, Token, open_source
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._rest import size_of
@@ -82,14 +82,7 @@ class AsfFile:
         if angle and unit not in ("deg", "rad"):
             raise source.error(f"angle: expected deg or rad, found {angle[-1][:40]!r}", angle[-1])
         self.radians = unit == "rad" if angle else None  # None if the file does not state the unit
-        if scale is None:
-            if "length" not in units:
-                raise source.error("expected a length under :units, found none: pass scale=")
-            (length,) = _numbers(source, units["length"], 1, "length")
-            if not 0.0 < length < np.inf:
-                raise source.error(f"length: expected a positive number, found {length:g}", units["length"][1])
-            scale = INCH / length
-        self.scale = scale
+        self.scale = scale = _read_scale(source, units, scale)
         self.root = _read_root(source, sections["root"])
         with source.format_errors():
             self.bones = _read_bones(source, sections["bonedata"], bool(self.radians))
@@ -130,6 +123,18 @@ class AsfFile:
         return Bone(name, parent, tuple(offset), "".join(order), rest, limits)
 
 
+def _read_scale(source: Source, units: dict[str, list[Token]], given: float | None) -> float:
+    """Metres per unit of length."""
+    if "length" not in units:
+        if given is None:
+            raise source.error("expected a length under :units, found none: pass scale=")
+        return given
+    (length,) = _numbers(source, units["length"], 1, "length")
+    if not 0.0 < length < np.inf:
+        raise source.error(f"length: expected a positive number, found {length:g}", units["length"][1])
+    return INCH / length if given is None else choose_scale(source, given, INCH / length, ":units")
+
+
 def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     """Read a skeleton from an Acclaim ASF file.
 
@@ -157,7 +162,7 @@ def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
     Warns
     -----
     UserWarning
-        If the skeleton is not of the size of a person, 0.3 to 5 m from end to end at angle zero.
+        If the skeleton is not of the size of a person, 0.3 to 5 m from end to end in the rest pose.
 
     See Also
     --------

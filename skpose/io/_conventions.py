@@ -61,12 +61,19 @@ def read_unit(source: Source, where: str, unit: str, scale: float | None, at: An
     names = [name for name in (*METRES, *ANGLES) if name == word or (len(word) >= FEWEST and name.startswith(word))]
     if any(name in ANGLES for name in names):
         raise source.error(f"{where}: expected a unit of length, found {unit[:40]!r}: these are angles", at)
-    if scale is not None:
-        return scale
     metres = {METRES[name] for name in names}
+    if scale is not None:
+        return choose_scale(source, scale, metres.pop() if len(metres) == 1 else scale, where)
     if len(metres) != 1:
         raise source.error(f"{where}: expected a unit such as mm, cm or m, found {unit[:40]!r}: pass scale=", at)
     return metres.pop()
+
+
+def choose_scale(source: Source, given: float, stated: float, where: str) -> float:
+    """The given scale, with a warning if the file states another unit."""
+    if not agree(given, stated):
+        source.warn(f"scale={given:g} replaces the unit of {where}, {stated:.4g} m")
+    return given
 
 
 def choose_rate(source: Source, given: float | None, stated: float, where: str) -> float:
@@ -82,7 +89,7 @@ def choose_rate(source: Source, given: float | None, stated: float, where: str) 
 
 
 def agree(one: float, other: float) -> bool:
-    """Whether two rates, Hz, differ by no more than rounding."""
+    """Whether two rates or scales differ by no more than rounding."""
     return abs(one - other) <= SAME * other
 
 

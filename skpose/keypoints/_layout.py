@@ -116,9 +116,8 @@ class Layout:
         known = set(self.names)
         for name, ends in self.midpoints.items():
             if len(set(ends)) < 2 or not set(ends) <= known:
-                raise ValueError(
-                    f"{layout}: midpoint {name!r} must be the mean of two or more known points, got {ends}"
-                )
+                absent = ", ".join(map(repr, set(ends) - known)) or "another point"
+                raise ValueError(f"{layout}: midpoint {name!r} of {ends} needs {absent}")
             known.add(name)
         if set(self.parents) != points or not self.rigid <= points:
             wrong = sorted((set(self.parents) ^ points) | (self.rigid - points), key=str)

@@ -1,4 +1,4 @@
-"""Names of joints by where they are on a person, for tables and plots: "left knee (lfemur)"."""
+"""Labels of joints in tables and plots, by their place on a person: "left knee (lfemur)"."""
 
 import re
 
@@ -10,20 +10,21 @@ WORDS = {BALL: "ball of foot", COLLAR: "collarbone", HEAD_CENTER: "head center"}
 
 
 def joint_places(skeleton: Skeleton) -> list[str]:
-    """Name each joint by its place, with the skeleton's name in brackets if that differs."""
+    """The place of each joint, followed by its name in brackets if that differs."""
     return _labels(skeleton, _places(skeleton))
 
 
 def rotation_places(skeleton: Skeleton) -> list[str]:
-    """Name each joint by the place about which it rotates: for offsets in its own frame, that of its parent."""
+    """The place of the centre of rotation of each joint: its parent if offsets are in its own frame."""
     places = _places(skeleton)
     if skeleton.offset_frame == "own":
-        places = [places[parent] if parent >= 0 else "root" for parent in skeleton.parents.tolist()]
+        root = "root" if any(places) else ""
+        places = [places[parent] if parent >= 0 else root for parent in skeleton.parents.tolist()]
     return _labels(skeleton, places)
 
 
 def _places(skeleton: Skeleton) -> list[str]:
-    """The landmark of each joint in words; "" where there is none."""
+    """The landmark of each joint as text; "" if it is not one."""
     places = [""] * skeleton.n_joints
     for mark, joint in find_landmarks(skeleton).joints.items():
         side, part = mark.split("_", 1) if mark.startswith(("left_", "right_")) else ("", mark)

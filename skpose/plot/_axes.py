@@ -51,8 +51,10 @@ def axes(ax, figsize=None, projection=None):
 
 
 def label_style(i):
-    """Colour and marker of a label: twenty colours, then the same with other markers."""
-    return {"color": PALETTE[i % len(PALETTE)], "marker": MARKERS[(i + 2 * (i // len(PALETTE))) % len(MARKERS)]}
+    """Colour and marker of a label: twenty colours, then the same with other markers; like colours have others too."""
+    again, colour = divmod(i, len(PALETTE))
+    marker = colour + colour // len(MARKERS) + again
+    return {"color": PALETTE[colour], "marker": MARKERS[marker % len(MARKERS)]}
 
 
 def add_legend(ax, *, is_new):

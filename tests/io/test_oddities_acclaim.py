@@ -7,6 +7,8 @@ from scipy.spatial.transform import Rotation
 from skpose import forward_kinematics
 from skpose.io import MocapFormatError, load_amc
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*replaces the unit:UserWarning")  # scale=1, for round numbers
+
 ASF = """:version 1.10
 :units
   length 1
@@ -147,7 +149,8 @@ def test_the_unit_of_length(load, refused):
     asf = changed(ASF, ("length 1", "length 0.45"))
     np.testing.assert_allclose(load(asf, scale=None).skeleton.offsets[0], [2 / 0.45 * 0.0254, 0, 0])
     np.testing.assert_allclose(load(asf, scale=None).root_positions[0], np.array([1, 2, 3]) / 0.45 * 0.0254)
-    np.testing.assert_allclose(load(asf, scale=2).skeleton.offsets[0], [4, 0, 0])
+    with pytest.warns(UserWarning, match="scale=2"):
+        np.testing.assert_allclose(load(asf, scale=2).skeleton.offsets[0], [4, 0, 0])
     missing = changed(ASF, ("  length 1\n", ""))
     assert load(missing).skeleton == load().skeleton
     assert refused(missing, scale=None) == ("a.asf", None)
