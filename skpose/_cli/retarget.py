@@ -13,8 +13,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "retarget a motion to the skeleton of another file",
         "Retarget a motion to another skeleton. Print the method, the number of matched joints and the "
         "remaining error; without --out nothing is written. Methods: auto, the first that works; numbers, copy the "
-        "angles; orientations, match bone directions; positions, match joint positions; limbs, onto a robot within its joint "
-        "limits; unchecked, copy the angles without checks.",
+        "angles; orientations, match bone directions; positions, match joint positions; limbs, onto a robot within its "
+        "joint limits; unchecked, copy the angles without checks.",
         "FILE --onto OTHER",
     )
     options.add_files(parser, "a motion, or several without --out")
