@@ -143,7 +143,7 @@ def test_jitter_of_two_millimetres_is_found_in_people_left_out(gait):
 
 @pytest.mark.slow
 def test_jitter_in_squats_of_a_person_of_hdm05_who_is_not_in_the_set(hdm05):
-    squats = hdm05[hdm05.actions == "squat"].to_rotvec()
+    squats = MotionDataset(hdm05[hdm05.actions == "squat"].motions, hdm05[hdm05.actions == "squat"].subjects)
     squats = squats.retarget(squats.skeleton)
     real = [motion.resample(30) for motion in squats]
     new, seen = ([m for m, s in zip(real, squats.subjects, strict=True) if (s == "bd") is own] for own in (True, False))
