@@ -88,7 +88,7 @@ class Distances:
     def __init__(self, dataset: MotionDataset, split: Split):
         self.train, self.test = ([dataset[i] for i in part] for part in split)
         self.actions, self.people = dataset.actions[np.concatenate(split)], dataset.subjects[split.train]
-        self.skeleton = MotionDataset(self.train, rotations="file").skeleton
+        self.skeleton = MotionDataset(self.train).skeleton
         self.of_kind: dict[str, np.ndarray] = {}
 
     def measure(self, kind, metric):
@@ -155,7 +155,7 @@ def sets(options) -> Iterator[tuple[str, MotionDataset, list[Split]]]:
             *read(Path(options.folder), {name: getattr(options, name) for name in MSR}),
         )
     if not any((options.hdm05, options.cmu, options.msr, options.folder)):
-        yield "generated gait", *by_person(prepared(make_gait(3, 3, duration=2.0, rotations="file", random_state=0)))
+        yield "generated gait", *by_person(prepared(make_gait(3, 3, duration=2.0, random_state=0)))
 
 
 def read(folder, positions):
@@ -197,7 +197,7 @@ def fitted(path, subjects, joints, layout, frame_rate, scale):
 def prepared(dataset):
     """Return motions of no more than RATE."""
     motions = [motion.resample(RATE) if motion.frame_rate > RATE else motion for motion in dataset]
-    return MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions, rotations="file")
+    return MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions)
 
 
 def by_person(dataset):
@@ -208,7 +208,7 @@ def by_person(dataset):
     everybody = sorted(set(labels["subjects"]))
     parts = [labels["subjects"] == one for one in everybody]
     splits = [Split(np.flatnonzero(~part), np.flatnonzero(part)) for part in parts]
-    return MotionDataset([dataset[i] for i in kept], **labels, rotations="file"), splits
+    return MotionDataset([dataset[i] for i in kept], **labels), splits
 
 
 def report(name, dataset, splits, metrics):

@@ -100,7 +100,7 @@ def draw_turn(ax, ink, column):
 
 def draw_walk(ax, ink):
     """Draw poses of a walk next to each other."""
-    motion = make_gait(n_subjects=1, n_sequences=1, random_state=0)[0]
+    motion = make_gait(n_subjects=1, n_sequences=1, rotations="file", random_state=0)[0]
     colours = [
         ink[{"left": "blue", "right": "orange"}.get(side, "grey")] for side in sides(motion.skeleton.joint_names)
     ]
@@ -131,7 +131,7 @@ def draw_path(ax, ink):
 
 def draw_embedding(ax, ink, named=False):
     """Draw motions of four people in the plane, by their distances, with one of each action as a figure."""
-    motions = make_actions(4, 3, actions=list(ACTIONS), random_state=0)
+    motions = make_actions(4, 3, actions=list(ACTIONS), rotations="file", random_state=0)
     poses = [motion.resample(12).angles for motion in motions]
     D = MotionDistanceTransformer(motions.skeleton, metric="spatial").fit_transform(poses)
     points = ClassicalMDS(metric="precomputed").fit_transform(D)
@@ -155,7 +155,7 @@ def draw_embedding(ax, ink, named=False):
 
 def draw_file(ax, ink):
     """Draw a sheet with the angles of a walk over time."""
-    walk = make_gait(n_subjects=1, n_sequences=1, random_state=0)[0]
+    walk = make_gait(n_subjects=1, n_sequences=1, rotations="file", random_state=0)[0]
     edge, fold = np.array([[0.0, 0.0], [0.0, 1.3], [0.75, 1.3], [1.0, 1.05], [1.0, 0.0], [0.0, 0.0]]), 0.25
     ax.plot(*edge.T, color=ink["grey"], linewidth=2.5, solid_joinstyle="round")
     ax.plot([0.75, 0.75, 1.0], [1.3, 1.3 - fold, 1.3 - fold], color=ink["grey"], linewidth=2.5, solid_joinstyle="round")
@@ -171,7 +171,7 @@ def draw_file(ax, ink):
 
 def draw_distance(ax, ink):
     """Draw two poses, and the paths of the joints from the one to the other."""
-    kick = make_actions(1, 1, actions=["kick"], random_state=0)[0]
+    kick = make_actions(1, 1, actions=["kick"], rotations="file", random_state=0)[0]
     joints = forward_kinematics(kick.angles, kick.skeleton)
     far = np.linalg.norm(joints - joints[0], axis=2).sum(axis=1).argmax()
     path = forward_kinematics(np.linspace(kick.angles[0], kick.angles[far], 20), kick.skeleton)
@@ -189,7 +189,7 @@ def draw_distance(ax, ink):
 
 def draw_warping(ax, ink):
     """Draw two people who walk, one below the other, with lines between the frames that belong together."""
-    gait = make_gait(n_subjects=2, n_sequences=1, frame_rate=30, random_state=0)
+    gait = make_gait(n_subjects=2, n_sequences=1, frame_rate=30, rotations="file", random_state=0)
     pair = [motion[:45] for motion in gait[gait.actions == "walk"].motions]
     path = align_motions(*pair).path
     for row, motion in enumerate(pair):
@@ -232,7 +232,7 @@ def draw_means(ax, ink):
 
 def draw_keypoints(ax, ink):
     """Draw the points of a person, the same on its figure, and the figure alone."""
-    motion = make_actions(1, 1, actions=["throw"], random_state=0)[0]
+    motion = make_actions(1, 1, actions=["throw"], rotations="file", random_state=0)[0]
     skeleton, joints = (
         motion.skeleton,
         forward_kinematics(motion.angles[len(motion) // 2 : len(motion) // 2 + 1], motion.skeleton)[0],

@@ -21,7 +21,8 @@ from skpose.plot import GeodesicDisplay, PoseStripDisplay
 from skpose.view import geodesic_player
 
 folder = os.environ.get("SKPOSE_CMU")
-dataset = load_cmu(folder) if folder else make_gait(random_state=0)
+angles = "file"  # as in the paper: Euler angles instead of ball joints
+dataset = load_cmu(folder, rotations=angles) if folder else make_gait(rotations=angles, random_state=0)
 dataset = dataset[(dataset.actions == "walk") & ((dataset.subjects == "35") | (folder is None))]
 skeleton = dataset.skeleton
 X, sequence = dataset.poses(frame_rate=12)

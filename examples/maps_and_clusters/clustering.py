@@ -21,7 +21,9 @@ from skpose.manifold import SpatialMDS
 from skpose.plot import MDSDisplay, PoseStripDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
-dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))
+angles = "file"  # as in the paper: Euler angles instead of ball joints
+dataset = load_cmu(folder, rotations=angles) if folder else make_gait(rotations=angles, random_state=0)
+dataset = walks_and_runs(dataset)
 pair = dataset[[int(np.flatnonzero(dataset.actions == action)[0]) for action in ("walk", "run")]]
 X, sequence = pair.poses(frame_rate=12)
 skeleton = pair.skeleton

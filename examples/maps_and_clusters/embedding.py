@@ -19,7 +19,8 @@ from skpose.manifold import SpatialMDS
 from skpose.plot import DistanceMatrixDisplay, MDSDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
-dataset = load_cmu(folder) if folder else make_gait(random_state=0)
+angles = "file"  # as in the paper: Euler angles instead of ball joints
+dataset = load_cmu(folder, rotations=angles) if folder else make_gait(rotations=angles, random_state=0)
 walks = dataset[dataset.actions == "walk"]
 people = np.unique(walks.subjects)[:2]
 both = walks[[int(np.flatnonzero(walks.subjects == person)[0]) for person in people]]

@@ -19,7 +19,9 @@ from skpose import PoseDistanceTransformer, pose_distances
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
 
 folder = os.environ.get("SKPOSE_CMU")
-dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))
+angles = "file"  # as in the paper: Euler angles instead of ball joints
+dataset = load_cmu(folder, rotations=angles) if folder else make_gait(rotations=angles, random_state=0)
+dataset = walks_and_runs(dataset)
 print(dataset)
 
 # %%

@@ -3,7 +3,6 @@
 import argparse
 import textwrap
 from pathlib import Path
-from typing import Literal
 
 import skpose
 from skpose._cli import options
@@ -19,10 +18,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "compare",
         "compare the accuracy of action recognition under all metrics",
-        "Print the 1-NN accuracy of single frames, and of whole motions by dynamic time warping, for each metric; the "
-        "share of variance in the first component of multidimensional scaling (median of the motions); and the time "
-        "without compilation. Actions of only one person are left out; joints of 2 or 3 angles become ball joints; "
-        "the orientation of the root is ignored. "
+        "Print for each metric: 1-NN accuracy of frames and of whole motions (DTW); the median share of variance in "
+        "the first MDS component; time without compilation. Actions of only one person are left out; joints of 2 or 3 "
+        "angles become ball joints; the orientation of the root is ignored. "
         f"{FOLDER}",
         "[FOLDER]",
     )
@@ -44,8 +42,9 @@ def run(args: argparse.Namespace) -> None:
 
     from skpose._cli.inputs import read_labelled
     from skpose._cli.studies.compare import FRAME_RATE, PAPER, compare, prepare
+    from skpose.datasets._motions import Rotations
 
-    rotations: Literal["rotvec", "file"] = "file" if args.paper else "rotvec"
+    rotations: Rotations = "file" if args.paper else "rotvec"
     if args.folder is not None:
         dataset, source = read_labelled(args, rotations), str(args.folder)
     else:

@@ -25,7 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         choices=options.METRICS,
         default=["spatial", "position", "rotation", "angle"],
         metavar="NAME",
-        help="one or several; default: all except geodesic",
+        help="one or more of angle, position, rotation, spatial, geodesic; default: all except geodesic",
     )
     parser.add_argument(
         "--embedding",

@@ -74,7 +74,7 @@ def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = No
         choices=["numbers", "orientations", "positions", "auto", "unchecked"],
         default="numbers",
         metavar="METHOD",
-        help="for several rigs: auto or another method",
+        help="numbers (default), orientations, positions, auto",
     )
     group.add_argument("--with-root", choices=["tilt", "whole"], help="also compare tilt, or tilt and heading")
 

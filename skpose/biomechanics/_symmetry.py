@@ -46,8 +46,8 @@ class JointAsymmetry(NamedTuple):
     joint : str
         Name of the joint in the skeleton.
     place : str
-        Name for readers: for people the place, with the joint's name if that differs, such as "left knee (lfemur)". A
-        rotation is named by the joint about which it turns.
+        Name for readers: for people the place, with the joint's name if that differs, such as "left knee (lfemur)". For
+        rotations it is the place of the joint that turns.
     largest : float
         The largest deviation over the cycle, m or degrees.
     mean : float
@@ -75,8 +75,6 @@ class SymmetryResult:
 
     Attributes
     ----------
-    joints : tuple of str
-        The joints, ``skeleton.joint_names``.
     partners : tuple of str
         The joint that each is compared with; itself on the middle line.
     phases : ndarray of shape (n_frames,)
@@ -111,7 +109,6 @@ class SymmetryResult:
     SymmetryResult(10 frames at 10 Hz, 22 joints mirrored across x, shift none, no joint differs)
     """
 
-    joints: tuple[str, ...]
     partners: tuple[str, ...]
     phases: np.ndarray
     positions: np.ndarray
@@ -127,7 +124,7 @@ class SymmetryResult:
         most = self.joint_asymmetries("position")[0]
         differs = f"largest {most.largest:.3g} m at {most.place}" if most.largest > EQUAL else "no joint differs"
         return (
-            f"SymmetryResult({len(self.phases)} frames at {self.frame_rate:g} Hz, {len(self.joints)} joints mirrored "
+            f"SymmetryResult({len(self.phases)} frames at {self.frame_rate:g} Hz, {len(self.partners)} joints mirrored "
             f"across {self.axis}, shift {self.shift}, {differs})"
         )
 
@@ -154,7 +151,7 @@ class SymmetryResult:
         places = rotation_places(self.skeleton) if quantity == "rotation" else joint_places(self.skeleton)
         found = [
             JointAsymmetry(name, place, float(column.max()), float(column.mean()), float(self.phases[column.argmax()]))
-            for name, place, column in zip(self.joints, places, values.T, strict=True)
+            for name, place, column in zip(self.skeleton.joint_names, places, values.T, strict=True)
             if np.isfinite(column).all()
         ]
         return sorted(found, key=lambda one: -one.largest)
@@ -178,7 +175,7 @@ class SymmetryResult:
 
         return pandas.DataFrame(
             {
-                "joint": np.repeat(self.joints, n_frames),
+                "joint": np.repeat(self.skeleton.joint_names, n_frames),
                 "position of": np.repeat(joint_places(self.skeleton), n_frames),
                 "rotation of": np.repeat(rotation_places(self.skeleton), n_frames),
                 "partner": np.repeat(self.partners, n_frames),
@@ -296,7 +293,6 @@ def symmetry(
     directions = degrees_between(_bones(there, skeleton), _bones(others, skeleton))
     directions[:, np.linalg.norm(skeleton.offsets, axis=1) <= NO_DIRECTION] = np.nan
     return SymmetryResult(
-        joints=skeleton.joint_names,
         partners=tuple(skeleton.joint_names[k] for k in partners(skeleton.joint_names)),
         phases=100.0 * numbers / numbers[-1],
         positions=_distances(there, others),

@@ -31,8 +31,9 @@ class MotionDataset:
     subjects, trials, actions : array-like of shape (n_motions,), default=None
         Labels of each motion, as strings: the person, the number of the recording, and the action.
     rotations : {"rotvec", "file"}, default="rotvec"
-        "rotvec" converts joints of two or three Euler angles to ball joints, see `Motion.to_rotvec`: distances are more
-        accurate. "file" keeps the angles of the files.
+        "rotvec" converts joints of two or three Euler angles to ball joints, see `Motion.to_rotvec`, for which
+        "spatial" and "angle" are more accurate. "file" keeps the angles of the files, and their joint limits, which
+        ball joints do not have.
 
     Attributes
     ----------
@@ -182,7 +183,7 @@ class MotionDataset:
         Parameters
         ----------
         skeleton : Skeleton
-            The target skeleton.
+            The target skeleton, whose joints the motions get: ``skeleton.to_rotvec()`` for ball joints.
         method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None

@@ -130,9 +130,11 @@ def _read_scale(source: Source, units: dict[str, list[Token]], given: float | No
             raise source.error("expected a length under :units, found none: pass scale=")
         return given
     (length,) = _numbers(source, units["length"], 1, "length")
-    if not 0.0 < length < np.inf:
+    if 0.0 < length < np.inf:
+        return INCH / length if given is None else choose_scale(source, given, INCH / length, ":units")
+    if given is None:
         raise source.error(f"length: expected a positive number, found {length:g}", units["length"][1])
-    return INCH / length if given is None else choose_scale(source, given, INCH / length, ":units")
+    return given
 
 
 def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:

@@ -2,7 +2,7 @@
 
 import re
 
-from skpose.kinematics._landmarks import find_landmarks
+from skpose.kinematics._landmarks import HIPS, find_landmarks
 from skpose.kinematics._rigs import BALL, COLLAR, HEAD_CENTER
 from skpose.skeleton import Skeleton
 
@@ -15,11 +15,16 @@ def joint_places(skeleton: Skeleton) -> list[str]:
 
 
 def rotation_places(skeleton: Skeleton) -> list[str]:
-    """The place of the centre of rotation of each joint: its parent if offsets are in its own frame."""
+    """The place of the centre of rotation of each joint: its parent's if offsets are in its own frame.
+
+    Joints next to a limb, such as the thumb, whose parent is at the wrist, keep their names.
+    """
     places = _places(skeleton)
     if skeleton.offset_frame == "own":
-        root = "root" if any(places) else ""
-        places = [places[parent] if parent >= 0 else root for parent in skeleton.parents.tolist()]
+        parents = skeleton.parents.tolist()
+        continues = [place != "" or parents.count(parent) == 1 for place, parent in zip(places, parents, strict=True)]
+        before = [places[parent] if parent >= 0 and places[parent] != HIPS else "" for parent in parents]
+        places = [place if is_limb else "" for place, is_limb in zip(before, continues, strict=True)]
     return _labels(skeleton, places)
 
 

@@ -34,8 +34,8 @@ class JointDifference(NamedTuple):
     joint : str
         Name of the joint in the skeleton.
     place : str
-        Name for readers: for people the place, with the joint's name if that differs, such as "left knee (lfemur)". A
-        rotation is named by the joint about which it turns.
+        Name for readers: for people the place, with the joint's name if that differs, such as "left knee (lfemur)". For
+        rotations it is the place of the joint that turns.
     largest : float
         The largest difference along the path, m or rad.
     mean : float

@@ -51,7 +51,7 @@ def axes(ax, figsize=None, projection=None):
 
 
 def label_style(i):
-    """Colour and marker of a label: twenty colours, then the same with other markers; like colours have others too."""
+    """Colour and marker of a label: twenty colours; repeated and similar ones get other markers."""
     again, colour = divmod(i, len(PALETTE))
     marker = colour + colour // len(MARKERS) + again
     return {"color": PALETTE[colour], "marker": MARKERS[marker % len(MARKERS)]}

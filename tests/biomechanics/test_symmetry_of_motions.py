@@ -109,7 +109,7 @@ def test_a_mirrored_motion_has_the_sides_exchanged(shift, n):
     motion = replace(motion, angles=motion.angles + 0.1 * closed * rng.normal(size=PERSON.n_dofs))
     one, other = symmetry(motion, shift=shift), symmetry(motion.mirrored(), shift=shift)
     assert one.shift == other.shift
-    exchanged = [one.joints.index(name) for name in one.partners]
+    exchanged = [one.skeleton.joint_names.index(name) for name in one.partners]
     np.testing.assert_allclose(one.positions, other.positions[:, exchanged], atol=1e-9)
     np.testing.assert_allclose(one.directions, other.directions[:, exchanged], atol=1e-6)
     np.testing.assert_allclose(one.rotations, other.rotations[:, exchanged], atol=1e-6)
@@ -123,9 +123,9 @@ def test_deviations_are_those_of_an_independent_reference():
     reflection = np.array([-1.0, 1.0, 1.0])
     world = np.array([np.reshape(forward_kinematics(pose, PERSON), (-1, 3)) for pose in motion.angles])
     bones = world - np.concatenate([world, np.zeros((3, 1, 3))], axis=1)[:, PERSON.parents]
-    for j, (name, partner) in enumerate(zip(found.joints, found.partners, strict=True)):
+    for j, (name, partner) in enumerate(zip(found.skeleton.joint_names, found.partners, strict=True)):
         assert partner == name.replace("left", "RIGHT").replace("right", "left").replace("RIGHT", "right")
-        k = found.joints.index(partner)
+        k = found.skeleton.joint_names.index(partner)
         apart = np.linalg.norm(world[:, j] - reflection * world[:, k], axis=1)
         np.testing.assert_allclose(found.positions[:, j], apart, atol=1e-12)
         a, b = bones[:, j], reflection * bones[:, k]

@@ -89,7 +89,7 @@ def test_humanoid_has_the_requested_height():
 
 def test_people_and_recordings_differ():
     """By posture, more than the recordings of one person do."""
-    gait = make_gait(30, 3, activities=["walk"], frame_rate=20, random_state=0)
+    gait = make_gait(30, 3, activities=["walk"], frame_rate=20, rotations="file", random_state=0)
     means = np.degrees([motion.angles.mean(axis=0) for motion in gait]).reshape(30, 3, -1)
     within = np.sqrt(means.var(axis=1, ddof=1).mean(axis=0))
     between = means.mean(axis=1).std(axis=0)
