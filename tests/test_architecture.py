@@ -126,6 +126,7 @@ def called_from_python(node):
         yield from called_from_python(child)
 
 
+@pytest.mark.slow
 @over(CALLERS)
 def test_python_calls_no_function_without_an_entry(path):
     if not (without := set(without_entry(path))):
@@ -137,6 +138,7 @@ def test_python_calls_no_function_without_an_entry(path):
     assert not wrong, f"{wrong} would crash: from_python of tests/compiled/entries.py makes an entry"
 
 
+@pytest.mark.slow
 @over(sorted(PACKAGE.rglob("*.py")))
 def test_imports_follow_the_flow_of_data(path):
     here = node_of(path)
@@ -162,6 +164,7 @@ def imported_modules(path):
                 yield f"{node.module}.{alias.name}" if is_module or alias.name.startswith("_") else node.module
 
 
+@pytest.mark.slow
 def test_no_circle_of_imports():
     graph = {module_of(path): set(imported_modules(path)) for path in PACKAGE.rglob("*.py")}
     order = list(graphlib.TopologicalSorter(graph).static_order())  # raises CycleError with the circle

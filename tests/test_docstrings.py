@@ -10,6 +10,7 @@ import importlib
 import inspect
 from pathlib import Path
 
+import pytest
 from numpydoc.docscrape import NumpyDocString
 from numpydoc.validate import validate
 
@@ -60,6 +61,7 @@ def errors(name, elsewhere):
     ]
 
 
+@pytest.mark.slow
 def test_docstrings_are_whole():
     objects, found = public_objects(), []
     for name, value in objects.items():

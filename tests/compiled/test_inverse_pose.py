@@ -26,6 +26,8 @@ evaluate_pose, fill_gradient, fill_matrix = map(from_python, (evaluate_pose, fil
 retract, set_pose, start_at = map(from_python, (retract, set_pose, start_at))
 add_second_derivatives_of_pose, workspace_of = map(from_python, (add_second_derivatives_of_pose, workspace_of))
 
+pytestmark = pytest.mark.slow  # compiled anew in each process
+
 # Small, so that the tests run without compilation too.
 SKELETONS = {
     "ball joints": random_tree(2, n=4, kinds=["rotvec"]),
