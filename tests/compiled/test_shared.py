@@ -30,6 +30,7 @@ def reach(tree):
     return total
 
 
+@pytest.mark.slow
 def test_fields_are_read_and_one_is_replaced():
     tree = tree_of(random_tree(0))
     assert reach(tree) == pytest.approx(np.abs(tree.offset).sum())

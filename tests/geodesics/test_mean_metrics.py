@@ -44,6 +44,7 @@ def test_wrapped_angles_have_a_mean_on_the_circle():
     np.testing.assert_allclose(wrapped.variance, (distances**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "metric"), in_turns(JOINTS, ["rotation", "spatial"]))
 def test_the_gradient_of_the_definition_is_zero_there(name, metric):
     skeleton = SKELETONS[name]

@@ -312,6 +312,7 @@ def measure_scaled(scale):
     return measure
 
 
+@pytest.mark.slow
 def test_compiled_functions_may_depend_on_parameters():
     assert [pose_distances([[0.0], [1.0]], metric=Scaled(s))[0, 1] for s in (1.0, 3.0)] == [1.0, 3.0]
     assert (Scaled().label, Scaled(3.0).label) == ("Scaled", "Scaled(scale=3.0)")

@@ -123,6 +123,7 @@ def test_parameters_of_the_metric(metric):
         np.testing.assert_array_equal(within(search, X[:50], radius), np.where(radius >= D, D, np.nan))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metric", MEASURED_DIRECTLY)
 @pytest.mark.usefixtures("always_filter")
 def test_the_split_of_the_work_changes_nothing(metric, monkeypatch):

@@ -116,6 +116,7 @@ def test_equal_sets_have_statistic_zero_and_p_one(statistic):
 # --- level and power -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paired", [False, True])
 @pytest.mark.parametrize("statistic", STATISTICS)
 def test_p_values_are_uniform_where_the_sets_do_not_differ(statistic, paired):
