@@ -10,7 +10,7 @@ The names here are the stable core. All others live in their packages.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from skpose._utils.displays import displays as _displays_of_motions
+from skpose._utils.upper_layers import upper_layers as _upper_layers
 
 __all__ = [
     "Bone",
@@ -105,5 +105,17 @@ def _player(motion, **options):
     return player(motion, **options)
 
 
-# Motions and keypoints show themselves by what comes after them in the flow of data.
-_displays_of_motions.player = _player
+def _world_positions(motion):
+    from skpose.kinematics._forward import world_positions
+
+    return world_positions(motion)
+
+
+def _keypoints(*arguments):
+    from skpose.keypoints import Keypoints
+
+    return Keypoints(*arguments)
+
+
+# Methods of motions and keypoints that need what comes after them in the flow of data.
+_upper_layers.player, _upper_layers.world_positions, _upper_layers.keypoints = _player, _world_positions, _keypoints

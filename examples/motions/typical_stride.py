@@ -16,7 +16,7 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skpose import forward_kinematics, pose_distances
+from skpose import pose_distances
 from skpose.datasets import load_hdm05, make_gait
 from skpose.motions import align_motions, mean_motion, segment_repetitions
 from skpose.plot import DistanceMatrixDisplay, MeanMotionDisplay, PoseStripDisplay
@@ -29,9 +29,8 @@ FEET = ["left_foot", "left_toes", "right_foot", "right_toes"]
 
 
 def feet_of(motion):
-    """Return the positions (n_frames, 4, 3) of the joints of the feet; the root of these motions does not rotate."""
-    joints = [motion.skeleton.joint_names.index(name) for name in FEET]
-    return forward_kinematics(motion.angles, motion.skeleton)[:, joints] + motion.root_positions[:, None]
+    """Return the positions (n_frames, 4, 3) of the joints of the feet."""
+    return motion.positions()[:, [motion.skeleton.joint_names.index(name) for name in FEET]]
 
 
 def walk_on_floor(motion):

@@ -15,10 +15,8 @@ from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._person import add_joints, check_joints, require
 from skpose.biomechanics._seen import find_shown
-from skpose.kinematics import forward_kinematics
 from skpose.kinematics._landmarks import find_landmarks
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._root import root_orientations
 from skpose.skeleton._upright import describe_up, find_up
 
 SIDES = ("left", "right")
@@ -87,9 +85,7 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
     """Pelvis and feet in the world, low-pass filtered."""
     skeleton = motion.skeleton
     columns = [skeleton.joint_names.index(joints[mark]) for mark in MARKS]
-    relative = forward_kinematics(motion.angles, skeleton)[:, columns]
-    turned = root_orientations(motion.root_angles, motion.root_axes)
-    here = np.stack([turned.apply(relative[:, i]) for i in range(len(columns))]) + motion.root_positions
+    here = motion.positions()[:, columns].swapaxes(0, 1)
     shown = _find_frames(motion, columns)
     feet = feet_at(here[:, shown][..., _axes(motion.up)], motion.frame_numbers[shown], motion.frame_rate)
     metre = 1.0

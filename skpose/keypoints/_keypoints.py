@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 
-from skpose._utils.displays import Page, displays
 from skpose._utils.typing import ArrayLike
+from skpose._utils.upper_layers import Page, upper_layers
 from skpose._utils.validation import as_numbers, check_frame_rate, check_positions, check_up, near_names
 from skpose._utils.warnings import is_called_by_user, warn
 from skpose.keypoints._checks import complaints_of
@@ -257,7 +257,7 @@ class Keypoints:
         >>> seen.play().note
         '1 recording of points, positions within 0.0074 mm'
         """
-        return displays.player(self, layout=layout)
+        return upper_layers.player(self, layout=layout)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Convert the positions to a pandas DataFrame, three columns for each point and one row for each frame.

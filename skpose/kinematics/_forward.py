@@ -14,7 +14,8 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_skeleton
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, tree_of_all_joints
-from skpose.skeleton import Skeleton
+from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._root import root_orientations
 
 WORK_PER_COORDINATE = 25.0  # in the unit of `skpose._utils.parallel`
 
@@ -86,6 +87,13 @@ def _check_angles(angles: ArrayLike, skeleton: Skeleton) -> np.ndarray:
     angles = check_poses(angles, skeleton, "angles")
     warn_of_degrees(None, skeleton, angles=angles)
     return angles
+
+
+def world_positions(motion: Motion) -> np.ndarray:
+    """The positions (n_frames, n_joints, 3) of a motion's joints in the world, m."""
+    root = root_orientations(motion.root_angles, motion.root_axes).as_matrix()
+    relative = joint_positions(motion.angles, motion.skeleton)
+    return np.asarray(np.einsum("nij,nkj->nki", root, relative) + motion.root_positions[:, None])
 
 
 def weighted_positions(angles: np.ndarray, skeleton: Skeleton) -> np.ndarray:

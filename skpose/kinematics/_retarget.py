@@ -9,7 +9,6 @@ import numpy as np
 from skpose._utils.validation import check_choice, check_kind, check_limits, check_positive, check_skeleton
 from skpose._utils.warnings import warn
 from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
-from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_lines, find_movers
@@ -18,7 +17,6 @@ from skpose.kinematics._rigs import ANKLE, HEAD, WRIST
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import check_rest_poses, mismatch
 from skpose.skeleton._rest import directions_at_zero
-from skpose.skeleton._root import root_orientations
 from skpose.skeleton._sampling import seen_of
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
@@ -229,11 +227,8 @@ def _by_positions(
 ) -> tuple[Motion, str]:
     """Find the poses whose joints are nearest to their counterparts, in the world times a factor."""
     placed = np.flatnonzero(found.placed).tolist()
-    root = root_orientations(motion.root_angles, motion.root_axes)
-    positions = joint_positions(motion.angles, motion.skeleton)
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
-    for joint in placed:
-        wished[:, joint] = factor * (root.apply(positions[:, found.there[joint]]) + motion.root_positions)
+    wished[:, placed] = factor * motion.positions()[:, found.there[placed]]
     fitted = inverse_kinematics(wished, skeleton, joint_limits=joint_limits, n_jobs=n_jobs, verbose=verbose)
     result = replace(
         fitted.to_motion(motion.frame_rate, motion.up), frame_numbers=motion.frame_numbers, root_name=motion.root_name

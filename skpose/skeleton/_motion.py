@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 
-from skpose._utils.displays import Page, displays
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
+from skpose._utils.upper_layers import Keypoints, Page, upper_layers
 from skpose._utils.validation import (
     check_choice,
     check_column_names,
@@ -603,6 +603,55 @@ class Motion:
         """The joints of another skeleton that were seen, by their names."""
         return seen_of(self.seen, self.skeleton.joint_names, skeleton.joint_names)
 
+    def positions(self) -> np.ndarray:
+        """Compute the positions of the joints in the world.
+
+        Returns
+        -------
+        ndarray of shape (n_frames, n_joints, 3)
+            Positions, m, of the joints ``skeleton.joint_names``; those of the root are ``root_positions``.
+
+        See Also
+        --------
+        skpose.forward_kinematics : Positions relative to the root.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose import Motion, Skeleton
+        >>> upright = [[0, 0, np.pi / 2]]  # the root, rotated about z
+        >>> motion = Motion(Skeleton.chain(2), [[0, 0]], 30, root_positions=[[0, 5, 0]], root_angles=upright)
+        >>> motion.positions().round(3) + 0.0
+        array([[[0., 6., 0.],
+                [0., 7., 0.]]])
+        """
+        positions: np.ndarray = upper_layers.world_positions(self)
+        return positions
+
+    def to_keypoints(self) -> Keypoints:
+        """Convert to the positions of the root and of all joints in the world.
+
+        Returns
+        -------
+        Keypoints
+            Points ``(root_name, *skeleton.joint_names)``. Frames that are left out in the motion are points that are
+            not seen, and so are joints that `seen` marks as unknown.
+
+        Examples
+        --------
+        >>> from skpose.datasets import make_gait
+        >>> make_gait(1, 1, random_state=0)[0].to_keypoints()
+        Keypoints(180 frames at 60 Hz, 3.0 s, 23 points)
+        """
+        points = np.concatenate([self.root_positions[:, None], self.positions()], axis=1)
+        if self.seen is not None:
+            points[:, 1:][~self.seen] = np.nan
+        rows = self.frame_numbers - self.frame_numbers[:1]
+        positions = np.full((rows[-1] + 1 if len(self) else 0, *points.shape[1:]), np.nan)
+        positions[rows] = points
+        names = self.root_name, *self.skeleton.joint_names
+        return upper_layers.keypoints(positions, names, self.frame_rate, None, self.up)
+
     def play(self) -> Page:
         """Make a page that plays the motion: ``skpose.view.player(motion)``.
 
@@ -629,7 +678,7 @@ class Motion:
         >>> make_gait(1, 1, random_state=0).motions[0].play().note
         '1 motion, positions within 0.027 mm'
         """
-        return displays.player(self)
+        return upper_layers.player(self)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Convert the angles to a pandas DataFrame, one column for each dof and one row for each frame.
