@@ -62,6 +62,7 @@ PALM = "no thumb next to the line of the hand shows where the palm is"
 HINGE = "positions do not show it without points off the line of the limb above; the joint is taken for a hinge"
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 UNSEEN = "positions of its points are not seen"
+NO_END = "positions do not show the rotation of a head without a point beyond its joint"
 NO_TILT = "positions show only the line of the hips"
 # Angles, 0 to 2, of joints below a line that depend on the rotation of the line about itself.
 BELOW_LINES = {
@@ -135,6 +136,10 @@ class _Joints:
             return
         if self.segments[proximal].carrier == self.segments[distal].carrier:
             return  # nothing bends between them
+        if distal in self.lines and not self.segments[distal].along.any():
+            for angle in joint.angles:
+                self.hide(f"{joint.name}_{angle}", NO_END)
+            return
         at_proximal, at_distal = self._axes_of(joint, side, proximal, distal)
         before = self.since[proximal] @ at_proximal
         shown_by = self._shown_by(proximal, distal)

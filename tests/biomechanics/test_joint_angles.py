@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, inverse_kinematics
 from skpose.biomechanics import joint_angles
-from skpose.io import load_trc
+from skpose.io import load_amass, load_trc
 from skpose.keypoints import fit_skeleton, layouts
 from skpose.kinematics import forward_kinematics
 
@@ -408,3 +408,15 @@ def test_markers_give_the_angles_of_opensim(opensim_folder):
             assert ours > np.corrcoef(plain[seen], knee_theirs[seen])[0, 1] > 0.99
             assert (angles[f"knee_flexion_{side}"] - knee_theirs).std() < 3.5
         assert np.corrcoef(angles["pelvis_rotation"], reference[:, columns.index("pelvis_rotation")])[0, 1] > 0.8
+
+
+@pytest.mark.filterwarnings("ignore:bones have the lengths of a person of mean height:UserWarning")
+def test_positions_do_not_show_the_rotation_of_a_head_without_a_point_beyond_it(tmp_path):
+    """SMPL's skeleton ends at the joint of the head."""
+    np.savez(tmp_path / "stand.npz", poses=np.zeros((3, 72)), trans=np.zeros((3, 3)), mocap_framerate=30.0)
+    standing = load_amass(tmp_path / "stand.npz", up="y")
+    fitted = inverse_kinematics(standing.to_keypoints(), standing.skeleton).to_motion()
+    angles = joint_angles(fitted)
+    assert np.isnan(angles["neck_extension"]).all()
+    assert "head" in angles.missing["neck_extension"]
+    np.testing.assert_allclose(angles["knee_flexion_left"], joint_angles(standing)["knee_flexion_left"], atol=0.1)
