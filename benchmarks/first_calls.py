@@ -48,6 +48,7 @@ CALLS = {
     "mean_motion": "np.abs(skpose.motions.mean_motion([X[:12], X[12:]], skeleton=skeleton).poses).sum()",
 }
 QUICK = "pose_distances"
+ROUNDING = 1e-12  # relative difference of the results of one checkout
 AGREE = 1e-6  # relative difference of the results of two checkouts
 
 
@@ -65,7 +66,8 @@ def measure(call, checkout):
     """Return the seconds of the first call, of the first one with a filled cache, of a second one; and the value."""
     with tempfile.TemporaryDirectory() as cache:
         (first, second), (cached, _) = run(call, cache, checkout), run(call, cache, checkout)
-    assert first[1] == second[1] == cached[1], f"{call}: one call, several results"
+    rounding = ROUNDING * abs(first[1])  # loaded code may round otherwise than code compiled in this process
+    assert max(abs(first[1] - one[1]) for one in (second, cached)) <= rounding, f"{call}: one call, several results"
     return first[0], cached[0], second[0], first[1]
 
 
