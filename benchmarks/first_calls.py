@@ -48,9 +48,6 @@ CALLS = {
     "mean_motion": "np.abs(skpose.motions.mean_motion([X[:12], X[12:]], skeleton=skeleton).poses).sum()",
 }
 QUICK = "pose_distances"
-ROUNDING = (
-    1e-8  # relative; code loaded from the cache rounds otherwise, and solvers stop elsewhere within their tolerance
-)
 AGREE = 1e-6  # relative difference of the results of two checkouts
 
 
@@ -68,8 +65,7 @@ def measure(call, checkout):
     """Return the seconds of the first call, of the first one with a filled cache, of a second one; and the value."""
     with tempfile.TemporaryDirectory() as cache:
         (first, second), (cached, _) = run(call, cache, checkout), run(call, cache, checkout)
-    rounding = ROUNDING * abs(first[1])
-    assert max(abs(first[1] - one[1]) for one in (second, cached)) <= rounding, f"{call}: one call, several results"
+    assert first[1] == second[1] == cached[1], f"{call}: one call, several results"
     return first[0], cached[0], second[0], first[1]
 
 

@@ -105,6 +105,7 @@ def test_k_nearest_neighbours_from_a_graph_are_those_from_a_matrix(gait, data):
     assert search.cv_results_["mean_test_score"].min() > 0.8
 
 
+@pytest.mark.slow
 def test_grid_search_from_keypoints_to_classes(gait):
     """A layout of the joints, noisy positions with gaps, the skeleton that fits them, poses, neighbours, classes."""
     X, sequence = gait.poses(frame_rate=5)
@@ -123,9 +124,14 @@ def test_grid_search_from_keypoints_to_classes(gait):
         PoseKNeighborsTransformer(skeleton, n_neighbors=5),
         KNeighborsClassifier(5, metric="precomputed"),
     )
-    grid = {"posefrompositions__regularization": [0.0, 0.02]}
-    search = GridSearchCV(knn, grid, cv=GroupKFold(3)).fit(keypoints, gait.actions[sequence], groups=sequence)
-    assert search.cv_results_["mean_test_score"].min() > 0.9
+    grid = {"posefrompositions__regularization": [0.0, 0.02], "posekneighborstransformer__metric": ["angle", "spatial"]}
+    searches = [
+        GridSearchCV(knn, grid, cv=GroupKFold(3), n_jobs=n_jobs).fit(keypoints, gait.actions[sequence], groups=sequence)
+        for n_jobs in (1, 2)
+    ]
+    one, two = (search.cv_results_["mean_test_score"] for search in searches)
+    np.testing.assert_array_equal(one, two)
+    assert one.min() > 0.9
 
 
 def test_outlier_factors_of_a_graph_are_those_of_a_matrix(gait, data, distances):

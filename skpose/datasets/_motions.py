@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from numbers import Integral
-from typing import Any, Literal, overload
+from typing import Any, Literal, get_args, overload
 
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
+from skpose._utils.validation import check_choice
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import check_comparable
@@ -74,8 +75,7 @@ class MotionDataset:
         *,
         rotations: Rotations = "rotvec",
     ):
-        if rotations not in ("rotvec", "file"):
-            raise ValueError(f'rotations must be "rotvec" or "file", got {rotations!r}')
+        check_choice("rotations", rotations, get_args(Rotations))
         motions = tuple(motions)
         for i, motion in enumerate(motions):
             if not isinstance(motion, Motion):

@@ -116,7 +116,7 @@ class Layout:
         known = set(self.names)
         for name, ends in self.midpoints.items():
             if len(set(ends)) < 2 or not set(ends) <= known:
-                absent = ", ".join(map(repr, set(ends) - known)) or "another point"
+                absent = ", ".join(map(repr, sorted(set(ends) - known, key=str))) or "another point"
                 raise ValueError(f"{layout}: midpoint {name!r} of {ends} needs {absent}")
             known.add(name)
         if set(self.parents) != points or not self.rigid <= points:

@@ -45,6 +45,13 @@ def test_units_are_the_files_own_word(unit, metres):
     np.testing.assert_allclose(load(written(units=unit)).positions, POSITIONS * metres, rtol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:.* m from end to end in the median frame:UserWarning")
+def test_a_scale_that_contradicts_the_unit_of_the_file_is_said():
+    with pytest.warns(UserWarning, match="scale=0.5"):
+        np.testing.assert_allclose(load(written(units="cm"), scale=0.5).positions, POSITIONS / 2, rtol=1e-6)
+    load(written(units="cm"), scale=0.01)
+
+
 @pytest.mark.parametrize("unit", [None, "parsec"])
 def test_an_unknown_unit_is_refused_unless_scale_says_what_it_is(unit):
     refused(written(units=unit))

@@ -35,4 +35,4 @@ def test_keypoints_are_the_root_and_the_joints_at_their_times():
 def test_poses_are_found_again_from_keypoints():
     jump = make_actions(1, 1, actions=["jump"], frame_rate=20, random_state=0)[0]
     again = inverse_kinematics(jump.to_keypoints(), jump.skeleton).to_motion()
-    np.testing.assert_allclose(again.positions(), jump.positions(), atol=1e-4)
+    np.testing.assert_allclose(again.positions(), jump.positions(), atol=1e-6)
