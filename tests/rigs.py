@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
+from skpose import Bone, Skeleton
 from skpose.io import load_bvh
+from skpose.skeleton._sides import others
 
 # A T-pose: m, x to the left, y up, z forward, the origin in the middle between the hips. Of the left and the middle.
 POINTS = {
@@ -368,3 +370,57 @@ def random_segments(n_frames=8, seed=0, size=1.0):
         segments[f"foot {side}"] = segments[f"shank {side}"] * about(8, 15, 8)
         segments[f"toe {side}"] = segments[f"foot {side}"] * about(0, 10, 0)
     return segments
+
+
+# Names of the left leg and arm, of the trunk, and of neck and head, as they are in public files. Points are in order:
+# hip, knee, ankle, ball; collar, shoulder, elbow, wrist. A rig may begin and end later or sooner, or have more.
+LEG_POINTS, ARM_POINTS = ("hip", "knee", "ankle", "ball"), ("collar", "shoulder", "elbow", "wrist")
+NAMES = {
+    "LAFAN1": ("LeftUpLeg LeftLeg LeftFoot LeftToe", "LeftShoulder LeftArm LeftForeArm LeftHand"),
+    "SOMA": ("LeftLeg LeftShin LeftFoot LeftToeBase", "LeftShoulder LeftArm LeftForeArm LeftHand"),
+    "SMPL": ("left_hip left_knee left_ankle left_foot", "left_collar left_shoulder left_elbow left_wrist"),
+    "Xsens": ("LeftHip LeftKnee LeftAnkle LeftToe", "LeftCollar LeftShoulder LeftElbow LeftWrist"),
+    "Rigify": ("thigh.L shin.L foot.L toe.L", "shoulder.L upper_arm.L forearm.L hand.L"),
+    "Auto-Rig": ("thigh_stretch.l leg_stretch.l foot.l toes.l", "shoulder.l arm_stretch.l forearm_stretch.l hand.l"),
+    "DAZ": ("lThighBend lShin lFoot lToe", "lCollar lShldrBend lForearmBend lHand"),
+    "Second Life": ("lThigh lShin lFoot", "lCollar lShldr lForeArm lHand"),
+    "OptiTrack": ("LThigh LShin LFoot LToe", "LShoulder LUArm LFArm LHand"),
+    "Character Creator": (
+        "CC_Base_L_Thigh CC_Base_L_Calf CC_Base_L_Foot CC_Base_L_ToeBase",
+        "CC_Base_L_Clavicle CC_Base_L_Upperarm CC_Base_L_Forearm CC_Base_L_Hand",
+    ),
+    "GENEA": ("b_l_upleg b_l_leg b_l_foot", "b_l_shoulder b_l_arm b_l_forearm b_l_wrist"),
+    "FLEX": ("lefthip leftknee leftfoot", "leftcollar leftshoulder leftelbow lefthand"),
+    "VRChat": ("Left leg|Left knee|Left ankle|Left toe", "Left shoulder|Left arm|Left elbow|Left wrist"),
+    "MMD": ("左足 左ひざ 左足首 左つま先", "左肩 左腕 左ひじ 左手首"),
+    "ends": ("LeftHip LeftUpLeg LeftLeg LeftFoot", "LeftCollar LeftShoulder LeftArm LeftForeArm"),
+    "letters": ("aL bL cL dL", "eL fL gL hL"),
+}
+MIDDLES = dict.fromkeys(NAMES, "Spine Chest Neck Head") | {"MMD": "上半身 上半身2 首 頭", "letters": "s1 s2 s3 s4"}
+
+
+def person_of(name, *, twists=False, collapsed=False):
+    """A skeleton of a rig in T-pose, and the names of the joints of its limbs by side and landmark."""
+    trunk = MIDDLES[name].split()
+    rows = [(trunk[0], None, (0, 0.15, 0)), (trunk[1], trunk[0], (0, 0.35, 0))]
+    rows += [(trunk[2], trunk[1], POINTS["neck"]), (trunk[3], trunk[2], POINTS["head"])]
+    truth = {}
+    for start, marks, names in ((None, LEG_POINTS, NAMES[name][0]), (trunk[1], ARM_POINTS, NAMES[name][1])):
+        names = names.split("|") if "|" in names else names.split()
+        for side, sign in (("left", 1), ("right", -1)):
+            parent = start
+            for joint, mark in zip(names, marks, strict=False):
+                joint = joint if side == "left" else others(joint)[0]
+                at = np.array(POINTS[mark]) * [sign, 1, 1]
+                if twists and mark in ("knee", "elbow", "wrist"):  # halfway along the bone before
+                    middle = (at + next(point for one, _, point in rows if one == parent)) / 2
+                    rows.append((f"Twist_{parent}", parent, middle))
+                    parent = f"Twist_{parent}"
+                rows.append((joint, parent, at))
+                truth[f"{side} {mark}"] = parent = joint
+    at = {None: np.zeros(3)} | {joint: np.array(point, float) for joint, _, point in rows}
+    offsets = {joint: at[joint] - at[parent] for joint, parent, _ in rows}
+    if collapsed:  # all bones along x
+        offsets = {joint: (np.linalg.norm(offset), 0, 0) for joint, offset in offsets.items()}
+    bones = [Bone(joint, parent, offsets[joint], "ZXY") for joint, parent, _ in rows]
+    return Skeleton(bones, "parent"), {key: joint for key, joint in truth.items() if key.split()[1] in LIMBS}

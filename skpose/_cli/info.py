@@ -34,6 +34,8 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _print_skeleton(content: "skpose.Motion | skpose.Skeleton") -> None:
+    from skpose.kinematics._places import describe_joints
+
     if isinstance(content, skpose.Skeleton):
         skeleton, root = content, "root"
     else:
@@ -42,11 +44,15 @@ def _print_skeleton(content: "skpose.Motion | skpose.Skeleton") -> None:
         print(f"{len(content)} frames at {content.frame_rate:g} Hz, {seconds:.2f} s, {content.up} up")
     print(f"{skeleton.n_joints} joints besides the root, {skeleton.n_dofs} degrees of freedom\n")
     width = max(len(name) for name in ("joint", "parent", root, *skeleton.joint_names))
+    places, reason = describe_joints(skeleton)
+    place = max(len("of a person"), *map(len, places))
     moves = "rotates about, or slides along" if any(bone.is_slide for bone in skeleton.bones) else "rotates about"
-    print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  {moves}")
-    for bone in skeleton.bones:
+    print(f"{'joint':<{width}}  {'parent':<{width}}  {'bone, m':>8}  {'of a person':<{place}}  {moves}")
+    for bone, at in zip(skeleton.bones, places, strict=True):
         length = sum(x * x for x in bone.offset) ** 0.5
-        print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {_dofs(bone)}")
+        print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {at:<{place}}  {_dofs(bone)}")
+    if reason:
+        print(f"\nnot a person's: {reason}")
 
 
 def _dofs(bone: "skpose.Bone") -> str:

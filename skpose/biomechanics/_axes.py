@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned
-from skpose.kinematics._landmarks import path_up
+from skpose.kinematics._anatomy import path_up
 from skpose.skeleton import Skeleton
 
 UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand in a rest pose

@@ -15,7 +15,7 @@ from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._person import add_joints, check_joints, require
 from skpose.biomechanics._seen import find_shown
-from skpose.kinematics._landmarks import find_landmarks
+from skpose.kinematics._anatomy import find_anatomy
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._upright import describe_up, find_up
 
@@ -48,7 +48,7 @@ class Feet(NamedTuple):
 
 def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str, str]:
     """The names of the joints at hips, ankles and toes, as given or by known rigs."""
-    landmarks = find_landmarks(skeleton)
+    landmarks = find_anatomy(skeleton)
     # The toe markers of gait laboratories are where the toes begin; toe tips are noisy in many files.
     toes = {f"{side}_toe": landmarks.joints[f"{side}_ball"] for side in SIDES if f"{side}_ball" in landmarks.joints}
     person = add_joints(skeleton, landmarks._replace(joints=landmarks.joints | toes), joints, MARKS)

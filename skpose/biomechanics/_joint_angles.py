@@ -31,8 +31,6 @@ class JointAngles:
         Time of each frame, s.
     zero : str
         The pose in which joints are at zero.
-    rig : str
-        The rig whose names the joints have.
     missing : dict of str to str
         The reason for each angle that is NaN in some frames.
 
@@ -44,7 +42,7 @@ class JointAngles:
     >>> from skpose.datasets import humanoid
     >>> angles = joint_angles(Motion(humanoid(), np.zeros((5, 42)), frame_rate=30))
     >>> angles
-    JointAngles(5 frames, 49 angles, 10 with NaN, zero: rest pose, humanoid)
+    JointAngles(5 frames, 49 angles, 10 with NaN, zero: rest pose)
     >>> angles.missing["wrist_flexion_left"]
     'no thumb next to the line of the hand shows where the palm is'
     """
@@ -53,7 +51,6 @@ class JointAngles:
     degrees: np.ndarray
     times: np.ndarray
     zero: str
-    rig: str
     missing: dict[str, str]
 
     def __len__(self) -> int:
@@ -71,7 +68,7 @@ class JointAngles:
 
     def __repr__(self) -> str:
         missing = f", {len(self.missing)} with NaN" if self.missing else ""
-        return f"JointAngles({len(self)} frames, {len(self.names)} angles{missing}, zero: {self.zero}, {self.rig})"
+        return f"JointAngles({len(self)} frames, {len(self.names)} angles{missing}, zero: {self.zero})"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Convert the angles to a pandas DataFrame, one column for each angle and one row for each frame.
@@ -79,7 +76,7 @@ class JointAngles:
         Returns
         -------
         pandas.DataFrame of shape (n_frames, n_angles)
-            Angles, degrees; the index is the time of each frame, s. ``attrs`` has unit, zero, rig and missing.
+            Angles, degrees; the index is the time of each frame, s. ``attrs`` has unit, zero and missing.
 
         Raises
         ------
@@ -89,7 +86,7 @@ class JointAngles:
         import pandas
 
         table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time [s]"), list(self.names))
-        table.attrs.update(unit="degrees", zero=self.zero, rig=self.rig, missing=dict(self.missing))
+        table.attrs.update(unit="degrees", zero=self.zero, missing=dict(self.missing))
         return table
 
 
@@ -113,7 +110,7 @@ def joint_angles(
         and feet flat on the floor.
     joints : Mapping of str to str, default=None
         Joints by landmark, such as ``{"left_knee": "KneeL"}``, for skeletons with unknown names, or to correct the
-        joints found by name. Landmarks are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with
+        joints found by name. Anatomy are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with
         "left\_" or "right\_", and head, head_top and head_center.
 
     Returns
@@ -231,4 +228,4 @@ def joint_angles(
     names = tuple(columns)
     degrees = np.degrees(np.stack([columns[name] for name in names], axis=1))
     missing = {name: reasons[name] for name in names if np.isnan(columns[name]).any()}
-    return JointAngles(names, degrees, motion.times, words, person.rig or "the given joints", missing)
+    return JointAngles(names, degrees, motion.times, words, missing)

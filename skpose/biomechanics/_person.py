@@ -6,7 +6,7 @@ import numpy as np
 
 from skpose._utils.validation import near_names
 from skpose.biomechanics._segments import LANDMARKS, LIMBS, SIDES, pair
-from skpose.kinematics._landmarks import Landmarks, find_landmarks, path_up
+from skpose.kinematics._anatomy import Anatomy, find_anatomy, path_up
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._sides import split_sides
@@ -17,19 +17,17 @@ OTHER_SIDE = -0.5  # cosine of the angle between the lines of hips and shoulders
 LEGS = tuple(f"{side}_{mark}" for side in SIDES for mark in ("hip", "knee", "ankle"))
 
 
-def find_person(skeleton: Skeleton, joints: Mapping[str, str] | None) -> Landmarks:
+def find_person(skeleton: Skeleton, joints: Mapping[str, str] | None) -> Anatomy:
     """The landmarks of a skeleton with both legs, by its names or as given."""
-    person = add_joints(skeleton, find_landmarks(skeleton), joints, LANDMARKS)
+    person = add_joints(skeleton, find_anatomy(skeleton), joints, LANDMARKS)
     require(person, LEGS)
     if joints:
         check_joints(skeleton, person, joints)
     return person
 
 
-def add_joints(
-    skeleton: Skeleton, person: Landmarks, joints: Mapping[str, str] | None, marks: Sequence[str]
-) -> Landmarks:
-    """Landmarks with the joints that the user gives for some marks."""
+def add_joints(skeleton: Skeleton, person: Anatomy, joints: Mapping[str, str] | None, marks: Sequence[str]) -> Anatomy:
+    """Anatomy with the joints that the user gives for some marks."""
     given = {} if joints is None else dict(joints)
     for mark, name in given.items():
         if mark not in marks:
@@ -41,13 +39,13 @@ def add_joints(
     return person._replace(joints=person.joints | numbers)
 
 
-def require(person: Landmarks, marks: Sequence[str]) -> None:
+def require(person: Anatomy, marks: Sequence[str]) -> None:
     """Refuse a person without some of the landmarks."""
     if absent := [mark for mark in marks if mark not in person.joints]:
         raise ValueError(f"{', '.join(absent)} not found by the names of joints: pass joints={{{absent[0]!r}: ...}}")
 
 
-def check_joints(skeleton: Skeleton, person: Landmarks, given: Mapping[str, str]) -> None:
+def check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str]) -> None:
     """Refuse landmarks, some given by the user, that are not at the joints of a person."""
     joints = {mark: joint for mark, joint in person.joints.items() if mark in LANDMARKS}
     below = {mark: path_up(skeleton, joint)[1:] for mark, joint in joints.items()}

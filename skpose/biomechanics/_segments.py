@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._landmarks import Landmarks, common_parent
+from skpose.kinematics._anatomy import Anatomy, common_parent
 from skpose.kinematics._lines import find_carriers, find_movers
 from skpose.kinematics._orientations import rotations_since_zero
 from skpose.skeleton import Motion, Skeleton
@@ -46,7 +46,7 @@ class Segment(NamedTuple):
     along: np.ndarray  # (3,) from its start to its end at angle zero, m
 
 
-def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
+def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
     """The segments that a skeleton has, by name: "pelvis", "left_thigh" and so on."""
     carriers, movers, joints = find_carriers(skeleton), find_movers(skeleton), person.joints
     zero = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
@@ -83,7 +83,7 @@ def find_segments(skeleton: Skeleton, person: Landmarks) -> dict[str, Segment]:
     return segments
 
 
-def pair(person: Landmarks, mark: str) -> tuple[int, int] | None:
+def pair(person: Anatomy, mark: str) -> tuple[int, int] | None:
     """The joints of a landmark on both sides, left first; None if one is not known."""
     names = [f"{side}_{mark}" for side in SIDES]
     return (person.joints[names[0]], person.joints[names[1]]) if all(name in person.joints for name in names) else None

@@ -5,15 +5,13 @@ both are people of known rigs, joints with the same landmark are, and joints of 
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from skpose._utils.validation import list_names
 from skpose._utils.warnings import warn
-from skpose.kinematics._landmarks import HIPS, SIDES, Landmarks, find_landmarks, path_up, plain_names
-from skpose.kinematics._lines import base_of_neck
-from skpose.kinematics._rigs import (
+from skpose.kinematics._anatomy import (
     ANKLE,
     BALL,
     COLLAR,
@@ -22,22 +20,31 @@ from skpose.kinematics._rigs import (
     HEAD_CENTER,
     HEAD_TOP,
     HIP,
+    HIPS,
     KNEE,
     LIMBS,
     SHOULDER,
+    SIDES,
     TOE,
     WRIST,
+    Anatomy,
+    find_anatomy,
+    path_up,
+    plain_names,
 )
+from skpose.kinematics._lines import base_of_neck
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._selection import check_joints as check_names
+from skpose.skeleton._sides import sides
 
-People = tuple[Landmarks, Landmarks]  # of the source and of the target
+People = tuple[Anatomy, Anatomy]  # of the source and of the target
 Names = tuple[list[str], list[str]]
 WHOSE = "the motion's skeleton", "the given skeleton"
 ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different rigs are compared in size
 SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all rigs, within a few centimetres
 NEARLY = ((BALL, TOE), (TOE, BALL), (HEAD_TOP, HEAD_CENTER), (HEAD_CENTER, HEAD_TOP))  # in one direction
+NONE = -1  # the index of no joint
 SHARE = 0.25  # of the length of trunk or neck: joints further apart are not counterparts
 # A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
 # is longer.
@@ -73,8 +80,8 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
     Raises
     ------
     ValueError
-        If the skeletons have no name in common and are not both of known rigs; if an arm or a leg has no counterpart;
-        if a skeleton has a person's names, but not a person's joints.
+        If the skeletons have no name in common and are not both people's; if a skeleton has a person's names, but not a
+        person's joints.
 
     Warns
     -----
@@ -107,40 +114,68 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
 
 
 def counterparts(
-    source: Skeleton, target: Skeleton, joints: Mapping[str, str] | None, *, any_proportions: bool = False
+    source: Skeleton, target: Skeleton, joints: Mapping[str, str | None] | None, *, any_proportions: bool = False
 ) -> Counterparts:
-    """The given counterparts of the joints of a target, or those found by names."""
+    """The counterparts of the joints of a target: as given, and the others by anatomy or by equal names."""
     any_proportions |= joints is not None
-    theirs, ours = (find_landmarks(skeleton, any_proportions=any_proportions) for skeleton in (source, target))
-    names, people = (plain_names(source.joint_names), plain_names(target.joint_names)), (theirs, ours)
+    theirs, ours = (find_anatomy(skeleton, any_proportions=any_proportions) for skeleton in (source, target))
+    names = plain_names(source.joint_names), plain_names(target.joint_names)
+    given = {} if joints is None else _indices_of(source, target, joints)
+    people = _with_given(theirs, ours, given)
     known = _are_known(names, people)
-    index = {name: j for j, name in enumerate(source.joint_names)}
-    if joints is not None:
-        check_joints(source, target, joints)
-        there = np.array([index[joints[name]] if name in joints else -1 for name in target.joint_names], np.intp)
-        _check_order(source, target, there)
-        return Counterparts(there, there >= 0, there >= 0, people, _agreeing(people, there) if known else None)
     for one, other, whose in zip(people, people[::-1], WHOSE, strict=True):
         if one.reason and other.joints and not one.joints:
             raise ValueError(f"the joints of {whose} may not be a person's: {one.reason}. Pass joints=")
     if known:
         there, placed = _match_landmarks(source, target, people, names)
+    else:
+        there = _match_names(source, target, names, required=not given)
+        placed = there >= 0
+    taken = [other for other in given.values() if other >= 0]
+    there[np.isin(there, taken)] = NONE
+    there[[*given]] = [*given.values()]
+    placed[[*given]] = there[[*given]] >= 0
+    placed &= there >= 0
+    measured = placed
+    if known:
+        people = _agreeing(people, there)
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
-    else:
-        plain = {name: j for j, name in enumerate(names[0])}
-        pairs = zip(target.joint_names, names[1], strict=True)
-        there = np.array([index.get(name, plain.get(short, -1)) for name, short in pairs], np.intp)
-        placed = measured = there >= 0
-        if not placed.any():
-            raise ValueError(
-                "the skeletons have no joint names in common, and are not both of known rigs: pass joints="
-            )
-        if len(np.unique(there[placed])) < placed.sum():
-            raise ValueError("several joints have the same name without prefix: pass joints=")
     _check_order(source, target, there)
-    _check_limbs(target, there, people[1].joints)
     return Counterparts(there, placed, measured, people, people if known else None)
+
+
+def _indices_of(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> dict[int, int]:
+    """The counterparts that are given, and -1 for joints that shall have none."""
+    check_joints(source, target, joints)
+    return {
+        target.joint_names.index(name): NONE if other is None else source.joint_names.index(other)
+        for name, other in joints.items()
+    }
+
+
+def _with_given(theirs: Anatomy, ours: Anatomy, given: Mapping[int, int]) -> People:
+    """The landmarks with those that are given by a landmark of the other skeleton."""
+    for joint, other in given.items():
+        mark = next((mark for mark, j in ours.joints.items() if j == joint), "")
+        if mark and other >= 0 and theirs.joints:
+            rest = {name: j for name, j in theirs.joints.items() if j != other}
+            theirs = theirs._replace(joints=rest | {mark: other})
+        elif ours.joints and not mark:
+            ours = ours._replace(joints=ours.joints | {n: joint for n, j in theirs.joints.items() if j == other})
+    return theirs, ours
+
+
+def _match_names(source: Skeleton, target: Skeleton, names: Names, *, required: bool) -> np.ndarray:
+    """The counterpart (n_joints,) of each joint by equal names."""
+    index, plain = ({name: j for j, name in enumerate(some)} for some in (source.joint_names, names[0]))
+    pairs = zip(target.joint_names, names[1], strict=True)
+    there = np.array([index.get(name, plain.get(short, NONE)) for name, short in pairs], np.intp)
+    if required and not (there >= 0).any():
+        raise ValueError("the skeletons have no joint names in common, and are not both people: pass joints=")
+    if len(np.unique(there[there >= 0])) < (there >= 0).sum():
+        raise ValueError("several joints have the same name without prefix: pass joints=")
+    return there
 
 
 def _are_known(names: Names, people: People) -> bool:
@@ -157,7 +192,7 @@ def _are_known(names: Names, people: People) -> bool:
 
 
 def _agreeing(people: People, there: np.ndarray) -> People:
-    """The landmarks that agree with given counterparts, and collarbones without counterparts."""
+    """The landmarks that are counterparts, and collarbones without counterparts."""
     theirs, ours = (person.joints for person in people)
     same = {name for name, joint in ours.items() if there[joint] >= 0 and there[joint] == theirs.get(name)}
     alone = {
@@ -173,13 +208,14 @@ def _agreeing(people: People, there: np.ndarray) -> People:
     )
 
 
-def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str]) -> None:
+def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
     if not isinstance(joints, Mapping) or not joints:
         raise ValueError("joints must name at least one joint of the given skeleton and its counterpart")
+    others = [name for name in joints.values() if name is not None]
     check_names(target, joints, "joints")
-    check_names(source, joints.values(), "joints.values()")
-    if len(set(joints.values())) < len(joints):
+    check_names(source, others, "joints.values()")
+    if len(set(others)) < len(others):
         raise ValueError("joints must have each counterpart once")
 
 
@@ -294,17 +330,28 @@ def _check_order(source: Skeleton, target: Skeleton, there: np.ndarray) -> None:
             raise ValueError(f"counterparts are in opposite orders along the skeletons: {pairs}")
 
 
-def _check_limbs(target: Skeleton, there: np.ndarray, ours: Mapping[str, int]) -> None:
-    """Refuse counterparts that leave an arm or a leg, or as long a part of another skeleton, without any."""
+def check_limbs(source: Skeleton, target: Skeleton, found: Counterparts, joints: Mapping[str, Any] | None) -> None:
+    """Refuse counterparts that leave an arm or a leg, or as long a part of another skeleton, without any.
+
+    With given joints they are refused only if parts of the source are left over too.
+    """
+    there, ours = found.there, found.landmarks[1].joints
+    if joints is not None:
+        back = np.full(source.n_joints, NONE)
+        back[there[there >= 0]] = np.flatnonzero(there >= 0)
+        if not _long_parts(source, back):
+            return
+        there = np.where([name in joints for name in target.joint_names], 0, there)
     out: list[int] = []
     for side in SIDES:
         for limb in LIMBS:
-            joints = [ours[f"{side}_{mark}"] for mark in limb if f"{side}_{mark}" in ours]
-            alone = [joint for joint in joints if there[joint] < 0]
-            if len(alone) > 1 or joints[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
+            marks = [ours[f"{side}_{mark}"] for mark in limb if f"{side}_{mark}" in ours]
+            alone = [joint for joint in marks if there[joint] < 0]
+            if len(alone) > 1 or marks[-1:] == alone:  # a knee or an elbow alone may be missing: the limb is straight
                 out += alone
     if not all(f"{side}_{mark}" in ours for side in SIDES for limb in LIMBS for mark in limb):
-        out += _long_parts(target, there)
+        sided = sides(target.joint_names)  # a person's trunk without arms may rest
+        out += [joint for joint in _long_parts(target, there) if sided[joint] or not ours]
     if out:
         names = list_names([target.joint_names[j] for j in dict.fromkeys(out)])
         raise ValueError(f"limbs would stay at rest: {names} have no counterparts. Pass joints=, names to names")

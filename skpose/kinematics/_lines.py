@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics._anatomy import ANKLE, BALL, COLLAR, HIP, SHOULDER, SIDES, TOE, Anatomy, common_parent, pair_of
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._landmarks import SIDES, Landmarks, common_parent, pair_of
-from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, HIP, SHOULDER, TOE
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
 
@@ -41,9 +40,7 @@ class Lines(NamedTuple):
     positions: np.ndarray  # (n_joints + 2, 3) of the target at angle zero, see `with_root`
 
 
-def find_lines(
-    source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Landmarks, Landmarks] | None
-) -> Lines:
+def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Anatomy, Anatomy] | None) -> Lines:
     """Find the lines of counterparts; people are the landmarks of source and target, if both are of known rigs."""
     lines, carriers = {}, find_carriers(target)
     lengths = np.linalg.norm(target.offsets, axis=1)
@@ -107,7 +104,7 @@ def find_movers(skeleton: Skeleton) -> list[int]:
 
 
 def _keep_straight(
-    lines: dict[int, Line], target: Skeleton, there: np.ndarray, person: Landmarks, positions: np.ndarray
+    lines: dict[int, Line], target: Skeleton, there: np.ndarray, person: Anatomy, positions: np.ndarray
 ) -> None:
     """Give all bones between two joints with counterparts one direction, if they are on one line at angle zero.
 
@@ -128,7 +125,7 @@ def _keep_straight(
                 lines[joint] = Line(int(parents[joint]), joint, source_start, int(there[end]))
 
 
-def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmarks, Landmarks]) -> None:
+def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Anatomy, Anatomy]) -> None:
     """Use the line from the ankle to the toe for a foot whose counterpart has no joint at the ball.
 
     The foot points there as a whole, and its toes keep their rest pose.
@@ -142,7 +139,7 @@ def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Landmar
             lines.pop(ours[toe], None)
 
 
-def base_of_neck(skeleton: Skeleton, person: Landmarks) -> int:
+def base_of_neck(skeleton: Skeleton, person: Anatomy) -> int:
     """The joint of the neck that moves with the chest, above which the neck bends; -1 if there is none."""
     chest = find_movers(skeleton)[person.trunk[-1] if person.trunk else ROOT]
     first = next((joint for joint in person.neck if skeleton.offsets[joint].any()), ROOT)
@@ -150,7 +147,7 @@ def base_of_neck(skeleton: Skeleton, person: Landmarks) -> int:
 
 
 def _tie_neck_to_chest(
-    lines: dict[int, Line], source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Landmarks, Landmarks]
+    lines: dict[int, Line], source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Anatomy, Anatomy]
 ) -> None:
     """Give the bone from the chest to the base of the neck the direction of the trunk below the chest of the source.
 
@@ -168,7 +165,7 @@ def _align_left_right(
     source: Skeleton,
     target: Skeleton,
     there: np.ndarray,
-    people: tuple[Landmarks, Landmarks],
+    people: tuple[Anatomy, Anatomy],
     carriers: list[int],
 ) -> None:
     """Replace the lines of bones to hips, collarbones and shoulders by those from side to side, where possible."""
@@ -193,7 +190,7 @@ def _align_left_right(
                     lines[joint] = Line(parent, joint, start, int(there[joint]))
 
 
-def _find_twists(target: Skeleton, people: tuple[Landmarks, Landmarks], carriers: list[int]) -> dict[int, Line]:
+def _find_twists(target: Skeleton, people: tuple[Anatomy, Anatomy], carriers: list[int]) -> dict[int, Line]:
     """The lines between the hips, and between the shoulders, for the joints that carry both sides by other joints.
 
     These are the root or the joint of the hips, and the joint of the chest.

@@ -2,8 +2,7 @@
 
 import re
 
-from skpose.kinematics._landmarks import HIPS, find_landmarks
-from skpose.kinematics._rigs import BALL, COLLAR, HEAD_CENTER
+from skpose.kinematics._anatomy import BALL, COLLAR, HEAD_CENTER, HIPS, Anatomy, find_anatomy
 from skpose.skeleton import Skeleton
 
 WORDS = {BALL: "ball of foot", COLLAR: "collarbone", HEAD_CENTER: "head center"}
@@ -11,7 +10,7 @@ WORDS = {BALL: "ball of foot", COLLAR: "collarbone", HEAD_CENTER: "head center"}
 
 def joint_places(skeleton: Skeleton) -> list[str]:
     """The place of each joint, followed by its name in brackets if that differs."""
-    return _labels(skeleton, _places(skeleton))
+    return _labels(skeleton, _places(skeleton, find_anatomy(skeleton)))
 
 
 def rotation_places(skeleton: Skeleton) -> list[str]:
@@ -19,7 +18,7 @@ def rotation_places(skeleton: Skeleton) -> list[str]:
 
     Joints next to a limb, such as the thumb, whose parent is at the wrist, keep their names.
     """
-    places = _places(skeleton)
+    places = _places(skeleton, find_anatomy(skeleton))
     if skeleton.offset_frame == "own":
         parents = skeleton.parents.tolist()
         continues = [place != "" or parents.count(parent) == 1 for place, parent in zip(places, parents, strict=True)]
@@ -28,13 +27,23 @@ def rotation_places(skeleton: Skeleton) -> list[str]:
     return _labels(skeleton, places)
 
 
-def _places(skeleton: Skeleton) -> list[str]:
+def _places(skeleton: Skeleton, person: Anatomy) -> list[str]:
     """The landmark of each joint as text; "" if it is not one."""
     places = [""] * skeleton.n_joints
-    for mark, joint in find_landmarks(skeleton).joints.items():
+    for mark, joint in person.joints.items():
         side, part = mark.split("_", 1) if mark.startswith(("left_", "right_")) else ("", mark)
         places[joint] = f"{side} {WORDS.get(part, part.replace('_', ' '))}".strip()
     return places
+
+
+def describe_joints(skeleton: Skeleton) -> tuple[list[str], str]:
+    """What each joint is on a person, or "", and why the skeleton is not a person, or uncertain."""
+    person = find_anatomy(skeleton, any_proportions=True)
+    places = _places(skeleton, person)
+    for name, joints in (("spine", person.trunk), ("neck", person.neck), ("twist", person.twists)):
+        for joint in joints:
+            places[joint] = places[joint] or name
+    return places, person.reason
 
 
 def _labels(skeleton: Skeleton, places: list[str]) -> list[str]:

@@ -8,12 +8,11 @@ import numpy as np
 
 from skpose._utils.validation import check_choice, check_kind, check_limits, check_positive, check_skeleton
 from skpose._utils.warnings import warn
-from skpose.kinematics._counterparts import Counterparts, counterparts, ratio_of_lengths
+from skpose.kinematics._anatomy import ANKLE, HEAD, SIDES, WRIST, path_up
+from skpose.kinematics._counterparts import Counterparts, check_limbs, counterparts, ratio_of_lengths
 from skpose.kinematics._inverse import inverse_kinematics
-from skpose.kinematics._landmarks import SIDES, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_lines, find_movers
 from skpose.kinematics._orientations import by_orientations
-from skpose.kinematics._rigs import ANKLE, HEAD, WRIST
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import check_rest_poses, mismatch
 from skpose.skeleton._rest import directions_at_zero
@@ -166,6 +165,7 @@ def retarget_and_report(
     if method == "auto" and any(bone.is_hinge for bone in skeleton.bones):
         raise ValueError('the skeleton has hinges: use skpose.robots.retarget_to_robot or method="positions"')
     found = counterparts(motion.skeleton, skeleton, joints)
+    check_limbs(motion.skeleton, skeleton, found, joints)
     factor = ratio_of_lengths(motion.skeleton, skeleton, found) if scale == "lengths" else float(scale or 1.0)
     if method == "positions":
         return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)

@@ -11,10 +11,9 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.warnings import warn
 from skpose.kinematics import FittedPoses
+from skpose.kinematics._anatomy import ANKLE, HIP, path_up
 from skpose.kinematics._counterparts import check_joints
-from skpose.kinematics._landmarks import path_up
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
-from skpose.kinematics._rigs import ANKLE, HIP
 from skpose.robots._solver import positions_in, solve
 from skpose.robots._stance import Place, Stance, sole_of, stances_of
 from skpose.robots._tables import HEEL, TIP

@@ -11,10 +11,25 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics._anatomy import (
+    ANKLE,
+    BALL,
+    COLLAR,
+    ELBOW,
+    HAND,
+    HIP,
+    KNEE,
+    SHOULDER,
+    SIDES,
+    TOE,
+    WRIST,
+    common_parent,
+    find_anatomy,
+    find_misplaced,
+    path_up,
+)
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._landmarks import SIDES, common_parent, find_landmarks, find_misplaced, path_up
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
-from skpose.kinematics._rigs import ANKLE, BALL, COLLAR, ELBOW, HAND, HIP, KNEE, SHOULDER, TOE, WRIST
 from skpose.robots._contacts import Sole
 from skpose.robots._tables import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.skeleton import Bone, Skeleton
@@ -43,7 +58,7 @@ class Place(NamedTuple):
 
 
 class Stance(NamedTuple):
-    """Landmarks of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
+    """Anatomy of a skeleton as it stands at angle zero; axes have forward, left and up in their columns."""
 
     places: dict[str, Place]  # of landmarks
     axes: np.ndarray  # (3, 3) of the trunk, relative to the root
@@ -88,11 +103,11 @@ def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
 def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
     """The stances of a person and a robot, by names or by pairs of joints of target and source."""
     robot, axes, known = _known_robot(target) or (None, None, {})
-    theirs = _joint_places(source, find_landmarks(source, any_proportions=pairs is not None).joints)
+    theirs = _joint_places(source, find_anatomy(source, any_proportions=pairs is not None).joints)
     if pairs is not None:
         theirs, ours = _by_counterparts(source, target, dict(pairs), theirs, known)
     else:
-        ours = known or _joint_places(target, find_landmarks(target).joints)
+        ours = known or _joint_places(target, find_anatomy(target).joints)
     for limb, name in LIMBS.items():
         if not _has(theirs, limb) and (limb == LEG or _has(ours, limb)):
             raise ValueError(f"the {name} of the motion are not known by their names: name their joints with joints=")

@@ -12,7 +12,7 @@ below the middle of the foot.
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from skpose.kinematics._rigs import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
+from skpose.kinematics._anatomy import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, WRIST
 
 HEEL, TIP = "heel", "tip"  # the ends of the sole
 Vector = tuple[float, float, float]

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 # Unambiguous names of a side: "LeftArm", "hand_left", "mixamorig:LeftHand"; "L_Hip", "hip.r", "Bip01 L Arm".
-_WORD = re.compile(r"(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])")
+_WORD = re.compile(r"(?<![A-Za-z])(?:left|right)|(?:Left|Right)|(?<![A-Z])(?:LEFT|RIGHT)(?![A-Z])|[左右]")
 _LETTER = re.compile(r"(?<![A-Za-z0-9])[LlRr](?![A-Za-z0-9])")
 SURE = (_WORD, _LETTER)
 # Names of a side if a joint has the other side: "lfemur", "LHip", "armLeft", "HipR".
@@ -14,7 +14,7 @@ MAYBE = (
     re.compile(r"(?<=[a-z0-9])[LR]$"),
 )
 PATTERNS = (*SURE, *MAYBE)
-OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
+OTHER = {"left": "right", "right": "left", "l": "r", "r": "l", "左": "右", "右": "左"}
 
 
 def partners(names: Sequence[str]) -> list[int]:
@@ -47,7 +47,7 @@ def split_sides(names: Sequence[str]) -> list[tuple[str, str]]:
             for pattern in PATTERNS
             if (match := pattern.search(name)) and (pattern in SURE or pattern.sub(_other, name) in known)
         ]
-        side = {"l": "left", "r": "right"}[matches[0].group()[0].lower()] if matches else ""
+        side = ("left" if matches[0].group()[0] in "lL左" else "right") if matches else ""
         found.append((side, name[: matches[0].start()] + name[matches[0].end() :] if matches else name))
     return found
 

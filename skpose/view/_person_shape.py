@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._landmarks import SIDES, Landmarks, path_up
-from skpose.kinematics._rigs import (
+from skpose.kinematics._anatomy import (
     ANKLE,
     BALL,
     ELBOW,
@@ -24,8 +23,11 @@ from skpose.kinematics._rigs import (
     KNEE,
     LIMBS,
     SHOULDER,
+    SIDES,
     TOE,
     WRIST,
+    Anatomy,
+    path_up,
 )
 from skpose.skeleton import Skeleton
 from skpose.skeleton._proportions import PROPORTIONS
@@ -86,7 +88,7 @@ class Part(NamedTuple):
     hulls: tuple[tuple[int, ...], ...]
 
 
-def person_parts(skeleton: Skeleton, person: Landmarks) -> tuple[list[Sphere], list[Part]] | None:
+def person_parts(skeleton: Skeleton, person: Anatomy) -> tuple[list[Sphere], list[Part]] | None:
     """Spheres and parts of a person with both arms and legs; None for other skeletons."""
     if not all(f"{side}_{mark}" in person.joints for side in SIDES for limb in LIMBS for mark in limb):
         return None
@@ -106,7 +108,7 @@ def person_parts(skeleton: Skeleton, person: Landmarks) -> tuple[list[Sphere], l
 class _Maker:
     """Makes the parts of one person. A point is the index of a joint plus one; 0 where a landmark is missing."""
 
-    def __init__(self, skeleton: Skeleton, person: Landmarks):
+    def __init__(self, skeleton: Skeleton, person: Anatomy):
         self.skeleton, self.joints, self.trunk = skeleton, person.joints, person.trunk
         self.where = positions_at_zero(skeleton)
         self.lengths = np.linalg.norm(skeleton.offsets, axis=1)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._landmarks import find_landmarks
+from skpose.kinematics._anatomy import find_anatomy
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import size_of
 from skpose.view._person_shape import Part, Shift, Sphere, person_parts
@@ -56,7 +56,7 @@ class Shape(NamedTuple):
 
 def find_shape(skeleton: Skeleton) -> Shape:
     """The shape of a person if the joints have the names of a known rig, else links."""
-    person = person_parts(skeleton, find_landmarks(skeleton))
+    person = person_parts(skeleton, find_anatomy(skeleton))
     return link_shape(skeleton) if person is None else Shape(*person, is_person=True)
 
 

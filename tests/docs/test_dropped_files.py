@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import DATA
-from rigs import RIGS, file_of, random_segments
+from rigs import NAMES, RIGS, file_of, person_of, random_segments
 
 from skpose import Motion, pose_distances
 from skpose.datasets import humanoid
@@ -90,6 +90,7 @@ def assert_reads_as_the_library(dropped, path, up=None):
         motion = load_bvh(path, scale=0.01, up=up)
     text, scene = path.read_text(encoding="utf-8"), scene_of(motion)
     found = dropped.run(READ.format(text=json.dumps(text), up=json.dumps(motion.up)))
+    assert isinstance(found, dict), found
     assert found["names"] == list(motion.skeleton.joint_names)
     assert found["parents"] == motion.skeleton.parents.tolist()
     assert found["sides"] == sides(motion.skeleton.joint_names)
@@ -130,6 +131,15 @@ def test_written_files_are_read_again(dropped, tmp_path):
     X, path, turns = (rng.normal(size=(7, n)) for n in (skeleton.n_dofs, 3, 3))
     save_bvh(tmp_path / "written.bvh", Motion(skeleton, X, 25, path, turns, "ZXY"), scale=0.01)
     assert assert_reads_as_the_library(dropped, tmp_path / "written.bvh")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_people_are_found_by_names_and_lengths_as_by_the_library(dropped, name, tmp_path):
+    for twists in (False, True):
+        skeleton = person_of(name, twists=twists)[0]
+        motion = Motion(skeleton, np.zeros((2, skeleton.n_dofs)), 30)
+        save_bvh(tmp_path / f"{twists}.bvh", motion, scale=0.01)
+        assert assert_reads_as_the_library(dropped, tmp_path / f"{twists}.bvh", "y")
 
 
 @pytest.mark.parametrize("name", RIGS)

@@ -34,7 +34,7 @@ def some_angles(seed=0, times=None, **changed):
     degrees = np.stack(waves, axis=1)
     for name, values in changed.items():
         degrees[:, NAMES.index(name)] = values
-    return JointAngles(NAMES, degrees, times, "rest pose", "humanoid", {})
+    return JointAngles(NAMES, degrees, times, "rest pose", {})
 
 
 def some_events(lefts, rights, motion_times=None):

@@ -61,7 +61,7 @@ def drawn_bones(line):
 
 
 def some_angles():
-    return JointAngles(("knee_flexion_left",), 100 * X[:, :1], np.arange(20) / 10, "rest pose", "a rig", {})
+    return JointAngles(("knee_flexion_left",), 100 * X[:, :1], np.arange(20) / 10, "rest pose", {})
 
 
 DISPLAYS = {

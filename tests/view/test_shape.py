@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics
-from skpose.kinematics._landmarks import find_landmarks
+from skpose.kinematics._anatomy import find_anatomy
 from skpose.skeleton._mass import ARM, LEG
 from skpose.skeleton._proportions import PROPORTIONS
 from skpose.view._person_shape import R_SKULL
@@ -34,7 +34,7 @@ def skeleton_of(name):
 
 
 def height_of(skeleton):
-    joints = find_landmarks(skeleton).joints
+    joints = find_anatomy(skeleton).joints
     where = points_of(skeleton)[1:]
     ends = [where[joints[f"left_{mark}"]] for mark in ("hip", "knee", "ankle")]
     leg = sum(np.linalg.norm(b - a) for a, b in pairwise(ends))
@@ -44,7 +44,7 @@ def height_of(skeleton):
 @pytest.mark.parametrize("name", PEOPLE)
 def test_people_of_every_rig_have_a_head_of_a_persons_size_above_the_shoulders(name):
     skeleton = skeleton_of(name)
-    shape, joints = find_shape(skeleton), find_landmarks(skeleton).joints
+    shape, joints = find_shape(skeleton), find_anatomy(skeleton).joints
     assert shape.is_person
     points, height = points_of(skeleton), height_of(skeleton)
     if not {"head", "head_top", "head_center"} & joints.keys():
@@ -104,7 +104,7 @@ def volume(shape, points, joint):
 
 def test_segments_of_limbs_have_the_volume_of_their_mass():
     skeleton = SKELETONS["humanoid"]
-    shape, joints, points = find_shape(skeleton), find_landmarks(skeleton).joints, points_of(skeleton)
+    shape, joints, points = find_shape(skeleton), find_anatomy(skeleton).joints, points_of(skeleton)
     unit = VOLUME * height_of(skeleton) ** 3
     for mark, segment in (("knee", LEG[0]), ("ankle", LEG[1]), ("elbow", ARM[0]), ("wrist", ARM[1])):
         found = volume(shape, points, joints[f"left_{mark}"])

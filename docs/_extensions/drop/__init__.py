@@ -6,7 +6,7 @@ from pathlib import Path
 
 from skpose.datasets import make_gait
 from skpose.io import save_bvh
-from skpose.kinematics import _landmarks
+from skpose.kinematics import _anatomy
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import _sides
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
@@ -67,21 +67,6 @@ def constant_of(value):
     return [source, "isu" if value.flags & re.IGNORECASE else "su"]  # a point is any letter: names have no line ends
 
 
-def tables():
-    """Return the names of the rigs that BVH files can have, without those of the right, with the landmark of each."""
-    found = []
-    for rig in _landmarks.RIGS:
-        if rig.frame in (None, "parent"):
-            names = _landmarks.TABLES[rig.name].items()
-            found.append(
-                {
-                    "left": {rest: mark.removeprefix("left_") for (side, rest), mark in names if side == "left"},
-                    "middle": {rest: mark for (side, rest), mark in names if not side},
-                }
-            )
-    return found
-
-
 def page():
     """Return the page, with a walk and a run in it; the player that it fills is a frame in it."""
     gait = make_gait(n_subjects=1, n_sequences=1, frame_rate=30, random_state=0)
@@ -92,7 +77,7 @@ def page():
             "ground": {"window": WINDOW, "slow": SLOW, "short": SHORT, "level": LEVEL, "low": LOW},
             "link": {"thickest": THICKEST, "ofLength": OF_LENGTH, "thinnest": THINNEST, "ofPoint": OF_POINT},
             "sides": constants_of(_sides, "PATTERNS"),
-            "landmarks": constants_of(_landmarks, "RIGS", "TABLES", "NONE") | {"rigs": tables()},
+            "anatomy": constants_of(_anatomy, "NONE"),
             "person": constants_of(_person_shape),
             "degrees": LARGEST_DIFFERENCE,
             "units": {name: metric.unit for name, metric in METRICS.items()},

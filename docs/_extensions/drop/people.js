@@ -1,9 +1,8 @@
-// Which joint of a skeleton is its left knee, by the names of rigs: `find_landmarks` of
-// skpose/kinematics/_landmarks.py, and `split_sides` of skpose/skeleton/_sides.py. Names, patterns and numbers are
-// theirs.
+// Where a person is in a skeleton: `find_anatomy` of skpose/kinematics/_anatomy.py, for BVH files, and `split_sides` of
+// skpose/skeleton/_sides.py. Names, patterns and numbers are theirs.
 
-const { landmarks: FINDER, sides: SIDE_NAMES } = data.constants;
-const { SIDES, ANKLE, BALL, ELBOW, HAND, HEAD, HIP, KNEE, SHOULDER, TOE, WRIST } = FINDER;
+const { anatomy: FINDER, sides: SIDE_NAMES } = data.constants;
+const { SIDES, ANKLE, BALL, COLLAR, ELBOW, HAND, HEAD, HIP, KNEE, SHOULDER, TOE, WRIST } = FINDER;
 const regexOf = ([source, flags]) => new RegExp(source, `${flags}g`);
 const SIGNS = regexOf(FINDER.SIGNS);
 const NUMBERED = new RegExp(`^${FINDER.NUMBERED[0]}$`, FINDER.NUMBERED[1]); // all of a name
@@ -26,7 +25,7 @@ function splitSides(names) {
       ?? MAYBE.find((one) => name.search(one) >= 0 && isThere(one));
     if (!pattern) return { side: "", rest: name };
     const [at, [word]] = [name.search(pattern), name.match(pattern)];
-    const side = SIDES.find((one) => one[0] === word[0].toLowerCase());
+    const side = SIDES[Number(!"lL左".includes(word[0]))];
     return { side, rest: name.slice(0, at) + name.slice(at + word.length) };
   });
 }
@@ -82,60 +81,126 @@ function positionsAtZero({ parents, offsets }) {
 }
 
 const lengthOfBones = ({ offsets }, joints) => joints.reduce((sum, j) => sum + Math.hypot(...offsets[j]), 0);
+const searched = (words, name) => new RegExp(words, "u").test(name);
 
-/** The joints of a rig by landmark, and how many of its names there are; none without both legs or both arms. */
-function findRig({ left, middle }, keys, ends) {
-  const last = new Set(ends.values());
+/** A skeleton as a tree of lengths and words: `_Tree`. */
+function treeOf({ names, parents, offsets }) {
+  const keys = keysOf(names);
+  const parts = keys.map(({ rest }) => Object.keys(FINDER.PARTS).find((part) => searched(FINDER.PARTS[part], rest)) ?? "");
+  const partners = keys.map(({ side, rest }) =>
+    side ? keys.findIndex((key) => key.rest === rest && key.side && key.side !== side) : -1);
+  const lengths = offsets.map((offset) => Math.hypot(...offset));
+  const children = Object.fromEntries([-1, ...parents.keys()].map((j) => [j, []]));
+  const reach = { [-1]: 0, ...parents.map(() => 0) };
+  for (let j = parents.length - 1; j >= 0; j--) {
+    children[parents[j]].unshift(j);
+    reach[parents[j]] = Math.max(reach[parents[j]], lengths[j] + reach[j]);
+  }
+  const span = (j) => lengths[j] + reach[j];
+  const longest = (joints) => joints.reduce((best, j) => (span(j) > span(best) ? j : best));
+  const isNear = (length) => length <= FINDER.SMALL * reach[-1];
+  const after = (joint, without) => children[joint]
+    .flatMap((j) => (isNear(lengths[j]) ? after(j, without) : [j]))
+    .filter((j) => !searched(without, keys[j].rest));
+  const chain = (joint) => {
+    const below = children[joint].filter((j) => partners[j] >= 0);
+    return [joint, ...(below.length ? chain(longest(below)) : [])];
+  };
+  return { keys, parts, partners, lengths, reach, longest, isNear, after, chain };
+}
+
+/** Whether a list of numbers comes after another in their order. */
+function isAbove(a, b) {
+  const i = a.findIndex((value, at) => value !== b[at]);
+  return i >= 0 && a[i] > b[i];
+}
+
+/** The joints of both legs and both arms, as far as they are found. */
+function findLimbs(tree, parents) {
+  const starts = [];
+  for (const [left, { side }] of tree.keys.entries()) {
+    if (side !== SIDES[0] || tree.partners[left] < 0 || tree.keys[parents[left]]?.side) continue;
+    const parts = tree.chain(left).map((j) => tree.parts[j]).filter((part) => part && part !== "twist");
+    const votes = parts.reduce((sum, part) => sum + (FINDER.OF_LEG.includes(part) ? 1 : -1), 0);
+    starts.push({ votes, depth: pathUp(parents, parents[left]).reduce((sum, j) => sum + tree.lengths[j], 0), left });
+  }
   const joints = {};
-  let known = 0;
-  for (const [j, { side, rest }] of keys.entries()) {
-    const table = side ? left : middle;
-    if (!Object.hasOwn(table, rest) || last.has(j)) continue;
-    known++;
-    if (!table[rest]) continue;
-    const mark = side ? `${side}_${table[rest]}` : table[rest];
-    if (mark in joints) return { joints: {}, known: 0 };
-    joints[mark] = j;
-  }
-  const hasAll = (limb) => SIDES.every((side) => limb.every((mark) => `${side}_${mark}` in joints));
-  const [legs, arms] = FINDER.LIMBS.map(hasAll);
-  if (!legs && !arms) return { joints: {}, known: 0 };
-  const [ofLeg, ofArm] = FINDER.ORDER;
-  const out = [...(legs ? [] : [...ofLeg, BALL, TOE]), ...(arms ? [] : [...ofArm, HAND])];
-  for (const side of SIDES) for (const mark of out) delete joints[`${side}_${mark}`];
-  return { joints, known };
-}
-
-/** By joint the child that has its name and a word for the end. */
-function endsOf(keys, parents) {
-  const ends = new Map();
-  keys.forEach(({ side, rest }, j) => {
-    const before = keys[parents[j]];
-    if (before && side === before.side && FINDER.END_NAMES.some((word) => rest === before.rest + word)) {
-      ends.set(parents[j], j);
+  for (const [limb, sign] of [[0, 1], [1, -1]]) {
+    let best = { order: [-1], chain: [] };
+    for (const { votes, depth, left } of starts) {
+      const { chain, isUsual } = splitLimb(tree, tree.chain(left), limb);
+      if (!chain.length || sign * votes < 0 || Object.values(joints).includes(chain[0])) continue;
+      const order = [Number(votes !== 0), Number(isUsual), votes ? 0 : -sign * depth, tree.reach[left]];
+      if (isAbove(order, best.order)) best = { order, chain };
     }
-  });
-  return ends;
-}
-
-/** Add the ends of hands, head and feet, where no other joint is known to be there. */
-function addEnds(joints, ends, skeleton) {
-  for (const prefix of ["", ...SIDES.map((side) => `${side}_`)]) {
-    for (const [mark, end] of Object.entries(FINDER.ENDS)) {
-      const joint = ends.get(joints[prefix + mark]);
-      if (joint !== undefined) joints[prefix + end] ??= joint;
+    for (const [i, joint] of best.chain.entries()) {
+      const mark = [...FINDER.LIMBS[limb], COLLAR][i];
+      Object.assign(joints, { [`left_${mark}`]: joint, [`right_${mark}`]: tree.partners[joint] });
     }
   }
-  for (const side of SIDES) {
-    const toe = ends.get(joints[`${side}_${ANKLE}`]);
-    const isKnown = `${side}_${BALL}` in joints || `${side}_${TOE}` in joints;
-    if (toe !== undefined && !isKnown && pointsForward(skeleton, toe, joints)) joints[`${side}_${TOE}`] = toe;
+  return joints;
+}
+
+/** The three joints of a limb in a chain, after them the collarbone's, and whether lengths are usual. */
+function splitLimb(tree, chain, limb) {
+  const places = []; // joints at one place, and the parts in their names, each where it is first
+  let along = 0;
+  for (const [i, joint] of chain.entries()) {
+    along += i && tree.lengths[joint];
+    if (!i || !tree.isNear(along - places.at(-1).at)) places.push({ at: along, joints: [], parts: [] });
+    const isFirst = places.every(({ parts }) => !parts.includes(tree.parts[joint]));
+    places.at(-1).joints.push(joint);
+    places.at(-1).parts.push(isFirst ? tree.parts[joint] : "");
   }
+  const n = Math.min(places.length, FINDER.LONGEST);
+  let best = { order: null, chain: [], isUsual: false };
+  for (let a = 0; a < n; a++) for (let b = a + 1; b < n; b++) for (let c = b + 1; c < n; c++) {
+    const three = [places[a], places[b], places[c]];
+    const [start, middle, end] = three.map(({ at }) => at);
+    const [ratio, whole, last] = [(middle - start) / (end - middle), end - start, places.at(-1).at];
+    for (const [names, vague] of FINDER.CONVENTIONS) {
+      const agree = three.reduce((sum, { parts }, i) => sum + (parts.some((part) => names[limb][i].includes(part)) ? 1
+        : -Number(!parts.some((part) => vague.includes(part)))), 0);
+      const [low, high] = (agree >= FINDER.SURE ? FINDER.NAMED : FINDER.RATIOS)[limb];
+      const isUsual = low <= ratio && ratio <= high;
+      const isMost = Math.max(start / FINDER.BEFORE[limb], (last - end) / FINDER.AFTER[limb]) <= whole
+        && whole >= FINDER.MOST[limb] * last;
+      const order = [Number(isUsual), agree, -Math.abs(Math.log(ratio))];
+      if (!(agree >= FINDER.SURE || (isUsual && isMost)) || (best.order && !isAbove(order, best.order))) continue;
+      const joints = three.map((place, i) =>
+        place.joints.find((j) => names[limb][i].includes(tree.parts[j])) ?? place.joints[0]);
+      best = { order, isUsual, chain: [...joints, ...(limb && a ? places[a - 1].joints.slice(-1) : [])] };
+    }
+  }
+  return best;
 }
 
 const dot = (a, b) => a.reduce((sum, value, axis) => sum + value * b[axis], 0);
 const minus = (a, b) => a.map((value, axis) => value - b[axis]);
 const middleOf = (a, b) => a.map((value, axis) => (value + b[axis]) / 2);
+
+/** Add the joints of feet, hands and the head. */
+function addEnds(tree, joints, skeleton) {
+  for (const side of SIDES) {
+    const ahead = (mark, without) => (`${side}_${mark}` in joints ? tree.after(joints[`${side}_${mark}`], without) : []);
+    const feet = ahead(ANKLE, FINDER.HEEL);
+    const first = feet.length ? tree.longest(feet) : -1;
+    const second = first < 0 ? [] : tree.after(first, FINDER.HEEL);
+    if (second.length) Object.assign(joints, { [`${side}_${BALL}`]: first, [`${side}_${TOE}`]: tree.longest(second) });
+    else if (first >= 0 && skeleton.dofs[first]) joints[`${side}_${BALL}`] = first;
+    else if (first >= 0 && pointsForward(skeleton, first, joints)) joints[`${side}_${TOE}`] = first;
+    const hands = ahead(WRIST, "thumb");
+    const words = FINDER.FINGERS.find((one) => hands.some((j) => searched(one, tree.keys[j].rest)));
+    if (hands.length) joints[`${side}_${HAND}`] = tree.longest(hands.filter((j) => searched(words, tree.keys[j].rest)));
+  }
+  const middle = tree.keys.map(({ side, rest }) => (side ? "" : rest));
+  const head = middle.findIndex((rest) => searched(FINDER.HEADS, rest) && !searched(FINDER.TOPS, rest));
+  if (head < 0) return;
+  joints[HEAD] = head;
+  const above = tree.after(head, "^$").filter((j) => middle[j]);
+  const top = above.find((j) => searched(FINDER.TOPS, middle[j])) ?? (above.length === 1 ? above[0] : -1);
+  if (top >= 0) joints[FINDER.HEAD_TOP] = top;
+}
 
 /** Whether the bone that ends at a joint points forward at angle zero, by hips and shoulders. */
 function pointsForward(skeleton, joint, joints) {
@@ -149,32 +214,20 @@ function pointsForward(skeleton, joint, joints) {
   return dot(bone, forward) > FINDER.FORWARD * Math.hypot(...bone) * Math.hypot(...forward);
 }
 
-/** Whether joints do not follow each other as in a person. */
-function isMisplaced({ parents }, joints) {
-  const isWrong = SIDES.some((side) => FINDER.ORDER.some((order) => {
-    const here = order.map((mark) => joints[`${side}_${mark}`]).filter((joint) => joint !== undefined);
-    return here.slice(1).some((joint, i) => !isAfter(parents, joint, here[i]));
-  }));
-  const before = pathUp(parents, joints[HEAD]);
-  return isWrong || SIDES.some((side) => [SHOULDER, HIP].some((mark) => before.includes(joints[`${side}_${mark}`])));
-}
-
 function isDisproportionate(skeleton, joints) {
-  const sides = SIDES.map((side) => {
-    const lengths = {};
-    for (const [part, [start, end]] of Object.entries(FINDER.LENGTHS)) {
-      const bones = between(skeleton.parents, joints[`${side}_${start}`], joints[`${side}_${end}`]);
-      if (bones.length) lengths[part] = lengthOfBones(skeleton, bones);
-    }
-    return lengths;
+  const length = (side, start, end) =>
+    lengthOfBones(skeleton, between(skeleton.parents, joints[`${side}_${start}`], joints[`${side}_${end}`]));
+  const wholes = FINDER.LIMBS.map((limb) => SIDES.map((side) =>
+    limb.slice(1).map((end, i) => (`${side}_${end}` in joints ? length(side, limb[i], end) : 0))));
+  const isOdd = wholes.some((sides, limb) => {
+    const [low, high] = FINDER.NAMED[limb];
+    const sums = sides.map(([a, b]) => a + b);
+    return sides.some(([a, b]) => !(low * b <= a && a <= high * b))
+      || Math.max(...sums) > FINDER.SYMMETRY * Math.min(...sums);
   });
-  return sides.some((lengths) => FINDER.PROPORTIONS.some(([first, second, low, high]) => {
-    const [a, b] = [lengths[first], lengths[second]];
-    return a !== undefined && b !== undefined && !(low * b <= a && a <= high * b);
-  })) || ["leg", "arm"].some((whole) => {
-    const lengths = sides.map((one) => one[whole] ?? 0);
-    return Math.max(...lengths) > FINDER.SYMMETRY * Math.min(...lengths);
-  });
+  const [leg, arm] = wholes.map(([[a, b]]) => a + b);
+  const [low, high] = FINDER.LEG_TO_ARM;
+  return isOdd || Boolean(leg && arm && !(low * arm <= leg && leg <= high * arm));
 }
 
 /** The joints after the hips up to the one that carries the arms. */
@@ -187,18 +240,11 @@ function trunkOf(parents, joints) {
 }
 
 /** The joints of a person by landmark, and those of the trunk; null if it is none, or uncertain. */
-function findLandmarks(skeleton) {
-  const { names, parents } = skeleton;
-  const keys = keysOf(names);
-  const ends = endsOf(keys, parents);
-  const candidates = FINDER.rigs.map((rig) => findRig(rig, keys, ends));
-  const most = Math.max(...candidates.map(({ known }) => known));
-  if (!most || keys.some(({ rest }) => FINDER.NO_PERSON.some((word) => rest.startsWith(word)))) return null;
-  const found = candidates.filter(({ known }) => known === most).map(({ joints }) => joints);
-  if (found.some((joints) => isMisplaced(skeleton, joints) || isDisproportionate(skeleton, joints))) return null;
-  // Several rigs may have the same names: what they agree on is certain.
-  const joints = Object.fromEntries(Object.entries(found[0]).filter(([mark, joint]) =>
-    found.every((other) => other[mark] === joint)));
-  addEnds(joints, ends, skeleton);
-  return { joints, trunk: trunkOf(parents, joints) };
+function findAnatomy(skeleton) {
+  const tree = treeOf(skeleton);
+  const joints = findLimbs(tree, skeleton.parents);
+  const isAnimal = tree.keys.some(({ rest }) => FINDER.NO_PERSON.some((word) => rest.startsWith(word)));
+  if (!Object.keys(joints).length || isAnimal || isDisproportionate(skeleton, joints)) return null;
+  addEnds(tree, joints, skeleton);
+  return { joints, trunk: trunkOf(skeleton.parents, joints) };
 }

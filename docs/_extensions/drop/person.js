@@ -183,7 +183,7 @@ class Person {
 
 /** The shape of a person with both arms and legs; null for other skeletons. */
 function personShape(skeleton) {
-  const found = findLandmarks(skeleton);
+  const found = findAnatomy(skeleton);
   const marks = FINDER.LIMBS.flat().flatMap((mark) => SIDES.map((side) => `${side}_${mark}`));
   if (!found || !marks.every((mark) => mark in found.joints)) return null;
   const person = new Person(skeleton, found);
