@@ -57,27 +57,27 @@ def run(args: argparse.Namespace) -> None:
     ((name, target),) = inputs.read(args, [args.onto], required=1)
     if isinstance(target, skpose.Keypoints):
         raise ValueError(f"{name} has points but no skeleton")
-    skeleton = getattr(target, "skeleton", target)
     for name, motion in inputs.read(args, files, inputs.load_poses):
-        moved, report = _retarget(inputs.resample(motion, args.frame_rate), skeleton, args)
+        moved, report = _retarget(inputs.resample(motion, args.frame_rate), target, args)
         print(f"{name}: by {report}")
         if args.out is not None:
             outputs.save_motion(moved, args.out, args.out_scale)
 
 
 def _retarget(
-    motion: "skpose.Motion", skeleton: "skpose.Skeleton", args: argparse.Namespace
+    motion: "skpose.Motion", target: "skpose.Motion | skpose.Skeleton", args: argparse.Namespace
 ) -> tuple["skpose.Motion", str]:
-    """The motion on a skeleton or robot, and a report."""
+    """The motion on the skeleton of another motion, or on a robot, and a report."""
     from skpose.kinematics._retarget import retarget_and_report
     from skpose.robots._retarget import retarget_and_report as retarget_to_robot
 
     joints = None if args.joints is None else dict(args.joints)
+    skeleton = target.skeleton if isinstance(target, skpose.Motion) else target
     onto_robot = any(bone.is_hinge for bone in skeleton.bones) and not any(b.is_hinge for b in motion.skeleton.bones)
     if args.method == "limbs" or (args.method == "auto" and onto_robot):
         scale = None if args.factor == "lengths" else args.factor
         return retarget_to_robot(motion, skeleton, joints, scale)
-    return retarget_and_report(motion, skeleton, args.method, joints, args.factor, "ignore", args.jobs, 0)
+    return retarget_and_report(motion, target, args.method, joints, args.factor, "ignore", args.jobs, 0)
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -167,7 +167,7 @@ class MotionDataset:
 
     def retarget(
         self,
-        skeleton: Skeleton,
+        skeleton: Skeleton | Motion,
         *,
         method: Method = "numbers",
         joints: Mapping[str, str] | Sequence[Mapping[str, str] | None] | None = None,
@@ -182,15 +182,16 @@ class MotionDataset:
 
         Parameters
         ----------
-        skeleton : Skeleton
-            The target skeleton, whose joints the motions get: ``skeleton.to_rotvec()`` for ball joints.
+        skeleton : Skeleton or Motion
+            The target skeleton, or a motion on it, whose joints the motions get: ``skeleton.to_rotvec()`` for ball
+            joints.
         method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None
             The counterpart of each joint of `skeleton` in the motions, or a sequence with one mapping per motion. None
             calls `skpose.kinematics.find_counterparts`.
         scale : float or "lengths", default=None
-            Factor for positions in the world; None is 1.
+            Factor for positions in the world; None is the ratio of the lengths of people's legs, or 1.
         joint_limits : {"ignore", "enforce"}, default="ignore"
             Whether angles are kept inside ``skeleton.limits``.
         n_jobs : int, default=None

@@ -18,6 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.validation import list_names
+from skpose._utils.warnings import warn
+from skpose.kinematics._anatomy import Anatomy
+from skpose.kinematics._body import Poses, find_bends, flexion_axis
+from skpose.kinematics._counterparts import Counterparts
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
@@ -36,15 +41,16 @@ REMEDY = 'method="positions" comes close by inverse kinematics'
 
 
 def by_orientations(
-    motion: Motion, target: Skeleton, there: np.ndarray, lines: Lines, factor: float
+    motion: Motion, target: Skeleton, found: Counterparts, lines: Lines, factor: float, shown: Motion | None
 ) -> tuple[Motion, float, list[int]]:
-    """Convert a motion by lines that are made parallel; `there` is the counterpart of each joint, or -1.
+    """Convert a motion by lines that are made parallel.
 
-    Positions of the root are multiplied by a factor. In people of known rigs the middle between the hips keeps its
-    place: roots are above it in some rigs.
+    Positions of the root are multiplied by a factor. In people the middle between the hips keeps its place, as roots
+    are above it in some rigs. `shown` is a motion of the target that shows how its knees and elbows bend.
 
     The result is the motion, the largest angle between a line and its counterpart, degrees, and the joints that move.
     """
+    there = found.there
     seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
     result = replace(motion, skeleton=target, angles=np.zeros((len(motion), target.n_dofs)), seen=seen)
     if slides := [bone.name for bone in (*motion.skeleton.bones, *target.bones) if bone.is_slide]:
@@ -55,8 +61,10 @@ def by_orientations(
     positions = with_root(joint_positions(motion.angles, motion.skeleton), lines.hips[0])
     bones = _bones(motion.skeleton, positions, root, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
-    turns = _turns(target, bones, leaders)
     followed = rotations_since_zero(motion.skeleton, motion.angles, root)
+    in_world = np.stack([root.apply(positions[:, j]) for j in range(motion.skeleton.n_joints)], axis=1)
+    bends = _bends(motion.skeleton, target, found.people, leaders, Poses(in_world, followed), shown)
+    turns = _turns(target, bones, leaders, bends)
     rotations, worst = {}, 0.0
     for joint, leader in leaders.items():
         rotations[joint], apart = _fit_joint(followed[leader] * turns[joint], joint, bones)
@@ -149,7 +157,43 @@ def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation)
     return rotations
 
 
-def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int, Rotation]:
+def _bends(
+    source: Skeleton,
+    target: Skeleton,
+    people: tuple[Anatomy, Anatomy] | None,
+    leaders: dict[int, int],
+    poses: Poses,
+    shown: Motion | None,
+) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """The flexion axes (3,) at angle zero of target and source that each joint of a limb, and its leader, carry."""
+    found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    if people is None:
+        return found
+    of_target = None
+    if shown is not None:
+        root = root_orientations(shown.root_angles, shown.root_axes)
+        of_target = Poses(shown.positions(), rotations_since_zero(target, shown.angles, root))
+    marks = [{joint: mark for mark, joint in person.joints.items()} for person in people]
+    theirs = {marks[0][bend.joints[1]]: bend for bend in find_bends(source, people[0])}
+    unknown = []
+    for bend in find_bends(target, people[1]):
+        mark = marks[1][bend.joints[1]]
+        for joint in bend.carriers if mark in theirs else ():
+            if joint in leaders and joint != ROOT:
+                ours, other = flexion_axis(bend, joint, of_target), flexion_axis(theirs[mark], leaders[joint], poses)
+                if ours is not None and other is not None:
+                    found[joint] = ours, other
+                else:
+                    unknown.append(f"{mark.replace('_', ' ')} of the {'target' if ours is None else 'motion'}")
+    if unknown:
+        names = list_names([*dict.fromkeys(unknown)])
+        warn(f"twists are arbitrary, as nothing shows how these bend: {names}. A motion in place of the skeleton does")
+    return found
+
+
+def _turns(
+    target: Skeleton, bones: _Bones, leaders: dict[int, int], bends: dict[int, tuple[np.ndarray, np.ndarray]]
+) -> dict[int, Rotation]:
     """The constant rotation of the root and of each joint: A in the docstring of the module."""
     at_root = np.flatnonzero(target.parents == ROOT)
     # The joint that has the orientation of the root in the poses, as `Motion.with_root` makes it.
@@ -162,6 +206,9 @@ def _turns(target: Skeleton, bones: _Bones, leaders: dict[int, int]) -> dict[int
             turns[j] = _quarter_turns(bones)
         if j in bones.carried:
             turns[j], _ = _fit_joint(turns[j], j, bones, AT_ZERO)
+            if j in bends and len(carried := bones.carried[j]) == 1:
+                axis = turns[j].apply(bones.directions[carried])
+                turns[j] = _fit_twist(axis, turns[j].apply(bends[j][0][None]), bends[j][1][None]) * turns[j]
     return turns
 
 

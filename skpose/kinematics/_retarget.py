@@ -2,14 +2,16 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from skpose._utils.validation import check_choice, check_kind, check_limits, check_positive, check_skeleton
 from skpose._utils.warnings import warn
-from skpose.kinematics._anatomy import ANKLE, HEAD, SIDES, WRIST, path_up
+from skpose.kinematics._anatomy import ANKLE, HEAD, SIDES, WRIST, Anatomy, find_anatomy, path_up
 from skpose.kinematics._counterparts import Counterparts, check_limbs, counterparts, ratio_of_lengths
+from skpose.kinematics._floor import keep_feet, leg_length
 from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._lines import ROOT, find_carriers, find_lines, find_movers
 from skpose.kinematics._orientations import by_orientations
@@ -21,14 +23,15 @@ from skpose.skeleton._sampling import seen_of
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")
 UNCHANGED = "same numbers"  # the report
-SHOWN = 6  # names in a report
+ROUNDING = 1e-12  # of a ratio of lengths
+SHOWN, SHOWN_FACTOR, SHOWN_DISTANCE = 6, 5e-3, 5e-4  # names, least change of size, and m, in a report
 # The last joints of a person's limbs, and of the trunk, beyond which hands, feet and the head are.
 LAST = (*(f"{side}_{mark}" for side in SIDES for mark in (WRIST, ANKLE)), HEAD)
 
 
 def retarget(
     motion: Motion,
-    skeleton: Skeleton,
+    skeleton: Skeleton | Motion,
     *,
     method: Method = "numbers",
     joints: Mapping[str, str] | None = None,
@@ -139,7 +142,7 @@ def retarget(
 
 def retarget_and_report(
     motion: Motion,
-    skeleton: Skeleton,
+    skeleton: Skeleton | Motion,
     method: Method,
     joints: Mapping[str, str] | None,
     scale: float | Literal["lengths"] | None,
@@ -149,6 +152,8 @@ def retarget_and_report(
 ) -> tuple[Motion, str]:
     """Retarget a motion, and state the method and its error."""
     check_kind(motion, Motion, "motion", "pass one motion")
+    shown = skeleton if isinstance(skeleton, Motion) else None
+    skeleton = skeleton.skeleton if isinstance(skeleton, Motion) else skeleton
     check_skeleton(skeleton)
     check_choice("method", method, METHODS)
     check_choice("joint_limits", joint_limits, ("ignore", "enforce"))
@@ -166,22 +171,36 @@ def retarget_and_report(
         raise ValueError('the skeleton has hinges: use skpose.robots.retarget_to_robot or method="positions"')
     found = counterparts(motion.skeleton, skeleton, joints)
     check_limbs(motion.skeleton, skeleton, found, joints)
-    factor = ratio_of_lengths(motion.skeleton, skeleton, found) if scale == "lengths" else float(scale or 1.0)
+    people = found.people or found.landmarks
+    factor, on_feet = _size(motion.skeleton, skeleton, people, scale)
+    if scale == "lengths":
+        factor = ratio_of_lengths(motion.skeleton, skeleton, found)
+    by_positions = partial(_by_positions, motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
     if method == "positions":
-        return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
-    lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
-    try:
-        result, apart, moving = by_orientations(motion, skeleton, found.there, lines, factor)
-        result = _within_limits(result, joint_limits)
-    except ValueError:
-        if method != "auto":
-            raise
-        return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
-    at_rest = joints_at_rest(skeleton, moving)
-    if joints is None and found.people is not None:
-        _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
-    count = f"{(found.there >= 0).sum()} of {skeleton.n_joints} joints"
-    return result, f"orientations, {count}, directions within {round(apart, 2):g}°{at_rest_in_words(skeleton, at_rest)}"
+        result, report, at_rest = by_positions()
+    else:
+        try:
+            result, report, at_rest = _by_orientations(motion, skeleton, found, factor, joint_limits, joints, shown)
+        except ValueError:
+            if method != "auto":
+                raise
+            result, report, at_rest = by_positions()
+    if on_feet:
+        result, off = keep_feet(motion, result, people, factor)
+        report += f", scaled by {factor:.2f}" if abs(factor - 1.0) >= SHOWN_FACTOR else ""
+        report += f", feet within {100.0 * off:.2g} cm" if off is not None and off >= SHOWN_DISTANCE else ""
+    return result, report + at_rest_in_words(skeleton, at_rest)
+
+
+def _size(
+    source: Skeleton, target: Skeleton, people: tuple[Anatomy, Anatomy], scale: float | Literal["lengths"] | None
+) -> tuple[float, bool]:
+    """The factor of positions in the world, and whether feet keep their places: of people, if no scale is given."""
+    legs = [leg_length(skeleton, person) for skeleton, person in zip((source, target), people, strict=True)]
+    if scale is not None or not all(legs):
+        return 1.0 if scale is None or scale == "lengths" else float(scale), False
+    factor = legs[1] / legs[0]
+    return (1.0 if abs(factor - 1.0) < ROUNDING else factor), True
 
 
 def _by_numbers(
@@ -195,10 +214,12 @@ def _by_numbers(
     if method != "unchecked":
         names = "the motion's skeleton", "the given one"
         check_rest_poses([motion.skeleton, skeleton], names, 'method="orientations" keeps directions')
+    factor, on_feet = 1.0, False
     if scale == "lengths":
         factor = ratio_of_lengths(motion.skeleton, skeleton, counterparts(motion.skeleton, skeleton, None))
-    else:
-        factor = float(scale or 1.0)
+    elif scale is not None or skeleton != motion.skeleton:
+        people = find_anatomy(motion.skeleton), find_anatomy(skeleton)
+        factor, on_feet = _size(motion.skeleton, skeleton, people, scale)
     result = replace(
         motion,
         skeleton=skeleton,
@@ -206,7 +227,28 @@ def _by_numbers(
         root_positions=factor * motion.root_positions,
         seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
     )
-    return _within_limits(result, joint_limits)
+    result = _within_limits(result, joint_limits)
+    return keep_feet(motion, result, people, factor)[0] if on_feet else result
+
+
+def _by_orientations(
+    motion: Motion,
+    skeleton: Skeleton,
+    found: Counterparts,
+    factor: float,
+    joint_limits: str,
+    joints: Mapping[str, str | None] | None,
+    shown: Motion | None,
+) -> tuple[Motion, str, list[int]]:
+    """Make bones parallel to their counterparts."""
+    lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
+    result, apart, moving = by_orientations(motion, skeleton, found, lines, factor, shown)
+    at_rest = joints_at_rest(skeleton, moving)
+    if joints is None and found.people is not None:
+        _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
+    count = f"{(found.there >= 0).sum()} of {skeleton.n_joints} joints"
+    report = f"orientations, {count}, directions within {round(apart, 2):g}°"
+    return _within_limits(result, joint_limits), report, at_rest
 
 
 def _within_limits(motion: Motion, joint_limits: str) -> Motion:
@@ -224,7 +266,7 @@ def _by_positions(
     joint_limits: str,
     n_jobs: int | None,
     verbose: int,
-) -> tuple[Motion, str]:
+) -> tuple[Motion, str, list[int]]:
     """Find the poses whose joints are nearest to their counterparts, in the world times a factor."""
     placed = np.flatnonzero(found.placed).tolist()
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
@@ -239,7 +281,7 @@ def _by_positions(
     at_rest = joints_at_rest(skeleton, {j for joint in placed for j in path_up(skeleton, joint)[first:]})
     apart = round(100.0 * float(np.nanmax(fitted.residuals, initial=0.0)), 2)
     count = f"{len(placed)} of {skeleton.n_joints} joints"
-    return result, f"positions, {count} within {apart:g} cm{at_rest_in_words(skeleton, at_rest)}"
+    return result, f"positions, {count} within {apart:g} cm", at_rest
 
 
 # --- joints that stay at rest -----------------------------------------------------------------------------------------

@@ -91,7 +91,7 @@ RING = [*zip(RIGS, [*list(RIGS)[1:], next(iter(RIGS))], strict=True), ("Bandai-N
 def test_limbs_keep_their_directions_between_rigs(files, here, there):
     """Joints are where they were but for some centimetres: of one person, whose collarbones begin elsewhere."""
     (motion, where), (other, _) = files[here], files[there]
-    dataset = MotionDataset([motion]).retarget(other.skeleton, method="auto")
+    dataset = MotionDataset([motion]).retarget(other, method="auto")
     found = positions_by_name(dataset[0])
     a, b = directions_of_limbs(where, limbs_of(here)), directions_of_limbs(found, limbs_of(there))
     if here == there:
@@ -257,5 +257,5 @@ def test_feet_without_toes_stay_at_rest_with_a_warning(capsys):
     motion = make_gait(1, 1, random_state=0).motions[0][:5]
     with pytest.warns(UserWarning, match="'LeftFoot', 'RightFoot' stay at rest"):
         result = retarget(motion, down, method="orientations", verbose=1)
-    assert capsys.readouterr().out.endswith("°; at rest: LeftFoot, RightFoot\n")
+    assert capsys.readouterr().out.endswith("; at rest: LeftFoot, RightFoot\n")
     np.testing.assert_array_equal(result.angles[:, [i for i, n in enumerate(down.dof_names) if "Foot" in n]], 0.0)

@@ -179,8 +179,10 @@ def test_scale_by_the_lengths_of_bones():
         np.testing.assert_allclose(in_space(result), 1.25 * in_space(motion), atol=1e-6)
     same_rig = retarget(motion, rig(scale=1.25), scale="lengths")
     np.testing.assert_allclose(in_space(same_rig), 1.25 * in_space(motion), atol=1e-9)
-    without = retarget(motion, taller, method="orientations")
-    np.testing.assert_array_equal(without.root_positions, motion.root_positions)
+    by_legs = retarget(motion, taller, method="orientations")  # the default of people
+    np.testing.assert_allclose(in_space(by_legs), 1.25 * in_space(motion), atol=1e-6)
+    in_metres = retarget(motion, taller, method="orientations", scale=1.0)
+    np.testing.assert_array_equal(in_metres.root_positions, motion.root_positions)
 
 
 def hinged(knee="x", hip="ZXY"):

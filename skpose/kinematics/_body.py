@@ -1,0 +1,125 @@
+"""The anatomical axes of a person's body and limbs at angle zero.
+
+The body has axes forward, left and up where the person stands at angle zero. A knee and an elbow bend about their
+*flexion axis* a: with u along the limb before the joint and v after it, a is along u × v where the limb is bent. It is
+the axis of the hinge if the joint is one. Otherwise it follows from the rest pose if the person stands there with
+straight limbs, since knees bend backward and elbows forward, and otherwise from the frames in which a motion bends it.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from skpose.kinematics._anatomy import ANKLE, ARM, HIP, LEG, SHOULDER, SIDES, Anatomy, pair_of, path_up
+from skpose.kinematics._lines import ROOT, find_carriers, unit
+from skpose.skeleton import Skeleton
+from skpose.skeleton._bone import axes_of
+from skpose.skeleton._rest import axes_at_zero, positions_at_zero
+
+NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
+FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands
+HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the direction down there
+BENT = np.sin(np.radians(15.0))  # of a bend that shows its axis
+ONE_AXIS = 0.8  # length of the mean of the axes of bends, if they have one
+
+
+def body_axes(at: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The axes (3, 3) of the trunk at angle zero, forward, left and up, by the positions (3,) of landmarks."""
+    pairs = [pair for mark in (SHOULDER, HIP, ANKLE) if (pair := _pair(at, mark)) is not None]  # from above
+    left = pairs[0][0] - pairs[0][1]
+    up = _snap(unit(pairs[0].mean(axis=0) - (pairs[1].mean(axis=0) if len(pairs) > 1 else 0.0)))
+    left = _snap(unit(left - (left @ up) * up))
+    return np.stack([np.cross(left, up), left, up], axis=1)
+
+
+def is_standing(at: Mapping[str, np.ndarray], axes: np.ndarray) -> bool:
+    """Whether legs hang at angle zero, and hips face where shoulders do."""
+    lines = [unit(pair[0] - pair[1]) for mark in (HIP, SHOULDER) if (pair := _pair(at, mark)) is not None]
+    if len(lines) == 2 and lines[0] @ lines[1] < FACING:
+        return False
+    legs = [[at.get(f"{side}_{mark}") for mark in (HIP, ANKLE)] for side in SIDES]
+    return all(unit(a - b) @ axes[:, 2] > HANGING for a, b in legs if a is not None and b is not None)
+
+
+def _pair(at: Mapping[str, np.ndarray], mark: str) -> np.ndarray | None:
+    """The positions (2, 3) of a landmark on both sides, if both are known."""
+    names = [f"{side}_{mark}" for side in SIDES]
+    return np.stack([at[name] for name in names]) if all(name in at for name in names) else None
+
+
+def _snap(direction: np.ndarray) -> np.ndarray:
+    """The axis of the root near a direction, or the direction itself."""
+    axis = int(np.abs(direction).argmax())
+    return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > NEAR else direction
+
+
+class Bend(NamedTuple):
+    """A knee or an elbow of a skeleton."""
+
+    joints: tuple[int, int, int]  # at the start of the limb, at the knee or the elbow, and at the end
+    carriers: list[int]  # the joints that carry the bones between these
+    hinge: np.ndarray | None  # (3,) the axis at angle zero if it is a hinge, up to its sign
+    at_rest: np.ndarray | None  # (3,) the flexion axis by the rest pose, if the person stands there
+    is_straight: bool  # whether the limb is straight there
+
+
+class Poses(NamedTuple):
+    """Poses of a skeleton in the world."""
+
+    positions: np.ndarray  # (n_frames, n_joints, 3)
+    since_zero: Mapping[int, Rotation]  # (n_frames,) of the root, -1, and of each joint
+
+
+def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
+    """Knees and elbows of both sides, as far as they are known."""
+    zero, axes, carriers = positions_at_zero(skeleton), axes_at_zero(skeleton), find_carriers(skeleton)
+    at = {mark: zero[joint] for mark, joint in person.joints.items()}
+    body = body_axes(at) if pair_of(person.joints, HIP) or pair_of(person.joints, SHOULDER) else None
+    stands = body is not None and is_standing(at, body)
+    found = []
+    for limb, sign in ((LEG, -1.0), (ARM, 1.0)):
+        for side in SIDES:
+            if not all(f"{side}_{mark}" in person.joints for mark in limb):
+                continue
+            start, middle, end = (person.joints[f"{side}_{mark}"] for mark in limb)
+            path = path_up(skeleton, end)
+            path = path[: path.index(start)]
+            joint = carriers[path[path.index(middle) - 1]]  # it carries the first bone after the knee
+            bone = skeleton.bones[joint] if joint != ROOT else None
+            is_hinge = bone is not None and bone.n_dofs == 1 and not bone.is_slide and joint != carriers[middle]
+            along, is_straight = unit(zero[middle] - zero[start]), True
+            across = np.zeros(3)
+            if stands and body is not None:
+                across = np.cross(along, unit(zero[end] - zero[middle]))
+                is_straight = bool(np.linalg.norm(across) <= BENT)
+                across = np.cross(along, sign * body[:, 0]) if is_straight else across
+            found.append(
+                Bend(
+                    (start, middle, end),
+                    sorted({carriers[j] for j in path}),
+                    axes[joint] @ axes_of(bone)[0] if is_hinge and bone is not None else None,
+                    unit(across) if np.linalg.norm(across) > BENT else None,
+                    is_straight,
+                )
+            )
+    return found
+
+
+def flexion_axis(bend: Bend, joint: int, poses: Poses | None) -> np.ndarray | None:
+    """The flexion axis (3,) at angle zero, relative to the root, that a joint carries; None if nothing shows it."""
+    shown = None if poses is None else _shown_axis(bend, joint, poses)
+    known = shown if bend.at_rest is None or (shown is not None and not bend.is_straight) else bend.at_rest
+    if bend.hinge is None or known is None:
+        return known
+    return bend.hinge * np.sign(bend.hinge @ (known if shown is None else shown))
+
+
+def _shown_axis(bend: Bend, joint: int, poses: Poses) -> np.ndarray | None:
+    """The mean axis of a limb where it is bent in a motion."""
+    start, middle, end = (poses.positions[:, joint] for joint in bend.joints)
+    axes = poses.since_zero[joint].inv().apply(np.cross(unit(middle - start), unit(end - middle)))
+    axes = axes[np.linalg.norm(axes, axis=1) > BENT]
+    mean = axes.sum(axis=0)
+    return unit(mean) if len(axes) and np.linalg.norm(mean) > ONE_AXIS * np.linalg.norm(axes, axis=1).sum() else None
