@@ -12,8 +12,24 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._anatomy import ANKLE, ARM, HIP, LEG, SHOULDER, SIDES, Anatomy, pair_of, path_up
-from skpose.kinematics._lines import ROOT, find_carriers, unit
+from skpose.kinematics._anatomy import (
+    ANKLE,
+    ARM,
+    BALL,
+    HEAD,
+    HEAD_TOP,
+    HIP,
+    KNEE,
+    LEG,
+    SHOULDER,
+    SIDES,
+    TOE,
+    Anatomy,
+    common_parent,
+    pair_of,
+    path_up,
+)
+from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import axes_of
 from skpose.skeleton._rest import axes_at_zero, positions_at_zero
@@ -21,16 +37,22 @@ from skpose.skeleton._rest import axes_at_zero, positions_at_zero
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
 FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands
 HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the direction down there
+UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero; the foot of a more tilted shank is as tilted
+POINTED = np.cos(np.radians(15.0))  # of the largest angle to the shank of a foot that does not show forward
 BENT = np.sin(np.radians(15.0))  # of a bend that shows its axis
 ONE_AXIS = 0.8  # length of the mean of the axes of bends, if they have one
 
 
-def body_axes(at: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The axes (3, 3) of the trunk at angle zero, forward, left and up, by the positions (3,) of landmarks."""
-    pairs = [pair for mark in (SHOULDER, HIP, ANKLE) if (pair := _pair(at, mark)) is not None]  # from above
-    left = pairs[0][0] - pairs[0][1]
-    up = _snap(unit(pairs[0].mean(axis=0) - (pairs[1].mean(axis=0) if len(pairs) > 1 else 0.0)))
-    left = _snap(unit(left - (left @ up) * up))
+def body_axes(at: Mapping[str, np.ndarray], across: str = SHOULDER) -> np.ndarray:
+    """The axes (3, 3) of the trunk at angle zero, forward, left and up, by the positions (3,) of landmarks.
+
+    Left is along the line of the shoulders, or of the hips: in some rest poses one is rotated against the other.
+    """
+    pairs = {mark: pair for mark in (SHOULDER, HIP, ANKLE) if (pair := _pair(at, mark)) is not None}  # from above
+    middles = [pair.mean(axis=0) for pair in pairs.values()]
+    up = _snap(unit(middles[0] - (middles[1] if len(middles) > 1 else 0.0)))
+    left, right = pairs.get(across, next(iter(pairs.values())))
+    left = _snap(unit(left - right - ((left - right) @ up) * up))
     return np.stack([np.cross(left, up), left, up], axis=1)
 
 
@@ -53,6 +75,50 @@ def _snap(direction: np.ndarray) -> np.ndarray:
     """The axis of the root near a direction, or the direction itself."""
     axis = int(np.abs(direction).argmax())
     return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > NEAR else direction
+
+
+class Segment(NamedTuple):
+    """A segment that is known by its axes at angle zero."""
+
+    joint: int  # that carries it; -1 is the root
+    axes: np.ndarray  # (3, 3) forward, left and up in the columns
+
+
+def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
+    """Pelvis, chest and head; and the feet, "left_foot" and "right_foot", where the person stands on them."""
+    zero, carriers, movers = positions_at_zero(skeleton), find_carriers(skeleton), find_movers(skeleton)
+    at, found = {mark: zero[joint] for mark, joint in person.joints.items()}, {}
+    for name, mark in (("chest", SHOULDER), ("pelvis", HIP)):
+        if pair := pair_of(person.joints, mark):
+            both = {carriers[joint] for joint in pair}
+            joint = both.pop() if len(both) == 1 else movers[common_parent(skeleton, *pair)]
+            found[name] = Segment(joint, body_axes(at, mark))
+    if "chest" in found and HEAD in person.joints:
+        head, top = person.joints[HEAD], person.joints.get(HEAD_TOP, ROOT)
+        is_own = skeleton.offset_frame == "own"
+        found["head"] = Segment(carriers[top] if is_own else movers[head], found["chest"].axes)
+    if "pelvis" in found and is_standing(at, body := body_axes(at)):
+        for side in SIDES:
+            ankle, knee = at.get(f"{side}_{ANKLE}"), at.get(f"{side}_{KNEE}")
+            end = next((f"{side}_{mark}" for mark in (BALL, TOE) if f"{side}_{mark}" in at), "")
+            if ankle is None or knee is None or not end:
+                continue
+            axes, is_flat = foot_axes(unit(knee - ankle), at[end] - ankle, body)
+            if is_flat:
+                found[f"{side}_foot"] = Segment(carriers[person.joints[end]], axes)
+    return found
+
+
+def foot_axes(shank: np.ndarray, forward: np.ndarray, body: np.ndarray) -> tuple[np.ndarray, bool]:
+    """The axes of a foot at angle zero, by the directions up the shank and to the toes, and whether it is flat there.
+
+    A leg that is spread has a foot that is tilted with it. A foot that points along the shank is not flat.
+    """
+    up = body[:, 2] if shank @ body[:, 2] > UPRIGHT else shank
+    is_flat = bool(unit(forward) @ -up <= POINTED)
+    up = up if is_flat else body[:, 0]  # the instep
+    forward = unit(forward - (forward @ up) * up)
+    return np.stack([forward, np.cross(up, forward), up], axis=1), is_flat
 
 
 class Bend(NamedTuple):

@@ -1,17 +1,35 @@
-"""The path of the root by which the feet of a person of another size stand where the motion's stand."""
+"""Feet that stand where the motion's stand, times the ratio of the lengths of the legs.
+
+The root takes the mean shift of the standing feet, and each leg the rest, as far as its knee bends by `KNEE` for it.
+"""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._anatomy import ANKLE, BALL, HIP, SIDES, TOE, Anatomy, path_up
+from skpose.kinematics._lines import unit
 from skpose.skeleton import Motion, Skeleton
 
-LOW, SLOW = 0.08, 0.5  # leg lengths above the lowest point, and leg lengths per second, of a foot that stands
+LOW, SLOW = 0.08, 1.0  # leg lengths above the lowest point, and leg lengths per second, of a foot that stands
 STANDS, LEAST = 0.5, 1e-3  # weights of a foot that stands, and of one that does not
-SMOOTH = 0.05  # s, standard deviation of the mean over time
+PLANTED = 0.1, 0.3  # weights from which on a foot is moved to its place, partly and fully
+SMOOTH = 0.15  # s, standard deviation of the mean over time
+AHEAD = 0.3  # s, of the line of the hips
+KNEE = np.radians(1.8)  # largest change of a knee
+STRAIGHT = 0.02  # rad, of a knee that can bend a little though it is straight
 EXACT = 1e-9  # of a leg length: smaller shifts are rounding errors
+
+
+class Steps(NamedTuple):
+    """How the feet of a result have to move."""
+
+    root: np.ndarray  # (n_frames, 3) the shift of the root, m
+    feet: np.ndarray  # (n_frames, 2, 3) then of the left and the right foot
+    stands: np.ndarray  # (n_frames, 2) whether each stands
 
 
 def leg_length(skeleton: Skeleton, person: Anatomy) -> float:
@@ -24,36 +42,75 @@ def leg_length(skeleton: Skeleton, person: Anatomy) -> float:
     return float(np.mean(found)) if all(found) else 0.0
 
 
-def keep_feet(
-    motion: Motion, result: Motion, people: tuple[Anatomy, Anatomy], factor: float
-) -> tuple[Motion, float | None]:
-    """Move the root of a result such that the feet that stand are where the motion's are, times a factor.
+def find_steps(motion: Motion, positions: np.ndarray, people: tuple[Anatomy, Anatomy], factor: float) -> Steps:
+    """How the feet of a result at some positions (n_frames, n_joints, 3) have to move to stand as the motion's.
 
-    Between the feet the shift is the mean weighted by how low and slow each is, smoothed in time. The lowest joints of the
-    feet are as high as the motion's, in the median. The second value is
-    the largest distance of a standing foot from its place, m; None if no foot stands.
+    The shift of the root is the mean of both feet, weighted by how low and slow each is, and smoothed in time. In the
+    median, the lowest joints of the feet are as high as the motion's, times the factor.
     """
-    if not len(motion):
-        return result, None
-    leg, up = leg_length(motion.skeleton, people[0]), "xyz".index(motion.up)
-    positions, joints = (factor * motion.positions(), result.positions()), [person.joints for person in people]
+    leg, up = factor * leg_length(motion.skeleton, people[0]), "xyz".index(motion.up)
+    both, joints = (factor * motion.positions(), positions), [person.joints for person in people]
     stood = next(part for part in (BALL, ANKLE) if all(f"{side}_{part}" in each for each in joints for side in SIDES))
     theirs, ours = (
-        each[:, [marks[f"{side}_{stood}"] for side in SIDES]] for each, marks in zip(positions, joints, strict=True)
+        each[:, [marks[f"{side}_{stood}"] for side in SIDES]] for each, marks in zip(both, joints, strict=True)
     )
+    step = float(np.median(np.diff(motion.times))) if len(motion) > 1 else 1.0
     heights = theirs[:, :, up] - theirs[:, :, up].min()
     speeds = np.linalg.norm(np.gradient(theirs, motion.times, axis=0), axis=2) if len(motion) > 1 else 0.0 * heights
-    stands = np.exp(-((heights / (LOW * factor * leg)) ** 2) - (speeds / (SLOW * factor * leg)) ** 2)
-    weights = (stands + LEAST)[..., None]
+    weights = np.exp(-((heights / (LOW * leg)) ** 2) - (speeds / (SLOW * leg)) ** 2)[..., None]
+    hips = [
+        each[:, marks[f"left_{HIP}"]] - each[:, marks[f"right_{HIP}"]] for each, marks in zip(both, joints, strict=True)
+    ]
+    wider = np.linalg.norm(hips[1], axis=1) - np.linalg.norm(hips[0], axis=1)  # so are the feet apart
+    left = unit(gaussian_filter1d(hips[0], AHEAD / step, axis=0, mode="nearest"))
+    theirs = theirs + np.multiply.outer([0.5, -0.5], wider[:, None] * left).swapaxes(0, 1)
     apart = theirs - ours
-    shift = (weights * apart).sum(axis=1) / weights.sum(axis=1)
-    shift = gaussian_filter1d(shift, SMOOTH * motion.frame_rate, axis=0, mode="nearest")
+    root = ((weights + LEAST) * apart).sum(axis=1) / (weights + LEAST).sum(axis=1)
+    root = gaussian_filter1d(root, SMOOTH / step, axis=0, mode="nearest")
     lowest = [
         each[:, [j for mark, j in marks.items() if mark.endswith((ANKLE, BALL, TOE))], up].min(axis=1)
-        for each, marks in zip(positions, joints, strict=True)
+        for each, marks in zip(both, joints, strict=True)
     ]
-    shift[:, up] += np.median(lowest[0] - lowest[1] - shift[:, up])
-    off = np.linalg.norm(apart - shift[:, None], axis=2)[stands > STANDS]
-    if np.abs(shift).max(initial=0.0) > EXACT * leg:
-        result = replace(result, root_positions=result.root_positions + shift)
-    return result, float(off.max()) if len(off) else None
+    higher = np.median(lowest[0] - lowest[1] - root[:, up])
+    root[:, up] += higher
+    apart[..., up] += higher
+    if np.abs(apart).max() <= EXACT * leg:
+        root, apart = np.zeros_like(root), np.zeros_like(apart)
+    shares = np.clip((weights - PLANTED[0]) / (PLANTED[1] - PLANTED[0]), 0.0, 1.0)
+    return Steps(root, shares * (apart - root[:, None]), weights[..., 0] > STANDS)
+
+
+def keep_feet(motion: Motion, result: Motion, people: tuple[Anatomy, Anatomy], factor: float) -> Motion:
+    """Move the root of a result such that the feet that stand are where the motion's are, times a factor."""
+    if not len(motion):
+        return result
+    steps = find_steps(motion, result.positions(), people, factor)
+    return replace(result, root_positions=result.root_positions + steps.root)
+
+
+def move_ankle(leg: np.ndarray, step: np.ndarray, axis: np.ndarray) -> tuple[Rotation, Rotation]:
+    """The rotations (n_frames,) of thigh and shank that move an ankle by a step (n_frames, 3), as far as may be.
+
+    The leg (n_frames, 3, 3) has the positions of hip, knee and ankle; the knee bends about the axis (n_frames, 3).
+    """
+    hip, knee, ankle = leg.swapaxes(0, 1)
+    a, b = (np.linalg.norm(bone, axis=1) for bone in (knee - hip, ankle - knee))
+    bend = np.arccos(np.clip((unit(knee - hip) * unit(ankle - knee)).sum(axis=1), -1.0, 1.0))
+    before, wished = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(ankle + step - hip, axis=1)
+    most = a * b / before * np.sin(bend + STRAIGHT) * KNEE
+    after = np.clip(wished, before - most, np.minimum(before + most, a + b))
+    turn = _shortest(ankle - hip, ankle + step - hip)
+    axis = turn.apply(unit(axis))
+    rotations = []
+    for first, second, sign in ((a, b, -1.0), (b, a, 1.0)):
+        angles = [
+            np.arccos(np.clip((first**2 + d**2 - second**2) / (2.0 * first * d), -1.0, 1.0)) for d in (before, after)
+        ]
+        rotations.append(Rotation.from_rotvec((sign * (angles[1] - angles[0]))[:, None] * axis) * turn)
+    return rotations[0], rotations[1]
+
+
+def _shortest(a: np.ndarray, b: np.ndarray) -> Rotation:
+    """The shortest rotations (n,) from directions a (n, 3) to b, which are less than 180° apart."""
+    u, v = unit(a), unit(b)
+    return Rotation.from_quat(np.concatenate([np.cross(u, v), 1.0 + (u * v).sum(axis=1, keepdims=True)], axis=1))

@@ -20,9 +20,10 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import list_names
 from skpose._utils.warnings import warn
-from skpose.kinematics._anatomy import Anatomy
-from skpose.kinematics._body import Poses, find_bends, flexion_axis
+from skpose.kinematics._anatomy import HIP, LEG, SIDES, Anatomy, path_up
+from skpose.kinematics._body import Poses, find_bends, find_segments, flexion_axis
 from skpose.kinematics._counterparts import Counterparts
+from skpose.kinematics._floor import STRAIGHT, Steps, find_steps, move_ankle
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
@@ -41,14 +42,21 @@ REMEDY = 'method="positions" comes close by inverse kinematics'
 
 
 def by_orientations(
-    motion: Motion, target: Skeleton, found: Counterparts, lines: Lines, factor: float, shown: Motion | None
-) -> tuple[Motion, float, list[int]]:
+    motion: Motion,
+    target: Skeleton,
+    found: Counterparts,
+    lines: Lines,
+    factor: float,
+    on_feet: bool,
+    shown: Motion | None,
+) -> tuple[Motion, float, list[int], float | None]:
     """Convert a motion by lines that are made parallel.
 
     Positions of the root are multiplied by a factor. In people the middle between the hips keeps its place, as roots
     are above it in some rigs. `shown` is a motion of the target that shows how its knees and elbows bend.
 
-    The result is the motion, the largest angle between a line and its counterpart, degrees, and the joints that move.
+    The result is the motion, the largest angle between a line and its counterpart, degrees, the joints that move, and
+    how far standing feet are from their places, m.
     """
     there = found.there
     seen = None if motion.seen is None else motion.seen[:, there] & (there >= 0)
@@ -56,7 +64,7 @@ def by_orientations(
     if slides := [bone.name for bone in (*motion.skeleton.bones, *target.bones) if bone.is_slide]:
         raise ValueError(f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}")
     if not len(motion):
-        return result, 0.0, list(range(target.n_joints))
+        return result, 0.0, list(range(target.n_joints)), None
     root = root_orientations(motion.root_angles, motion.root_axes)
     positions = with_root(joint_positions(motion.angles, motion.skeleton), lines.hips[0])
     bones = _bones(motion.skeleton, positions, root, target, lines)
@@ -64,27 +72,77 @@ def by_orientations(
     followed = rotations_since_zero(motion.skeleton, motion.angles, root)
     in_world = np.stack([root.apply(positions[:, j]) for j in range(motion.skeleton.n_joints)], axis=1)
     bends = _bends(motion.skeleton, target, found.people, leaders, Poses(in_world, followed), shown)
-    turns = _turns(target, bones, leaders, bends)
+    fixed = _fixed_turns(motion.skeleton, target, found.people)
+    leaders |= {joint: leader for joint, (leader, _) in fixed.items()}
+    turns = _turns(target, bones, leaders, bends, {joint: turn for joint, (_, turn) in fixed.items()})
     rotations, worst = {}, 0.0
     for joint, leader in leaders.items():
+        if joint in fixed:
+            rotations[joint] = followed[leader] * turns[joint]
+            continue
         rotations[joint], apart = _fit_joint(followed[leader] * turns[joint], joint, bones)
         worst = max(worst, float(apart.max(initial=0.0)))
         if worst > LARGEST_DIFFERENCE:
             frame, i = np.unravel_index(apart.argmax(), apart.shape)
             bone = f"bone {target.joint_names[bones.carried[joint][i]]!r} is {worst:.0f}° apart from its counterpart"
             raise ValueError(f"{bone} after the best fit, in frame {frame}: {REMEDY}")
+    positions_at_root = _positions(target, rotations, lines.positions)
+    theirs = root.apply(positions[:, MIDDLE]) + motion.root_positions  # of the middle between the hips, or the root
+    ours = positions_at_root[:, lines.hips[1]].mean(axis=1) if None not in lines.hips else np.zeros((len(motion), 3))
+    root_positions = factor * theirs - ours
+    off = None
+    if on_feet and found.people is not None:
+        steps = find_steps(motion, positions_at_root + root_positions[:, None], found.people, factor)
+        root_positions = root_positions + steps.root
+        off = _plant_feet(target, found.people[1], rotations, positions_at_root, steps, bends)
     angles = _angles(motion, target, there, rotations, bones)
-    result = replace(result, angles=angles)
+    result = replace(result, angles=angles, root_positions=root_positions)
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
         result = replace(result, root_angles=root_angles, root_axes=axes)
-    root_positions = factor * motion.root_positions
-    if None not in lines.hips:
-        theirs = root.apply(positions[:, MIDDLE]) + motion.root_positions
-        ours = joint_positions(angles, target)[:, lines.hips[1]].mean(axis=1)
-        ours = root_orientations(result.root_angles, result.root_axes).apply(ours) + result.root_positions
-        root_positions = factor * theirs + (result.root_positions - ours)
-    return replace(result, root_positions=root_positions), worst, list(leaders)
+    return result, worst, list(leaders), off
+
+
+def _positions(target: Skeleton, rotations: dict[int, Rotation], zero: np.ndarray) -> np.ndarray:
+    """The positions (n_frames, n_joints, 3) of joints that have rotated so since angle zero, from the root."""
+    found, turned = np.zeros((len(rotations[ROOT]), target.n_joints + 1, 3)), dict(rotations)  # the last is the root
+    for j, parent in enumerate(target.parents.tolist()):
+        turned.setdefault(j, turned[parent])
+        carrier = j if target.offset_frame == "own" else parent
+        found[:, j] = found[:, parent] + turned[carrier].apply(zero[j] - zero[parent])
+    return found[:, :-1]
+
+
+def _plant_feet(
+    target: Skeleton,
+    person: Anatomy,
+    rotations: dict[int, Rotation],
+    positions: np.ndarray,
+    steps: Steps,
+    bends: dict[int, tuple[np.ndarray, np.ndarray]],
+) -> float | None:
+    """Rotate thighs and shanks so that feet stand; return how far the farthest foot had to move, m, if any stands."""
+    carriers = find_carriers(target)
+    left = positions[:, person.joints[f"left_{HIP}"]] - positions[:, person.joints[f"right_{HIP}"]]
+    for i, side in enumerate(SIDES):
+        hip, knee, ankle = leg = [person.joints[f"{side}_{mark}"] for mark in LEG]
+        path = path_up(target, ankle)
+        thigh, shank = (
+            {carriers[j] for j in part} for part in (path[path.index(knee) : path.index(hip)], path[: path.index(knee)])
+        )
+        u, v = positions[:, knee] - positions[:, hip], positions[:, ankle] - positions[:, knee]
+        if (known := bends.get(carriers[knee])) is not None:
+            axis = rotations[carriers[knee]].apply(known[0])
+            axis *= np.sign((np.cross(u, v) * axis).sum(axis=1, keepdims=True))
+        else:
+            bent = np.linalg.norm(np.cross(unit(u), unit(v)), axis=1, keepdims=True) > STRAIGHT
+            axis = np.where(bent, np.cross(u, v), left)
+        turns = move_ankle(positions[:, leg], steps.feet[:, i], axis)
+        for turn, joints in zip(turns, (thigh, shank), strict=True):
+            for joint in joints & rotations.keys():
+                rotations[joint] = turn * rotations[joint]
+    off = np.linalg.norm(steps.feet, axis=2)[steps.stands]
+    return float(off.max()) if len(off) else None
 
 
 class _Bones(NamedTuple):
@@ -157,6 +215,20 @@ def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation)
     return rotations
 
 
+def _fixed_turns(
+    source: Skeleton, target: Skeleton, people: tuple[Anatomy, Anatomy] | None
+) -> dict[int, tuple[int, Rotation]]:
+    """For joints of the target whose segments have axes, the joint of the source and the constant rotation."""
+    if people is None:
+        return {}
+    theirs, ours = (find_segments(*pair) for pair in zip((source, target), people, strict=True))
+    return {
+        segment.joint: (theirs[name].joint, Rotation.from_matrix([theirs[name].axes @ segment.axes.T]))
+        for name, segment in ours.items()
+        if name in theirs
+    }
+
+
 def _bends(
     source: Skeleton,
     target: Skeleton,
@@ -192,7 +264,11 @@ def _bends(
 
 
 def _turns(
-    target: Skeleton, bones: _Bones, leaders: dict[int, int], bends: dict[int, tuple[np.ndarray, np.ndarray]]
+    target: Skeleton,
+    bones: _Bones,
+    leaders: dict[int, int],
+    bends: dict[int, tuple[np.ndarray, np.ndarray]],
+    fixed: dict[int, Rotation],
 ) -> dict[int, Rotation]:
     """The constant rotation of the root and of each joint: A in the docstring of the module."""
     at_root = np.flatnonzero(target.parents == ROOT)
@@ -204,7 +280,9 @@ def _turns(
         turns[j] = Rotation.identity(1) if j == ROOT else turns[int(target.parents[j])]
         if j == first:
             turns[j] = _quarter_turns(bones)
-        if j in bones.carried:
+        if j in fixed:
+            turns[j] = fixed[j]
+        elif j in bones.carried:
             turns[j], _ = _fit_joint(turns[j], j, bones, AT_ZERO)
             if j in bends and len(carried := bones.carried[j]) == 1:
                 axis = turns[j].apply(bones.directions[carried])

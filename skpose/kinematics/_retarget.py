@@ -177,19 +177,13 @@ def retarget_and_report(
         factor = ratio_of_lengths(motion.skeleton, skeleton, found)
     by_positions = partial(_by_positions, motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
     if method == "positions":
-        result, report, at_rest = by_positions()
-    else:
-        try:
-            result, report, at_rest = _by_orientations(motion, skeleton, found, factor, joint_limits, joints, shown)
-        except ValueError:
-            if method != "auto":
-                raise
-            result, report, at_rest = by_positions()
-    if on_feet:
-        result, off = keep_feet(motion, result, people, factor)
-        report += f", scaled by {factor:.2f}" if abs(factor - 1.0) >= SHOWN_FACTOR else ""
-        report += f", feet within {100.0 * off:.2g} cm" if off is not None and off >= SHOWN_DISTANCE else ""
-    return result, report + at_rest_in_words(skeleton, at_rest)
+        return by_positions()
+    try:
+        return _by_orientations(motion, skeleton, found, factor, on_feet, joint_limits, joints, shown)
+    except ValueError:
+        if method != "auto":
+            raise
+        return by_positions()
 
 
 def _size(
@@ -228,7 +222,7 @@ def _by_numbers(
         seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
     )
     result = _within_limits(result, joint_limits)
-    return keep_feet(motion, result, people, factor)[0] if on_feet else result
+    return keep_feet(motion, result, people, factor) if on_feet else result
 
 
 def _by_orientations(
@@ -236,19 +230,22 @@ def _by_orientations(
     skeleton: Skeleton,
     found: Counterparts,
     factor: float,
+    on_feet: bool,
     joint_limits: str,
     joints: Mapping[str, str | None] | None,
     shown: Motion | None,
-) -> tuple[Motion, str, list[int]]:
+) -> tuple[Motion, str]:
     """Make bones parallel to their counterparts."""
     lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
-    result, apart, moving = by_orientations(motion, skeleton, found, lines, factor, shown)
+    result, apart, moving, off = by_orientations(motion, skeleton, found, lines, factor, on_feet, shown)
     at_rest = joints_at_rest(skeleton, moving)
     if joints is None and found.people is not None:
         _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
     count = f"{(found.there >= 0).sum()} of {skeleton.n_joints} joints"
     report = f"orientations, {count}, directions within {round(apart, 2):g}°"
-    return _within_limits(result, joint_limits), report, at_rest
+    report += f", scaled by {factor:.2f}" if abs(factor - 1.0) >= SHOWN_FACTOR else ""
+    report += f", feet within {100.0 * off:.2g} cm" if off is not None and off >= SHOWN_DISTANCE else ""
+    return _within_limits(result, joint_limits), report + at_rest_in_words(skeleton, at_rest)
 
 
 def _within_limits(motion: Motion, joint_limits: str) -> Motion:
@@ -266,7 +263,7 @@ def _by_positions(
     joint_limits: str,
     n_jobs: int | None,
     verbose: int,
-) -> tuple[Motion, str, list[int]]:
+) -> tuple[Motion, str]:
     """Find the poses whose joints are nearest to their counterparts, in the world times a factor."""
     placed = np.flatnonzero(found.placed).tolist()
     wished = np.full((len(motion), skeleton.n_joints, 3), np.nan)
@@ -281,7 +278,7 @@ def _by_positions(
     at_rest = joints_at_rest(skeleton, {j for joint in placed for j in path_up(skeleton, joint)[first:]})
     apart = round(100.0 * float(np.nanmax(fitted.residuals, initial=0.0)), 2)
     count = f"{len(placed)} of {skeleton.n_joints} joints"
-    return result, f"positions, {count} within {apart:g} cm", at_rest
+    return result, f"positions, {count} within {apart:g} cm{at_rest_in_words(skeleton, at_rest)}"
 
 
 # --- joints that stay at rest -----------------------------------------------------------------------------------------
