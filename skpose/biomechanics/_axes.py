@@ -12,8 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.biomechanics._angles import degrees_between
-from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned
-from skpose.kinematics._anatomy import path_up
+from skpose.biomechanics._segments import LIMBS, ROOT, SIDES, Segment, Turned
+from skpose.kinematics._anatomy import Anatomy, path_up
+from skpose.kinematics._body import find_bends, flexion_axis
 from skpose.skeleton import Skeleton
 
 UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand in a rest pose
@@ -33,7 +34,7 @@ class Reference(NamedTuple):
 
     turned: Turned  # of one frame
     body: np.ndarray  # (3, 3) its columns are the axes of the body: forward, up, to the right
-    # (3,) of the axes of knees and ankles, "left_knee" and so on, to the right; of wrists, along which the thumb is
+    # (3,) of axes of knees, ankles and elbows, "left_knee" and so on, to the right; of wrists, along which the thumb is
     # next to the hand, to the right where palms face forward.
     lines: dict[str, np.ndarray]
     is_rest: bool  # whether it is the rest pose of the skeleton
@@ -47,7 +48,7 @@ class Reference(NamedTuple):
 
 
 def find_reference(
-    skeleton: Skeleton, segments: dict[str, Segment], turned: Turned, up: np.ndarray | None
+    skeleton: Skeleton, person: Anatomy, segments: dict[str, Segment], turned: Turned, up: np.ndarray | None
 ) -> Reference | str:
     """A pose, one frame, as a reference, or why it does not stand; up is None for the rest pose.
 
@@ -80,6 +81,10 @@ def find_reference(
     if feet and all(foot @ body[:, 0] < -0.5 for foot in feet):
         return "toes point backward: exchange left and right in joints=, or mirror the file"
     lines = {}
+    for bend in find_bends(skeleton, person) if is_rest else ():
+        axis = flexion_axis(bend, ROOT, None)
+        if bend.hinge is not None and axis is not None:
+            lines[bend.name] = -axis if bend.name.endswith("knee") else axis
     for side in SIDES:
         for joint, limb in (("knee", "thigh"), ("ankle", "shank")):
             line = _line_of(skeleton, positions, segments[f"{side}_{limb}"])

@@ -223,7 +223,7 @@ def joint_angles(
         raise ValueError("joint_angles needs at least one frame, got none")
     person = find_person(motion.skeleton, joints)
     segments = find_segments(motion.skeleton, person)
-    reference, words = find_zero(motion, zero, segments)
+    reference, words = find_zero(motion, zero, person, segments)
     columns, reasons = measure(motion, segments, reference)
     names = tuple(columns)
     degrees = np.degrees(np.stack([columns[name] for name in names], axis=1))

@@ -16,6 +16,7 @@ from skpose.biomechanics._measure import MIDDLE, OF_SIDES
 from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
 from skpose.keypoints._fit import is_of_layout
+from skpose.kinematics._anatomy import Anatomy
 from skpose.skeleton import Motion
 from skpose.skeleton._upright import describe_up, find_up
 
@@ -50,16 +51,16 @@ class Deviation(NamedTuple):
         return f"{self.what} by {self.degrees:.0f}°"
 
 
-def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[Reference, str]:
+def find_zero(motion: Motion, zero: Any, person: Anatomy, segments: dict[str, Segment]) -> tuple[Reference, str]:
     """The pose to which angles are relative, and its description."""
     absent = [name for name in NEEDED if name not in segments]
     if absent:
         raise ValueError(f"{absent[0]} has no length at angle zero: pass joints= with other joints")
     rest = turn_segments(Motion(motion.skeleton, np.zeros((1, motion.skeleton.n_dofs)), 1.0), segments)
-    at_rest = find_reference(motion.skeleton, segments, rest, None)
+    at_rest = find_reference(motion.skeleton, person, segments, rest, None)
     if zero is not None:
         lines = find_seen(motion, segments).lines
-        return _find_standing(*_frames_of(zero, motion), segments, lines, not isinstance(at_rest, str))
+        return _find_standing(*_frames_of(zero, motion), person, segments, lines, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
         raise ValueError(f"the rest pose is not upright: {at_rest}; {REMEDY}")
     if (found := find_up(motion, motion.up)) != motion.up:
@@ -71,7 +72,7 @@ def find_zero(motion: Motion, zero: Any, segments: dict[str, Segment]) -> tuple[
 
 
 def _find_standing(
-    standing: Motion, words: str, segments: dict[str, Segment], lines: set[str], stands_at_rest: bool
+    standing: Motion, words: str, person: Anatomy, segments: dict[str, Segment], lines: set[str], stands_at_rest: bool
 ) -> tuple[Reference, str]:
     """The mean of frames in which a person stands as a reference, and its description.
 
@@ -89,7 +90,7 @@ def _find_standing(
         words = f"mean of {some} standing frames"
     mean = turned.mean()
     _warn_of_movement(turned, mean)
-    reference = find_reference(standing.skeleton, segments, mean, up)
+    reference = find_reference(standing.skeleton, person, segments, mean, up)
     if isinstance(reference, str):
         raise ValueError(f"zero, {words}, is not upright: {reference}")
     unknown = {joint: f"in zero {each}" for each in reversed(far) for joint in each.joints}

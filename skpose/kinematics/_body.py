@@ -124,6 +124,7 @@ def foot_axes(shank: np.ndarray, forward: np.ndarray, body: np.ndarray) -> tuple
 class Bend(NamedTuple):
     """A knee or an elbow of a skeleton."""
 
+    name: str  # "left_knee" and so on
     joints: tuple[int, int, int]  # at the start of the limb, at the knee or the elbow, and at the end
     carriers: list[int]  # the joints that carry the bones between these
     hinge: np.ndarray | None  # (3,) the axis at angle zero if it is a hinge, up to its sign
@@ -163,6 +164,7 @@ def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
                 across = np.cross(along, sign * body[:, 0]) if is_straight else across
             found.append(
                 Bend(
+                    f"{side}_{limb[1]}",
                     (start, middle, end),
                     sorted({carriers[j] for j in path}),
                     axes[joint] @ axes_of(bone)[0] if is_hinge and bone is not None else None,

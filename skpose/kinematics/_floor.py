@@ -46,7 +46,7 @@ def find_steps(motion: Motion, positions: np.ndarray, people: tuple[Anatomy, Ana
     """How the feet of a result at some positions (n_frames, n_joints, 3) have to move to stand as the motion's.
 
     The shift of the root is the mean of both feet, weighted by how low and slow each is, and smoothed in time. In the
-    median, the lowest joints of the feet are as high as the motion's, times the factor.
+    median, the lowest joint of a foot that stands is as high as the motion's, times the factor.
     """
     leg, up = factor * leg_length(motion.skeleton, people[0]), "xyz".index(motion.up)
     both, joints = (factor * motion.positions(), positions), [person.joints for person in people]
@@ -71,7 +71,8 @@ def find_steps(motion: Motion, positions: np.ndarray, people: tuple[Anatomy, Ana
         each[:, [j for mark, j in marks.items() if mark.endswith((ANKLE, BALL, TOE))], up].min(axis=1)
         for each, marks in zip(both, joints, strict=True)
     ]
-    higher = np.median(lowest[0] - lowest[1] - root[:, up])
+    on_floor = weights.max(axis=(1, 2)) >= min(STANDS, weights.max())
+    higher = np.median((lowest[0] - lowest[1] - root[:, up])[on_floor])
     root[:, up] += higher
     apart[..., up] += higher
     if np.abs(apart).max() <= EXACT * leg:

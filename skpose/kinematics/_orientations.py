@@ -245,18 +245,19 @@ def _bends(
     if shown is not None:
         root = root_orientations(shown.root_angles, shown.root_axes)
         of_target = Poses(shown.positions(), rotations_since_zero(target, shown.angles, root))
-    marks = [{joint: mark for mark, joint in person.joints.items()} for person in people]
-    theirs = {marks[0][bend.joints[1]]: bend for bend in find_bends(source, people[0])}
+    theirs = {bend.name: bend for bend in find_bends(source, people[0])}
     unknown = []
     for bend in find_bends(target, people[1]):
-        mark = marks[1][bend.joints[1]]
-        for joint in bend.carriers if mark in theirs else ():
+        for joint in bend.carriers if bend.name in theirs else ():
             if joint in leaders and joint != ROOT:
-                ours, other = flexion_axis(bend, joint, of_target), flexion_axis(theirs[mark], leaders[joint], poses)
+                ours, other = (
+                    flexion_axis(bend, joint, of_target),
+                    flexion_axis(theirs[bend.name], leaders[joint], poses),
+                )
                 if ours is not None and other is not None:
                     found[joint] = ours, other
                 else:
-                    unknown.append(f"{mark.replace('_', ' ')} of the {'target' if ours is None else 'motion'}")
+                    unknown.append(f"{bend.name.replace('_', ' ')} of the {'target' if ours is None else 'motion'}")
     if unknown:
         names = list_names([*dict.fromkeys(unknown)])
         warn(f"twists are arbitrary, as nothing shows how these bend: {names}. A motion in place of the skeleton does")

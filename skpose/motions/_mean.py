@@ -26,6 +26,9 @@ from skpose.skeleton._interpolation import interpolate_poses
 from skpose.skeleton._root import continuous_root_angles, find_root_joint, heading, root_orientations
 from skpose.skeleton._sampling import join_seen
 
+TRAVEL = 0.5  # m, from the first place to the last, of a motion that has a direction of travel
+SIDEWAYS = np.radians(30.0)  # between the direction of travel and where the root faces, beyond which it walks aslant
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeanMotion:
@@ -222,9 +225,10 @@ def mean_motion(
     local minimum. It has the frame rate of the motions, or with `n_frames` the duration of the medoid.
 
     The *root* is not part of the alignment, but averaged along the paths. Each motion is moved along the floor and
-    rotated about the vertical, so that all begin at one place with one heading; heights and tilts stay. Each frame has
+    rotated about the vertical, so that all begin at one place and travel in one direction, or begin with one heading if
+    one does not travel by 0.5 m; heights and tilts stay. Each frame has
     the mean position and rotation of the root in the frames aligned to it, with equal weight for each motion. The mean
-    begins above the origin with heading zero.
+    begins above the origin, and travels straight ahead or begins with heading zero.
 
     An iteration takes O(n_frames · frames of all motions) distances between poses. "geodesic" also takes some ten
     geodesics per aligned pose, so minutes for some motions of 100 frames. 12 to 30 Hz are enough for most actions.
@@ -322,7 +326,7 @@ def _check_roots(motions: Sequence[Motion]) -> None:
 
 
 def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
-    """Average the roots, each relative to the place and heading at which its motion begins.
+    """Average the roots, each relative to the place at which its motion begins, and to its heading.
 
     Each motion has the same weight in each frame, however many of its frames are aligned there; otherwise the mean
     would jump where these numbers change.
@@ -330,11 +334,15 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
     first = motions[0]
     orientations: list[Rotation] = []
     positions = []
-    for motion in motions:
+    ways = [_way(motion.root_positions, first.up) for motion in motions]
+    for motion, way in zip(motions, ways, strict=True):
         own = root_orientations(motion.root_angles, motion.root_axes)
         # Relative to the first motion: bones that point down at angle zero have no heading of their own.
         begin = own[:1] if not orientations else orientations[0][:1]
-        back = Rotation.from_euler(first.up, -heading(own[:1] * begin.inv(), first.up))
+        turn = heading(own[:1] * begin.inv(), first.up)
+        if way is not None and ways[0] is not None:
+            turn = np.array([way - ways[0]])
+        back = Rotation.from_euler(first.up, -turn)
         orientations.append(back * own)
         positions.append(back.apply(motion.root_positions - motion.root_positions[0] * _on_floor(first.up)))
     everywhere, places = Rotation.concatenate(orientations), np.concatenate(positions)
@@ -346,9 +354,16 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
         means.append(everywhere[rows].mean(weights))
         mean_places.append(weights @ places[rows])
     mean = Rotation.concatenate(means)
-    back = Rotation.from_euler(first.up, -heading(mean[:1], first.up))
-    angles, axes = continuous_root_angles(back * mean, first.root_axes)
     there = np.array(mean_places)
+    turn = heading(mean[:1], first.up)
+    if (way := _way(there, first.up)) is not None:
+        # Forward is the axis along which the motion travels while the root faces it, on average.
+        faced = np.angle(np.exp(1j * heading(mean, first.up)).mean())
+        ahead = np.angle(np.exp(1j * (way - faced)))
+        off = ahead - np.round(ahead / (np.pi / 2.0)) * (np.pi / 2.0)
+        turn = np.array([faced + (off if abs(off) < SIDEWAYS else 0.0)])
+    back = Rotation.from_euler(first.up, -turn)
+    angles, axes = continuous_root_angles(back * mean, first.root_axes)
     there = back.apply(there - there[0] * _on_floor(first.up))
     seen = join_seen([motion.seen for motion in motions], list(map(len, motions)))
     if seen is not None:
@@ -361,6 +376,16 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
         "root_name": first.root_name,
         "seen": seen,
     }
+
+
+def _way(places: np.ndarray, up: str) -> float | None:
+    """The direction along the floor, rad about the vertical, from the first place (n_frames, 3) to the last.
+
+    None if the motion does not travel.
+    """
+    i = "xyz".index(up)
+    x, y = (places[-1] - places[0])[[(i + 1) % 3, (i + 2) % 3]]
+    return float(np.arctan2(y, x)) if np.hypot(x, y) >= TRAVEL else None
 
 
 def _on_floor(up: str) -> np.ndarray:

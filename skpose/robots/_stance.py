@@ -14,7 +14,6 @@ import numpy as np
 from skpose.kinematics._anatomy import (
     ANKLE,
     BALL,
-    COLLAR,
     ELBOW,
     HAND,
     HIP,
@@ -28,6 +27,7 @@ from skpose.kinematics._anatomy import (
     find_misplaced,
     path_up,
 )
+from skpose.kinematics._body import body_axes, foot_axes, is_standing
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.robots._contacts import Sole
@@ -37,13 +37,7 @@ from skpose.skeleton._bone import axes_of
 from skpose.skeleton._rest import axes_at_zero, positions_at_zero
 from skpose.skeleton._sides import split_sides
 
-NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
-FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands
-HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the direction down there
-POINTED = np.cos(np.radians(15.0))  # of the largest angle to the shank of a foot that does not show forward
 EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root
-UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero; the foot of a more tilted shank is as tilted
-NO_LENGTH = 0.02  # of the bone before; shorter bones have no direction
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
 LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
@@ -204,116 +198,33 @@ def find_stance(
 ) -> Stance:
     """How a skeleton with these places stands at angle zero; `axes` are given for known robots."""
     movers = find_movers(skeleton)
-    places = _with_length(places)
-    hips, shoulders = (_pair(places, mark) for mark in (HIP, SHOULDER))
+    at = {mark: place.at_zero for mark, place in places.items()}
     pelvis, chest = (
-        ROOT if pair is None else movers[common_parent(skeleton, *(places[f"{side}_{mark}"].joint for side in SIDES))]
-        for pair, mark in ((hips, HIP), (shoulders, SHOULDER))
+        movers[common_parent(skeleton, *(places[f"{side}_{mark}"].joint for side in SIDES))]
+        if all(f"{side}_{mark}" in places for side in SIDES)
+        else ROOT
+        for mark in (HIP, SHOULDER)
     )
-    axes = _trunk_axes(hips, shoulders, places) if axes is None else axes
-    links = {} if _is_standing(hips, shoulders, places, axes) else _link_axes(skeleton, places, pelvis, chest)
+    axes = body_axes(at) if axes is None else axes
+    stands = is_standing(at, axes)
+    links = {} if stands else {link: body_axes(at, mark) for link, mark in (("pelvis", HIP), ("chest", SHOULDER))}
     feet, unsure = {}, []
     for side in [side for side in SIDES if f"{side}_{ANKLE}" in places]:
-        joint, frame, is_sure = _foot(skeleton, places, side, axes, movers)
-        feet[side] = joint, frame
-        unsure += [side] * (bool(links) or not is_sure)
+        joint, frame, is_flat = _foot(skeleton, places, side, axes)
+        feet[side] = movers[joint], frame
+        unsure += [side] * (not (stands and is_flat))
     return Stance(places, axes, pelvis, chest, feet, name, half, tuple(unsure), links)
 
 
-def _with_length(places: dict[str, Place]) -> dict[str, Place]:
-    """Drop hands, balls and toes at the joint before, which have no direction."""
-    kept = dict(places)
-    for side in SIDES:
-        for start, end, middle in ((WRIST, HAND, ELBOW), (ANKLE, BALL, KNEE), (ANKLE, TOE, KNEE)):
-            marks = [f"{side}_{mark}" for mark in (start, end, middle)]
-            if all(mark in places for mark in marks):
-                origin, tip, before = (places[mark].at_zero for mark in marks)
-                if np.linalg.norm(tip - origin) <= NO_LENGTH * np.linalg.norm(before - origin):
-                    kept.pop(marks[1])
-    return kept
-
-
-def _pair(places: dict[str, Place], mark: str) -> np.ndarray | None:
-    """The positions (2, 3) of a landmark on both sides at angle zero, if both are known."""
-    pair = [places.get(f"{side}_{mark}") for side in SIDES]
-    return None if None in pair else np.stack([place.at_zero for place in pair if place is not None])
-
-
-def _trunk_axes(hips: np.ndarray | None, shoulders: np.ndarray | None, places: dict[str, Place]) -> np.ndarray:
-    """The axes (3, 3) of the trunk at angle zero."""
-    pairs = [pair for pair in (shoulders, hips, _pair(places, ANKLE)) if pair is not None]  # from above
-    left = pairs[0][0] - pairs[0][1]
-    up = unit(pairs[0].mean(axis=0) - (pairs[1].mean(axis=0) if len(pairs) > 1 else 0.0))
-    up = _snap(up)
-    left = _snap(unit(left - (left @ up) * up))
-    return np.stack([np.cross(left, up), left, up], axis=1)
-
-
-def _snap(direction: np.ndarray) -> np.ndarray:
-    """The axis of the root near a direction, or the direction itself."""
-    axis = int(np.abs(direction).argmax())
-    return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > NEAR else direction
-
-
-def _is_standing(
-    hips: np.ndarray | None, shoulders: np.ndarray | None, places: dict[str, Place], axes: np.ndarray
-) -> bool:
-    """Whether legs hang at angle zero, and hips face where shoulders do."""
-    if (
-        hips is not None
-        and shoulders is not None
-        and unit(hips[0] - hips[1]) @ unit(shoulders[0] - shoulders[1]) < FACING
-    ):
-        return False
-    legs = [tuple(f"{side}_{mark}" for mark in (HIP, ANKLE)) for side in SIDES]
-    known = [leg for leg in legs if all(mark in places for mark in leg)]
-    return all(unit(places[hip].at_zero - places[ankle].at_zero) @ axes[:, 2] > HANGING for hip, ankle in known)
-
-
-def _link_axes(skeleton: Skeleton, places: dict[str, Place], pelvis: int, chest: int) -> dict[str, np.ndarray]:
-    """The axes (3, 3) of pelvis and chest by what each of them carries at angle zero, in any pose.
-
-    The pelvis carries both hips and the spine; the chest carries both collarbones or shoulders, and ends below them.
-    """
-    zero = positions_at_zero(skeleton)  # the last is the root
-    spine = [joint for joint in path_up(skeleton, chest) if joint not in path_up(skeleton, pelvis)]
-    mark = COLLAR if all(f"{side}_{COLLAR}" in places for side in SIDES) else SHOULDER
-    found = {}
-    for link, end in (("pelvis", HIP), ("chest", mark)):
-        pair = _pair(places, end)
-        if pair is None or not spine:
-            continue
-        middle = pair.mean(axis=0)
-        up = zero[spine[-1]] - middle if link == "pelvis" else middle - zero[chest]
-        left = unit(pair[0] - pair[1])
-        up = up - (up @ left) * left
-        if np.linalg.norm(up) > NO_LENGTH * np.linalg.norm(pair[0] - pair[1]):
-            up = unit(up)
-            found[link] = np.stack([np.cross(left, up), left, up], axis=1)
-    return found
-
-
-def _foot(
-    skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray, movers: list[int]
-) -> tuple[int, np.ndarray, bool]:
-    """The joint that moves a foot, the foot's axes at angle zero, and whether it is flat there.
-
-    A leg that is spread at angle zero has a foot that is tilted with it. One that points along the shank is not flat.
-    """
-    ankle = places[f"{side}_{ANKLE}"]
-    is_table = f"{side}_{TIP}" in places
-    end = next((places[f"{side}_{mark}"] for mark in (TIP, BALL, TOE) if f"{side}_{mark}" in places), None)
-    shank = unit(places[f"{side}_{KNEE}"].at_zero - ankle.at_zero)
-    up = axes[:, 2] if shank @ axes[:, 2] > UPRIGHT or is_table else shank
-    forward = axes[:, 0] if end is None or is_table else end.at_zero - ankle.at_zero
-    is_pointed = bool(unit(forward) @ -up > POINTED)
-    joint = ankle.joint
-    if end is not None:
-        joint = end.joint if is_table else find_carriers(skeleton)[end.joint]
-    if is_pointed:
-        up = axes[:, 0]  # the instep
-    forward = unit(forward - (forward @ up) * up)
-    return movers[joint], np.stack([forward, np.cross(up, forward), up], axis=1), not is_pointed
+def _foot(skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray) -> tuple[int, np.ndarray, bool]:
+    """The joint that moves a foot, the foot's axes at angle zero, and whether it is flat there."""
+    ankle, knee = places[f"{side}_{ANKLE}"], places[f"{side}_{KNEE}"]
+    if (tip := places.get(f"{side}_{TIP}")) is not None:
+        return tip.joint, axes, True
+    end = next((places[f"{side}_{mark}"] for mark in (BALL, TOE) if f"{side}_{mark}" in places), None)
+    forward = axes[:, 0] if end is None else end.at_zero - ankle.at_zero
+    foot, is_flat = foot_axes(unit(knee.at_zero - ankle.at_zero), forward, axes)
+    return ankle.joint if end is None else find_carriers(skeleton)[end.joint], foot, is_flat
 
 
 def sole_of(stance: Stance, side: str) -> Sole:

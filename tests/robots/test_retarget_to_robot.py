@@ -261,12 +261,19 @@ def test_joints_that_are_exchanged_or_missing_are_refused():
         (skeleton, knee, "does not come after"),
         (skeleton, some, "left_knee"),
         (skeleton, {link: bone for link, bone in full.items() if "toe" not in link}, "front"),
-        (skeleton, None, "joints="),
     ):
         with pytest.raises(ValueError, match=message):
             retarget_to_robot(motion, target, joints=joints)
     with pytest.raises(ValueError, match="legs of the motion"):
         to_robot(motion.select(drop=["left_pelvis", "right_pelvis"]), robot(legs=False))
+
+
+def test_a_robot_whose_names_are_unknown_is_found_by_its_lengths():
+    """Hips, knees, ankles, elbows and hands are where they were named, without names that are given."""
+    motion, skeleton = walk()[0], robot()
+    found, expected = retarget_to_robot(motion, skeleton), to_robot(motion, skeleton)
+    for name in ("left_ankle_1", "right_ankle_1", "left_hand", "right_hand"):
+        np.testing.assert_allclose(at(found, name), at(expected, name), atol=0.03)
 
 
 def test_likely_faults_are_warned_of():
