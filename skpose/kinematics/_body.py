@@ -16,6 +16,7 @@ from skpose.kinematics._anatomy import (
     ANKLE,
     ARM,
     BALL,
+    HAND,
     HEAD,
     HEAD_TOP,
     HIP,
@@ -126,7 +127,7 @@ class Bend(NamedTuple):
 
     name: str  # "left_knee" and so on
     joints: tuple[int, int, int]  # at the start of the limb, at the knee or the elbow, and at the end
-    carriers: list[int]  # the joints that carry the bones between these
+    carriers: list[int]  # the joints that carry the bones between these, and the hand or the foot
     hinge: np.ndarray | None  # (3,) the axis at angle zero if it is a hinge, up to its sign
     at_rest: np.ndarray | None  # (3,) the flexion axis by the rest pose, if the person stands there
     is_straight: bool  # whether the limb is straight there
@@ -151,6 +152,8 @@ def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
             if not all(f"{side}_{mark}" in person.joints for mark in limb):
                 continue
             start, middle, end = (person.joints[f"{side}_{mark}"] for mark in limb)
+            tips = (BALL, TOE) if limb == LEG else (HAND,)
+            ends = [person.joints[f"{side}_{mark}"] for mark in tips if f"{side}_{mark}" in person.joints][:1]
             path = path_up(skeleton, end)
             path = path[: path.index(start)]
             joint = carriers[path[path.index(middle) - 1]]  # it carries the first bone after the knee
@@ -166,7 +169,7 @@ def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
                 Bend(
                     f"{side}_{limb[1]}",
                     (start, middle, end),
-                    sorted({carriers[j] for j in path}),
+                    sorted({carriers[j] for j in [*path, *ends]}),
                     axes[joint] @ axes_of(bone)[0] if is_hinge and bone is not None else None,
                     unit(across) if np.linalg.norm(across) > BENT else None,
                     is_straight,

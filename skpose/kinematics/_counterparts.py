@@ -58,7 +58,8 @@ class Counterparts(NamedTuple):
     placed: np.ndarray  # (n_joints,) whether both are at one place of a person, and not only in one direction
     measured: np.ndarray  # (n_joints,) whether the bones before a joint count where sizes are compared
     landmarks: People
-    people: People | None  # the landmarks that are counterparts, if both skeletons are of known rigs
+    people: People | None  # the landmarks that are counterparts, if both skeletons are people
+    by_landmarks: bool  # whether they are matched by landmarks, and not by equal names
 
 
 def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
@@ -136,13 +137,13 @@ def counterparts(
     there[[*given]] = [*given.values()]
     placed[[*given]] = there[[*given]] >= 0
     placed &= there >= 0
-    measured = placed
+    agreeing, measured = _agreeing(people, there), placed
     if known:
-        people = _agreeing(people, there)
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     _check_order(source, target, there)
-    return Counterparts(there, placed, measured, people, people if known else None)
+    same = agreeing if agreeing[0].joints else None
+    return Counterparts(there, placed, measured, people, same, known)
 
 
 def _indices_of(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> dict[int, int]:

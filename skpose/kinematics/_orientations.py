@@ -87,9 +87,11 @@ def by_orientations(
             bone = f"bone {target.joint_names[bones.carried[joint][i]]!r} is {worst:.0f}° apart from its counterpart"
             raise ValueError(f"{bone} after the best fit, in frame {frame}: {REMEDY}")
     positions_at_root = _positions(target, rotations, lines.positions)
-    theirs = root.apply(positions[:, MIDDLE]) + motion.root_positions  # of the middle between the hips, or the root
-    ours = positions_at_root[:, lines.hips[1]].mean(axis=1) if None not in lines.hips else np.zeros((len(motion), 3))
-    root_positions = factor * theirs - ours
+    root_positions = factor * motion.root_positions
+    if None not in lines.hips:  # the middle between the hips
+        theirs, ours = root.apply(positions[:, MIDDLE]), positions_at_root[:, lines.hips[1]].mean(axis=1)
+        if (shift := factor * theirs - ours).any() and np.abs(shift).max() > ROUNDING * np.abs(theirs).max():
+            root_positions = root_positions + shift
     off = None
     if on_feet and found.people is not None:
         steps = find_steps(motion, positions_at_root + root_positions[:, None], found.people, factor)

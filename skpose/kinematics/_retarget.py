@@ -236,10 +236,10 @@ def _by_orientations(
     shown: Motion | None,
 ) -> tuple[Motion, str]:
     """Make bones parallel to their counterparts."""
-    lines = find_lines(motion.skeleton, skeleton, found.there, found.people)
+    lines = find_lines(motion.skeleton, skeleton, found.there, found.people if found.by_landmarks else None)
     result, apart, moving, off = by_orientations(motion, skeleton, found, lines, factor, on_feet, shown)
     at_rest = joints_at_rest(skeleton, moving)
-    if joints is None and found.people is not None:
+    if joints is None and found.by_landmarks:
         _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
     count = f"{(found.there >= 0).sum()} of {skeleton.n_joints} joints"
     report = f"orientations, {count}, directions within {round(apart, 2):g}°"
