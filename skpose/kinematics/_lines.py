@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._anatomy import ANKLE, BALL, COLLAR, HIP, SHOULDER, SIDES, TOE, Anatomy, common_parent, pair_of
+from skpose.kinematics._anatomy import ANKLE, BALL, COLLAR, HIP, SHOULDER, SIDES, TOE, Anatomy, pair_of
 from skpose.kinematics._forward import joint_positions
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
@@ -33,8 +33,6 @@ class Lines(NamedTuple):
     """The lines that are made parallel."""
 
     of_bones: dict[int, Line]  # for the joint at which each bone of the target ends
-    twists: dict[int, Line]  # for joints that carry one bone or none: a line across, which shows the rotation about it
-    pelvis: list[Line]  # lines that show how the rest poses of the two are rotated, if they are known
     hips: tuple[tuple[int, int] | None, tuple[int, int] | None]  # of source and target
     directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros if there is none
     positions: np.ndarray  # (n_joints + 2, 3) of the target at angle zero, see `with_root`
@@ -55,7 +53,7 @@ def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tu
     hips = (None, None) if people is None else (pair_of(people[0].joints, HIP), pair_of(people[1].joints, HIP))
     positions = with_root(joint_positions(np.zeros((1, target.n_dofs)), target), hips[1])[0]
     if people is None:
-        return Lines(lines, {}, [], hips, directions, positions)
+        return Lines(lines, hips, directions, positions)
     _keep_straight(lines, target, there, people[1], positions)
     _point_feet(lines, there, people)
     _tie_neck_to_chest(lines, source, target, there, people)
@@ -68,12 +66,7 @@ def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tu
     for joint, line in lines.items():
         if line.start != int(target.parents[joint]) or line.end != joint:
             directions[joint] = unit(positions[line.end] - positions[line.start])
-    pelvis = []
-    if hips[0] is not None and hips[1] is not None and people[0].trunk and people[1].trunk:
-        # At angle zero limbs may point anywhere, but a trunk is straight.
-        pelvis.append(Line(hips[1][1], hips[1][0], hips[0][1], hips[0][0]))
-        pelvis.append(Line(MIDDLE, people[1].trunk[-1], MIDDLE, people[0].trunk[-1]))
-    return Lines(lines, _find_twists(target, people, carriers), pelvis, hips, directions, positions)
+    return Lines(lines, hips, directions, positions)
 
 
 def with_root(positions: np.ndarray, hips: tuple[int, int] | None) -> np.ndarray:
@@ -188,22 +181,6 @@ def _align_left_right(
                     # From the spine to the shoulder in the target: the collarbone of the source, not from its spine.
                     start = int(source.parents[there[joint]])
                     lines[joint] = Line(parent, joint, start, int(there[joint]))
-
-
-def _find_twists(target: Skeleton, people: tuple[Anatomy, Anatomy], carriers: list[int]) -> dict[int, Line]:
-    """The lines between the hips, and between the shoulders, for the joints that carry both sides by other joints.
-
-    These are the root or the joint of the hips, and the joint of the chest.
-    """
-    found = {}
-    for mark in (HIP, SHOULDER):
-        pair, ends = pair_of(people[1].joints, mark), pair_of(people[0].joints, mark)
-        if pair is None or ends is None or carriers[pair[0]] == carriers[pair[1]]:
-            continue
-        joint = find_movers(target)[common_parent(target, *pair)]
-        if joint < 0 or target.bones[joint].n_dofs == 3:
-            found[joint] = Line(pair[1], pair[0], ends[1], ends[0])
-    return found
 
 
 def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:

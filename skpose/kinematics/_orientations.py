@@ -154,10 +154,6 @@ class _Bones(NamedTuple):
     ends: dict[int, int]  # the joint of the source at which each counterpart ends
     wished: np.ndarray  # (n_frames + 1, n_joints, 3) directions of the counterparts in the world
     carried: dict[int, list[int]]  # bones that rotate with the root and with each joint with dofs
-    # For joints that carry one of them or none, a line across: its direction (3,) at angle zero, and the directions
-    # (n_frames + 1, 3) of its counterpart.
-    twists: dict[int, tuple[np.ndarray, np.ndarray]]
-    pelvis: tuple[np.ndarray, np.ndarray]  # (n, 3) lines of target and source that show how rest poses are rotated
 
 
 AT_ZERO, IN_MOTION = slice(0, 1), slice(1, None)  # frames
@@ -165,26 +161,19 @@ AT_ZERO, IN_MOTION = slice(0, 1), slice(1, None)  # frames
 
 def _bones(source: Skeleton, positions: np.ndarray, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
     """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
-    joints, across = list(lines.of_bones), list(lines.twists)
-    all_lines = [*lines.of_bones.values(), *lines.twists.values(), *lines.pelvis]
+    joints, all_lines = list(lines.of_bones), list(lines.of_bones.values())
     at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
     found = source_lines(source, np.concatenate([at_zero, positions]), all_lines)
     for i in range(len(all_lines)):
         found[IN_MOTION, i] = root.apply(found[IN_MOTION, i])
     wished = np.zeros((len(found), target.n_joints, 3))
-    wished[:, joints] = found[:, : len(joints)]
+    wished[:, joints] = found
     known = np.asarray(lines.directions.any(axis=1) & wished.any(axis=(0, 2)))
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
-    points, twists = lines.positions, {}
-    here = unit(points[[line.end for line in all_lines]] - points[[line.start for line in all_lines]])
-    for i, joint in enumerate(across, start=len(joints)):
-        if len(carried[joint]) < 2 and here[i].any() and found[:, i].any():
-            twists[joint] = here[i], found[:, i]
-    first = len(joints) + len(across)
     ends = {joint: line.source_end for joint, line in lines.of_bones.items()}
-    return _Bones(lines.directions, ends, wished, carried, twists, (here[first:], found[0, first:]))
+    return _Bones(lines.directions, ends, wished, carried)
 
 
 def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bones) -> dict[int, int]:
@@ -200,7 +189,7 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
             leaders[joint] = end if source.offset_frame == "own" else int(source.parents[end])
         elif joint == ROOT:
             leaders[joint] = ROOT
-        elif there[joint] >= 0 and (joint in bones.twists or source.offset_frame == target.offset_frame):
+        elif there[joint] >= 0 and source.offset_frame == target.offset_frame:
             leaders[joint] = int(there[joint])
     return leaders
 
@@ -297,10 +286,8 @@ def _quarter_turns(bones: _Bones) -> Rotation:
     """The quarter turns that bring the two rest poses nearest to each other.
 
     Files differ in the axis that points up and in the one that points forward. Where the bones that the root carries do
-    not show it, as a root that carries none, the whole skeleton does. People's pelvis shows it, to the degree.
+    not show it, as a root that carries none, the whole skeleton does.
     """
-    if len(bones.pelvis[0]) and all(lines.any(axis=1).all() for lines in bones.pelvis):
-        return _fit(bones.pelvis[0][None], bones.pelvis[1][None])
     known = sorted(k for carried in bones.carried.values() for k in carried)
     product_of_both = bones.wished[0, known].T @ bones.directions[known]
     if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
@@ -325,10 +312,6 @@ def _fit_joint(
         fit = _fit(now, wished)
         predicted = fit * predicted
         now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
-    if joint in bones.twists:
-        direction, across = bones.twists[joint]
-        axes = now[:, 0] if carried else np.zeros((0, 3))
-        predicted = _fit_twist(axes, predicted.apply(direction), across[frames]) * predicted
     return predicted, _degrees_between(now, wished)
 
 
@@ -348,9 +331,7 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
 
 
 def _fit_twist(axes: np.ndarray, a: np.ndarray, b: np.ndarray) -> Rotation:
-    """The rotations (n,) that take directions a (n, 3) to b, or nearest to it about given axes (n, 3)."""
-    if not len(axes):
-        return _fit(a[:, None], b[:, None])
+    """The rotations (n,) about axes (n, 3) that take directions a (n, 3) nearest to b."""
     sines = (axes * np.cross(a, b)).sum(axis=1)
     cosines = (a * b).sum(axis=1) - (axes * a).sum(axis=1) * (axes * b).sum(axis=1)
     return Rotation.from_rotvec(np.arctan2(sines, cosines)[:, None] * axes)

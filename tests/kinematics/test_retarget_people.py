@@ -63,7 +63,7 @@ def test_limbs_are_not_twisted_from_a_rig_that_does_not_stand_at_angle_zero(file
     found, expected = (angles_of(each) for each in (retarget(other, motion.skeleton, method="orientations"), motion))
     for name in LIMBS:
         apart = np.degrees((found[name] * expected[name].inv()).magnitude().max())
-        assert apart < (1.0 if name.endswith(("Ankle", "Wrist")) else 1e-4), name
+        assert apart < (5.0 if name.endswith(("Ankle", "Wrist")) else 1e-4), name  # feet and hands: their mean
 
 
 def test_limbs_are_not_twisted_onto_such_a_rig_if_a_motion_shows_how_they_bend(files):
