@@ -48,8 +48,9 @@ def load_c3d(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The axis that points up. By default the file's POINT:Y_SCREEN, or z, with a warning. If an axis points down, the
-        world is turned by half a turn: about x for y and z, about y for x.
+        The axis that points up. By default the file's POINT:Y_SCREEN, or z, with a warning; or, with a warning, another
+        axis if the points that stand still while others move are in one plane below these, as feet on a floor. If an
+        axis points down, the world is turned by half a turn: about x for y and z, about y for x.
     scale : float, default=None
         Metres per unit of length. By default that of POINT:UNITS.
     zeros : {"seen", "missing"}, default=None

@@ -18,7 +18,7 @@ from skpose.io._keypoints_json import is_json, read_folder, read_json
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
-from skpose.keypoints._checks import complaints_of, turn_up
+from skpose.keypoints._checks import complaints_of, settle_up, turn_up
 from skpose.keypoints._layouts import check_layout
 from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
@@ -58,8 +58,8 @@ def load_keypoints(
         Metres per unit of length.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
         The axis that points up. By default the file's own `up`, as `save_npz` and `save_csv` write it, or that of the
-        layout, or y, with a warning if people stand along another axis. If an axis points down, the world is turned by
-        half a turn: about x for y and z, about y for x.
+        layout, or y, with a warning if people stand along another axis; or the axis of the floor, with a warning, as
+        in `load_c3d`. If an axis points down, the world is turned by half a turn: about x for y and z, about y for x.
     zeros : {"seen", "missing"}, default=None
         Whether a position of exactly (0, 0, 0) is a position or a lost point. By default a position, with a warning. A
         point that is at zero in every frame is the origin of the others, and seen.
@@ -158,7 +158,10 @@ def load_keypoints(
     with source.format_errors():
         check_options(up=usual)
         found = Keypoints(stored.positions * scale, found_names, rate, stored.confidences)
-        for complaint in complaints_of(found.positions, found.names, usual, why, "up={}", zeros):
+        for complaint in complaints_of(found.positions, found.names, usual, "", "", zeros):
+            source.warn(complaint)
+        if why:
+            usual, complaint = settle_up(found.positions, found.names, usual, why)
             source.warn(complaint)
         if stored.times is not None:
             source.warn(stored.times.complaint(found.frame_rate))
