@@ -170,7 +170,7 @@ def load_keypoints(
         if layout is not None:
             found = layout.keypoints(found)
     if layout is None or layout.pairs:
-        source.warn(complaint_of_extent(found.positions, scale))
+        source.warn(complaint_of_extent(found.positions, scale, found.up))
     return found
 
 
