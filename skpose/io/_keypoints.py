@@ -12,7 +12,7 @@ from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
-from skpose.io._conventions import Up, Zeros, check_options
+from skpose.io._conventions import Up, Zeros, check_options, choose_scale
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_folder, read_json
 from skpose.io._source import Source, open_source
@@ -33,7 +33,7 @@ def load_keypoints(
     *,
     names: Iterable[str] | None = None,
     frame_rate: float | None = None,
-    scale: float = 1.0,
+    scale: float | None = None,
     up: Up | None = None,
     zeros: Zeros | None = None,
 ) -> Keypoints:
@@ -54,8 +54,8 @@ def load_keypoints(
         Name of each point in the file. By default the file's own, or the layout's.
     frame_rate : float, default=None
         Frames per second, Hz. By default the file's own, `frame_rate` or `fps`.
-    scale : float, default=1.0
-        Metres per unit of length.
+    scale : float, default=None
+        Metres per unit of length. By default the unit in the header of a CSV file, as of ``hip_x (mm)``, or 1.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
         The axis that points up. By default the file's own `up`, as `save_npz` and `save_csv` write it, or that of the
         layout, or y, with a warning if people stand along another axis; or the axis of the floor, with a warning, as
@@ -82,8 +82,8 @@ def load_keypoints(
     -----
     UserWarning
         If the points are not of the size of a person, may be in units of a picture, or are (0, 0, 0); if people stand
-        along another axis, times have gaps or contradict the frame rate, or points are left out as rotations or
-        velocities.
+        along another axis, times have gaps or contradict the frame rate, or points are left out as rotations,
+        velocities or forces, by their names or units.
 
     See Also
     --------
@@ -141,6 +141,9 @@ def load_keypoints(
     else:
         source = open_source(path, EXPECTED, binary=True)
         stored = _read(source, n_points)
+    if scale is not None and stored.scale is not None:
+        choose_scale(source, scale, stored.scale, "the header")
+    scale = scale or stored.scale or 1.0
     rate = stored.frame_rate if frame_rate is None else frame_rate
     if rate is None:
         by_times = stored.times.rate() if stored.times else np.nan
