@@ -15,6 +15,9 @@ from skpose.io._arrays import Archive, read_array
 from skpose.io._conventions import Up, Zeros, check_options, choose_scale
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_folder, read_json
+from skpose.io._motive import is_motive, read_motive
+from skpose.io._mvnx import is_mvnx, read_mvnx
+from skpose.io._qualisys import is_qualisys, read_qualisys
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
@@ -24,7 +27,8 @@ from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
 SHAPES = (None, None, 3), (None, None, 4), (None, None, 2)
-EXPECTED = "keypoints as JSON, CSV with a header, .npz or .npy"
+EXPECTED = "keypoints as JSON, CSV with a header, MVNX, Qualisys TSV, .npz or .npy"
+TEXTS = (is_mvnx, read_mvnx), (is_motive, read_motive), (is_qualisys, read_qualisys), (is_csv, read_csv)
 
 
 def load_keypoints(
@@ -157,7 +161,7 @@ def load_keypoints(
         raise ValueError(f"{source.name} does not name its points: pass layout= or names=")
     usual: Any = up or stored.up or ("y" if layout is None else layout.up)
     why = "as is usual" if layout is None else f"as the layout {layout.name!r} says"
-    why = "" if up or stored.up else why
+    why = "" if up else stored.why if stored.up else why
     with source.format_errors():
         check_options(up=usual)
         found = Keypoints(stored.positions * scale, found_names, rate, stored.confidences)
@@ -190,8 +194,9 @@ def _read(source: Source, n_points: int | None) -> Stored:
         return _from_archive(source)
     if is_json(source):
         return read_json(source, n_points)
-    if source.kind == "text" and is_csv(source):
-        return read_csv(source)
+    for recognizes, read in TEXTS:
+        if source.kind == "text" and recognizes(source):
+            return read(source)
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")
 
 

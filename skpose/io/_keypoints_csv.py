@@ -23,7 +23,6 @@ from skpose.keypoints._pictures import REMEDY
 # The first columns of the tables that `save_csv` writes, of positions and of angles.
 POINTS_HEAD = "frame", "time", "frame_rate", "up"
 ANGLES_HEAD = (*POINTS_HEAD, "root_axes")
-ANGLES = "this is a table of joint angles of save_csv, without a skeleton: pandas.read_csv reads it"
 SEPARATORS = ",;\t"
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
@@ -46,23 +45,21 @@ class Columns(NamedTuple):
     scale: float | None  # metres per unit, if the header states it
 
 
-def is_angles(source: Source) -> bool:
-    """Whether a file is a table of joint angles that `save_csv` wrote."""
-    return source.head.startswith(f"{','.join(ANGLES_HEAD)},")
-
-
 def is_csv(source: Source) -> bool:
     """Whether a file begins with a header of positions."""
+    if source.head.startswith("scorer,"):
+        return True
     line = next(iter(source.head.lstrip().splitlines()), "")
-    header = [_split_unit(cell)[0] for cell in _rows([line])[0]] if line else []
+    header = [_split_unit(cell)[0] for cell in split_rows([line])[0]] if line else []
     return len(header) > 1 and ({cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header)))
 
 
 def read_csv(source: Source) -> Stored:
     lines = [(number, line) for number, line in enumerate(source.lines, 1) if line.strip()]
-    if is_angles(source):
-        raise source.error(ANGLES)
-    header, *rows = _rows([line for _, line in lines])
+    header, *rows = split_rows([line for _, line in lines])
+    if header[0] == "scorer":  # DeepLabCut's header has a line of points and one of coordinates
+        header = ["frame", *map("_".join, list(zip(*rows[:2], strict=True))[1:])]
+        lines, rows = lines[2:], rows[2:]
     columns = _columns(source, header, lines[0][0])
     wanted = columns.positions + columns.confidences
     array = np.empty((len(rows), len(wanted)))
@@ -93,7 +90,7 @@ def read_csv(source: Source) -> Stored:
     return at_frames(source, stored, numbers)
 
 
-def _rows(lines: list[str]) -> list[list[str]]:
+def split_rows(lines: list[str]) -> list[list[str]]:
     """The cells of each line; a row is one line, also where it is quoted."""
     separator = max(SEPARATORS, key=lines[0].count)
     return [

@@ -83,6 +83,7 @@ class Stored(NamedTuple):
     up: Any = None
     times: Times | None = None
     scale: float | None = None  # metres per unit
+    why: str = ""  # why `up` is taken, if the file does not state it
 
 
 def time_key(keys: Iterable[str]) -> str | None:
