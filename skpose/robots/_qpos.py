@@ -252,14 +252,13 @@ def _warn_of_root(qpos: np.ndarray, quaternion: str, robot: Robot) -> None:
 
 
 def _warn_of_limits(poses: np.ndarray, skeleton: Skeleton) -> None:
-    """Warn if many joints are far beyond their limits, as angles in degrees are."""
-    low, high = (np.full((1, 2), np.inf) if skeleton.limits is None else skeleton.limits).T
-    with np.errstate(invalid="ignore"):
-        limited = np.flatnonzero(np.isfinite(high - low) & (high > low))
+    """Warn if many joints are far beyond their limits and half a turn, as angles in degrees are."""
+    limits = np.full((1, 2), np.inf) if skeleton.limits is None else skeleton.limits
+    limited = np.flatnonzero(np.isfinite(limits).all(axis=1) & (limits[:, 1] > limits[:, 0]))
     if len(poses) and len(limited):
-        middle, half = (high + low)[limited] / 2.0, (high - low)[limited] / 2.0
+        middle, half = limits[limited].mean(axis=1), np.diff(limits[limited], axis=1).ravel() / 2.0
         beyond = np.abs(poses[:, limited] - middle).max(axis=0) / half
-        if np.mean(beyond > FAR) >= 0.25:
+        if np.mean((beyond > FAR) & (np.abs(poses[:, limited]).max(axis=0) > np.pi)) >= 0.25:
             warn(f"joints are up to {beyond.max():.3g} times as far from the middle as their limits: angles are in rad")
 
 
