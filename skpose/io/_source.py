@@ -63,6 +63,8 @@ class Source:
 
     def __init__(self, file: Readable, expected: str, *, binary: bool = False):
         if isinstance(file, str | os.PathLike):
+            if Path(file).is_dir():
+                raise IsADirectoryError(f"{file} is a folder: load each of its files")
             self.name, data = os.fspath(file), Path(file).read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()
