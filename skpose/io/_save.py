@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.files import check_new, new_file
 from skpose._utils.validation import check_choice, check_kind, check_positive
 from skpose.io._arguments import PathLike
+from skpose.io._conventions import unused_name
 from skpose.keypoints._fit import is_of_layout
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import is_axes
@@ -64,7 +65,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     end, and the bone's far end is the position of its children, or an End Site. Every joint then has three angles,
     about the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not. A skeleton
     of `fit_skeleton` has names of points, and its BVH joints are at these points; where several bones start, as at the
-    neck, there is one more joint for each, such as ``neck_to_nose``.
+    neck, there is one more joint for each, such as ``neck_turn``.
 
     Where the world is turned, all positions of the root are, and its orientation has three angles, the first about the
     axis that points up. Heights, tilts and headings stay, as do the poses.
@@ -126,7 +127,8 @@ def _at_points(motion: Motion) -> Motion:
     for bone in bones:
         parent = str(bone.parent)
         if bone.dofs and (parent == root.name or len(children[parent]) > 1):
-            add(f"{parent}_to_{bone.name}", parent, (0.0, 0.0, 0.0), bone)
+            used = {*children, *(joint.name for joint in joints)}
+            add(unused_name(f"{parent}_turn", used, ()), parent, (0.0, 0.0, 0.0), bone)
             parent = joints[-1].name
         only = [child for child in children[bone.name] if child.dofs and len(children[bone.name]) == 1]
         add(bone.name, parent, bone.offset, next(iter(only), None))
