@@ -64,7 +64,7 @@ def warn_of_degrees(
 
 
 def likely_unit(size: float, taken: float) -> str:
-    """The unit, other than the one of so many metres, in which a person's size is nearest to this number."""
+    """The unit with which a number is nearest to a person's size, except the unit of so many metres."""
     others = [unit for unit, metres in UNITS.items() if metres != taken]
     return min(others, key=lambda unit: abs(np.log(size * UNITS[unit] / HUMAN)))
 

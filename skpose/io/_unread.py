@@ -66,7 +66,7 @@ UNREAD = (
     _starts(
         "DeepMimic's motion",
         rb'\s*\{.*(?-i:"Frames")\s*:\s*\[\s*\[\s*[-\d]',
-        "its rotations are those of its own characters",
+        "it holds rotations of its own characters",
     ),
     _starts(
         "a JSON file of SPL Open Data",

@@ -148,9 +148,9 @@ def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> tuple[st
 
 
 def _find_floor(frames: np.ndarray, extents: np.ndarray) -> str:
-    """The direction from the floor, in which points stand still while others move, to the others; empty if unknown.
+    """The direction that points up from the floor; empty if points that stand still while others move show none.
 
-    `extents` (3,) are those of the median frame. A person who sits has the back at rest, and is taller than deep.
+    `extents` (3,) is the size in the median frame. A person who sits keeps the back still, and is taller than deep.
     """
     lag, size = 1, extents.max()
     while lag < len(frames):

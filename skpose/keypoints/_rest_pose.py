@@ -131,8 +131,7 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
             squares[i, j] = squares[j, i] = length**2
     products = (squares[1:, :1] + squares[:1, 1:] - squares[1:, 1:]) / 2.0
     values, vectors = np.linalg.eigh(products)
-    # What is smaller than the noise of one frame cannot show a rotation, and what is smaller than the error of the
-    # squares over all frames may not be there: a line of hips has no bend.
+    # A bend below the noise of one frame cannot show a rotation, and one below the error of all frames may not exist.
     error = SURE * noise * np.sqrt(max(values[-1], 0.0) / n_frames)
     sizes = np.sqrt(np.where(values > max(ROUNDING * values[-1], noise**2, error), values, 0.0))
     sizes[-1] = np.sqrt(max(values[-1], 0.0))

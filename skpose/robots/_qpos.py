@@ -151,7 +151,7 @@ def motion_from_qpos(
     held : mapping of str to float or array-like, default=None
         As in `load_robot`; these joints must have these values in all frames.
     quaternion : {"wxyz", "xyzw"}, default="wxyz"
-        The order of quaternions: MuJoCo's, or that of Isaac Gym, ROS and tables of Unitree robots.
+        The order of quaternions: wxyz in MuJoCo, xyzw in Isaac Gym, ROS and tables of Unitree.
 
     Returns
     -------
