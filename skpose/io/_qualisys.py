@@ -8,8 +8,10 @@ these include the numbers and times of frames.
 import numpy as np
 
 from skpose.io._numbers import parse
-from skpose.io._source import NUMBER, Source
+from skpose.io._source import Source
 from skpose.io._stored import Stored
+
+LAST = "MARKER_NAMES", "TRAJECTORY_TYPES", "Frame"  # how the last lines before the frames begin
 
 
 def is_qualisys(source: Source) -> bool:
@@ -18,7 +20,7 @@ def is_qualisys(source: Source) -> bool:
 
 def read_qualisys(source: Source) -> Stored:
     rows = [(number, line.strip("\r").split("\t")) for number, line in enumerate(source.lines, 1) if line.strip()]
-    n_head = next((i for i, (_, cells) in enumerate(rows) if NUMBER.fullmatch(cells[0].strip())), len(rows))
+    n_head = max((i + 1 for i, (_, cells) in enumerate(rows) if cells[0].strip() in LAST), default=0)
     stated = {cells[0].strip(): [cell.strip() for cell in cells[1:]] for _, cells in rows[:n_head]}
     names = [name for name in stated.get("MARKER_NAMES", []) if name]
     if not names:

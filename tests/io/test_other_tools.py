@@ -47,6 +47,19 @@ def test_what_is_missing_is_refused(kind, old, new):
         load_keypoints(io.BytesIO(data.replace(old, new)))
 
 
+def test_older_files_of_motive_and_a_marker_that_is_lost_first():
+    data = FILES["Motive"][0]
+    for old, new in ((b",Type,", b",,"), (b",Name,", b",,"), (b",ID,", b",,"), (b"Export Frame Rate", b"Other")):
+        data = data.replace(old, new)
+    found = load_keypoints(io.BytesIO(data))
+    assert (found.names, found.frame_rate) == (tuple(damaged.NAMES), 200.0)  # as captured
+    lines = FILES["Qualisys without frames and times"][0].decode().splitlines()
+    lines[7] = "\t".join(["NULL"] * 3 + lines[7].split("\t")[3:])
+    lost = load_keypoints(io.StringIO("\n".join(lines)), zeros="seen")
+    assert lost.positions.shape == POSITIONS.shape
+    assert np.isnan(lost.positions[0, 0]).all()
+
+
 def test_deeplabcut_in_three_dimensions():
     text = "scorer,net,net,net\nbodyparts,nose,nose,nose\ncoords,x,y,z\n0,0.1,0.2,0.3\n1,0.1,0.2,0.4\n"
     found = load_keypoints(io.StringIO(text), frame_rate=30)
