@@ -97,10 +97,7 @@ def settle_up(positions: np.ndarray, names: Sequence[str], up: Any, why: str) ->
     found, by_floor = find_up(positions, names, up)
     if not by_floor or found == up:
         return up, complaint_of_up(positions, names, up, why, "up={}")
-    return found, (
-        f"{up} points up, {why}, but points stand on a floor that is below along {found}: {found} is taken; "
-        f"pass up={up!r} to keep the other"
-    )
+    return found, f"{found} is taken as up, by the floor that points stand on, not {up}, {why}: up={up!r} keeps that"
 
 
 def complaint_of_up(positions: np.ndarray, names: Sequence[str], up: str, why: str, remedy: str) -> str:
