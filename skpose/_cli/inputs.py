@@ -27,6 +27,7 @@ Content = Motion | Skeleton | Keypoints
 STDIN = "-"
 MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
 MOVING = (*MOTIONS, ".trc", ".c3d")
+NO_MOTIONS = "shape.npz", "stagei.npz"  # of AMASS, next to the motions
 READING = [name for name in dict.fromkeys(option for one in FORMATS for option in one.options) if name != "frame_rate"]
 # Names of files that state subject and action, besides those of HDM05.
 BVH = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
@@ -81,7 +82,7 @@ def expand(paths: Iterable[Path], suffixes: Sequence[str] = MOVING) -> list[Path
     for path in paths:
         inside = [one for one in sorted(path.rglob("[!.]*")) if one.is_file()] if path.is_dir() else []
         found = [one for one in inside if one.name.lower().endswith(ends)] if inside else [path] * (not path.is_dir())
-        found = found or [one for one in inside if one.suffix.lower() == ".npz"]
+        found = found or [one for one in inside if one.suffix.lower() == ".npz" and not one.name.endswith(NO_MOTIONS)]
         if not found:
             raise FileNotFoundError(f"no files in the folder {path}: expected {', '.join(suffixes)} or .npz")
         files += found

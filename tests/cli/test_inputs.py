@@ -112,6 +112,7 @@ def test_a_folder_of_npz_files_and_a_scale_for_the_other_file(capsys):
     """The scale of a BVH file in centimetres is not for motions in metres."""
     Path("saved").mkdir()
     save_npz("saved/a.npz", load_bvh("anna.bvh"))
+    np.savez("saved/shape.npz", betas=np.zeros(16))  # as in AMASS
     assert main(["info", "saved"]) == 0
     assert "degrees of freedom" in capsys.readouterr().out
     assert main(["retarget", "anna.bvh", "--scale", "1.1", "--onto", "saved/a.npz", "--out", "there.npz"]) == 0
