@@ -91,6 +91,47 @@ def motion_archive():
         return path.read_bytes()
 
 
+def mvnx_file(n_frames=20):
+    """Return an MVNX file of three segments, with a pose of the calibration before the frames."""
+    segments = "".join(f'<segment id="{i + 1}" label="{name}"><points/></segment>' for i, name in enumerate(NAMES))
+    frames = f'<frame type="tpose"><position>{"0 " * 9}</position></frame>'
+    for i, frame in enumerate(np.nan_to_num(positions(n_frames)) / 1000):
+        numbers = " ".join(f"{x:.6f}" for x in frame.ravel())
+        frames += f'<frame time="{10 * i}" type="normal"><orientation>1 0 0 0</orientation>'
+        frames += f"<position>{numbers}</position></frame>\n"
+    head = '<?xml version="1.0" encoding="UTF-8"?>\n<mvnx xmlns="http://www.xsens.com/mvn/mvnx" version="4">\n'
+    subject = (
+        f'<subject label="Anna" frameRate="100"><segments>{segments}</segments>\n<frames>{frames}</frames></subject>'
+    )
+    return f"{head}{subject}</mvnx>".encode()
+
+
+def motive_file(n_frames=20):
+    """Return Motive's CSV of a bone with a rotation and two markers, mm."""
+    head = "Format Version,1.23,Take Name,Walk,Capture Frame Rate,200.0,Export Frame Rate,100.000000,Rotation Type,"
+    lines = [f"{head}Quaternion,Length Units,Millimeters,Coordinate Space,Global", ""]
+    lines += [",Type," + ",".join(7 * ["Bone"] + 6 * ["Marker"])]
+    lines += [",Name," + ",".join(f'"{name}"' for name in 7 * NAMES[:1] + 3 * NAMES[1:2] + 3 * NAMES[2:])]
+    lines += [",ID," + ",".join(13 * ["7"]), ",," + ",".join(4 * ["Rotation"] + 9 * ["Position"])]
+    lines += ["Frame,Time (Seconds),X,Y,Z,W," + ",".join(3 * "XYZ")]
+    for i, frame in enumerate(positions(n_frames)):
+        cells = ["" if np.isnan(x) else f"{x:.6f}" for x in frame.ravel()]
+        lines.append(",".join([str(i), f"{i / 100:.6f}", "0", "0", "0", "1", *cells]))
+    return "\r\n".join(lines).encode()
+
+
+def qualisys_file(n_frames=20, *, columns=True):
+    """Return QTM's TSV of three markers, mm, with columns of the frame and the time or not."""
+    lines = [f"NO_OF_FRAMES\t{n_frames}", "NO_OF_CAMERAS\t8", "NO_OF_MARKERS\t3", "FREQUENCY\t100", "DESCRIPTION\t--"]
+    lines += ["DATA_INCLUDED\t3D", "\t".join(["MARKER_NAMES", *NAMES])]
+    if columns:
+        lines += ["\t".join(["Frame", "Time", *(f"{name} {axis}" for name in NAMES for axis in "XYZ")])]
+    for i, frame in enumerate(positions(n_frames)):
+        cells = ["" if np.isnan(x) else f"{x:.3f}" for x in frame.ravel()]
+        lines.append("\t".join([str(i + 1), f"{i / 100:.5f}"] * columns + cells))
+    return "\n".join(lines).encode()
+
+
 FILES = {
     "BVH": [(DATA / "biped.bvh").read_bytes()],
     "ASF": [(DATA / "arm.asf").read_bytes()],
@@ -103,6 +144,9 @@ FILES = {
     "CSV": [csv_file()],
     "AMASS": [amass_archive()],
     "motion": [motion_archive()],
+    "MVNX": [mvnx_file()],
+    "Motive CSV": [motive_file()],
+    "Qualisys TSV": [qualisys_file(), qualisys_file(columns=False)],
 }
 
 

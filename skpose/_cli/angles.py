@@ -65,7 +65,10 @@ def _fit(contents: list, layout: str | None) -> list["skpose.Motion"]:
         )
     if missing := missing_points(of, names):
         print(f"without {', '.join(missing)} of the layout {of.name}")
-        of = of.without(missing)
+        try:
+            of = of.without(missing)
+        except ValueError as error:
+            raise ValueError(f"{error}: pass --zero, a standing trial with all markers") from None
     points = [of.keypoints(content, absent="unseen") for content in contents]
     skeleton = skpose.keypoints.fit_skeleton(points[-1], of)
     return [skpose.inverse_kinematics(one, skeleton).to_motion() for one in points]

@@ -27,6 +27,7 @@ Content = Motion | Skeleton | Keypoints
 STDIN = "-"
 MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
 MOVING = (*MOTIONS, ".trc", ".c3d")
+NO_MOTIONS = "shape.npz", "stagei.npz"  # of AMASS, next to the motions
 READING = [name for name in dict.fromkeys(option for one in FORMATS for option in one.options) if name != "frame_rate"]
 # Names of files that state subject and action, besides those of HDM05.
 BVH = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
@@ -48,8 +49,10 @@ def load(file: Path | BytesIO, options: dict[str, Any]) -> Content:
 
 
 def load_poses(file: Path | BytesIO, options: dict[str, Any]) -> Motion:
-    """Load a motion with a skeleton."""
+    """Load a motion with a skeleton; the scale of other files of the command is not for files in metres."""
     known = {name for one in FORMATS if one.content == "motion" for name in one.options}
+    if "scale" in options and "scale" not in format_of(_rewind(file)).options:
+        known.remove("scale")
     return load_motion(_rewind(file), **{name: value for name, value in options.items() if name in known})
 
 
@@ -74,13 +77,14 @@ def _rewind(file: Path | BytesIO) -> Path | BytesIO:
 
 
 def expand(paths: Iterable[Path], suffixes: Sequence[str] = MOVING) -> list[Path]:
-    """Replace folders by the files in them, and below, that have one of the suffixes, sorted."""
+    """Replace folders by the files in them, and below, that have one of the suffixes, sorted; or else by .npz files."""
     files, ends = [], (*suffixes, *(f"{suffix}.gz" for suffix in suffixes))
     for path in paths:
-        inside = (one for one in sorted(path.rglob("[!.]*")) if one.name.lower().endswith(ends) and one.is_file())
-        found = list(inside) if path.is_dir() else [path]
+        inside = [one for one in sorted(path.rglob("[!.]*")) if one.is_file()] if path.is_dir() else []
+        found = [one for one in inside if one.name.lower().endswith(ends)] if inside else [path] * (not path.is_dir())
+        found = found or [one for one in inside if one.suffix.lower() == ".npz" and not one.name.endswith(NO_MOTIONS)]
         if not found:
-            raise FileNotFoundError(f"no files in the folder {path}: expected {', '.join(suffixes)}")
+            raise FileNotFoundError(f"no files in the folder {path}: expected {', '.join(suffixes)} or .npz")
         files += found
     return files
 

@@ -30,7 +30,7 @@ def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:
     add = group.add_argument
     if skip:
         add("--skip-errors", action="store_true", help="skip unreadable files, and exit with status 3")
-    add("--scale", type=positive, metavar="M", help="metres per unit; 0.01 for centimetres")
+    add("--scale", type=positive, metavar="M", help="metres per unit; 0.01 for centimetres; not of AMASS")
     add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis, such as --up=-y")
     add(
         "--file-frame-rate",

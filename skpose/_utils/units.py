@@ -20,8 +20,17 @@ FAR = 3.0 * TWO_PI  # rad
 SHARE = 0.15  # of the columns beyond FAR
 LOOKED_AT = 4096  # poses at most, evenly spaced
 SMALLEST, LARGEST = 0.3, 5.0  # m between the ends of a skeleton: a doll, a horse with its rider
+TALLEST = 2.4  # m, the height of the points of a person with raised arms
 HUMAN = 1.7  # m, to choose among units
-UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "units of CMU": 0.0254 / 0.45}
+UNITS = {
+    "metres": 1.0,
+    "decimetres": 0.1,
+    "centimetres": 0.01,
+    "millimetres": 0.001,
+    "feet": 0.3048,
+    "inches": 0.0254,
+    "units of CMU": 0.0254 / 0.45,
+}
 
 
 def warn_of_degrees(
@@ -54,9 +63,10 @@ def warn_of_degrees(
             return
 
 
-def likely_unit(size: float) -> str:
-    """The unit in which a person's size is nearest to this number."""
-    return min(UNITS, key=lambda unit: abs(np.log(size * UNITS[unit] / HUMAN)))
+def likely_unit(size: float, taken: float) -> str:
+    """The unit with which a number is nearest to a person's size, except the unit of so many metres."""
+    others = [unit for unit, metres in UNITS.items() if metres != taken]
+    return min(others, key=lambda unit: abs(np.log(size * UNITS[unit] / HUMAN)))
 
 
 def complaint_of_size(size: float, scale: float) -> str | None:
@@ -64,9 +74,14 @@ def complaint_of_size(size: float, scale: float) -> str | None:
     return _complaint(size, scale, "the skeleton is", "in the rest pose")
 
 
-def complaint_of_extent(positions: np.ndarray, scale: float) -> str | None:
-    """The warning about a file's points, in m; None if they fit a person."""
-    return _complaint(extent_of(positions), scale, "the points are", "in the median frame")
+def complaint_of_extent(positions: np.ndarray, scale: float, up: str | None = None) -> str | None:
+    """The warning about a file's points, in m; None if they fit a person.
+
+    With an axis that points up, people must not be too tall along it, wherever they stand.
+    """
+    height = 0.0 if up is None else extent_of(positions[:, :, ["xyz".index(up)]])
+    size, largest = (height, TALLEST) if height > TALLEST else (extent_of(positions), LARGEST)
+    return _complaint(size, scale, "the points are", "in the median frame", largest)
 
 
 def extent_of(positions: np.ndarray) -> float:
@@ -78,10 +93,10 @@ def extent_of(positions: np.ndarray) -> float:
     return float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)))
 
 
-def _complaint(size: float, scale: float, subject: str, when: str) -> str | None:
-    if SMALLEST <= size <= LARGEST or size == 0.0:
+def _complaint(size: float, scale: float, subject: str, when: str, largest: float = LARGEST) -> str | None:
+    if SMALLEST <= size <= largest or size == 0.0:
         return None
-    unit = likely_unit(size / scale)
+    unit = likely_unit(size / scale, scale)
     in_metres = size / scale * UNITS[unit]
     remedy = "pass the metres of one unit as scale="
     if SMALLEST <= in_metres <= LARGEST:

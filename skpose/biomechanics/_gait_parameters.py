@@ -26,6 +26,9 @@ UNITS = {
 }
 # Largest steps per minute: elite sprinters take fewer than five a second, race walkers fewer than four.
 FASTEST_WALK, FASTEST_RUN = 220.0, 300.0
+# Step length over cadence, mm/(step/min): 5 to 7 in nearly all adults, in slow walks up to 10, in children less, as
+# speeds of walking scale with the root of the length of legs, 0.9 m.
+LEAST_RATIO, LARGEST_RATIO, LEG = 3.6, 10.0, 0.9
 
 
 class GaitParameter(NamedTuple):
@@ -190,7 +193,8 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     UserWarning
         If cadence, in the median of the strides, is more than 300 steps/min, or 220 where the feet stand for more than
         half of the stride, as in walking: faster than elite sprinters [2]_ and race walkers [3]_, so the frame rate is
-        wrong.
+        wrong. Likewise if the walk ratio, step length over cadence [4]_, is more than 10 mm/(step/min), or less than
+        3.6 with legs of 0.9 m: at half the frame rate it is twice as large, at any speed.
 
     See Also
     --------
@@ -211,6 +215,9 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
        :doi:`10.1249/MSS.0b013e318201f6f8`.
     .. [3] B. Hanley, A. Bissas, A. Drake, "Kinematic characteristics of elite men's and women's 20 km race walking and
        their variation during the race", Sports Biomechanics 10(2), 2011, :doi:`10.1080/14763141.2011.569566`.
+    .. [4] N. Sekiya, H. Nagasaki, "Reproducibility of the walking patterns of normal young adults: test-retest
+       reliability of the walk ratio (step-length/step-rate)", Gait & Posture 7(3), 1998,
+       :doi:`10.1016/S0966-6362(98)00009-5`.
 
     Examples
     --------
@@ -241,17 +248,27 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     columns = {name: np.array([row[name] for row in rows]) for name in UNITS}
     first = events.strides[:, 0]
     found = GaitParameters(feet=events.feet[first], starts=events.times[first], events=events, **columns)
-    _warn_of_cadence(found)
+    leg = LEG
+    if isinstance(motion, Motion) and len(motion):
+        up = "xyz".index(events.up)
+        leg = float(np.median(motion.root_positions[:, up]) - np.median(events.positions[:, up]))
+    _warn_of_rate(found, leg)
     return found
 
 
-def _warn_of_cadence(found: GaitParameters) -> None:
-    """Warn about an impossible cadence."""
+def _warn_of_rate(found: GaitParameters, leg: float) -> None:
+    """Warn about a cadence that is impossible, or unlikely with these steps and legs, m."""
     cadence, known = float(np.median(found.cadence)), found.stance[np.isfinite(found.stance)]
-    walks = len(known) > 0 and float(np.median(known)) > 50.0
+    walks, rate = len(known) > 0 and float(np.median(known)) > 50.0, found.events.frame_rate
+    ratio = 1e3 * float(np.median(found.step_length)) / cadence
+    is_short = leg > 0.0 and ratio * (LEG / leg) ** 1.5 < LEAST_RATIO
     if cadence > (FASTEST_WALK if walks else FASTEST_RUN):
-        rate = found.events.frame_rate
         warn(f"cadence is {cadence:.0f} steps/min, faster than people: is the frame rate of {rate:g} Hz right?")
+    elif is_short or ratio > LARGEST_RATIO:
+        warn(
+            f"step length over cadence is {ratio:.1f} mm/(step/min), in people 5 to 7: "
+            f"is the frame rate of {rate:g} Hz {'twice' if is_short else 'half'} the true one?"
+        )
 
 
 def _measure(events: GaitEvents, first: int, other: int, last: int) -> dict[str, float]:

@@ -24,6 +24,7 @@ RATES = "mocap_framerate", "mocap_frame_rate"
 # Parts of a pose and their widths, of files without `poses`, in its order.
 PARTS = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
 FACE = "pose_jaw", "pose_eye"  # only in SMPL-X
+FASTEST, FARTHEST = 15.0, 30.0  # m/s, which no person reaches, and m
 
 
 def load_amass(
@@ -72,8 +73,8 @@ def load_amass(
     Warns
     -----
     UserWarning
-        If no model is given, the model has fewer directions of shape than the file has `betas`, frames are left out, or
-        the frame rate is replaced.
+        If no model is given, the model has fewer directions of shape than the file has `betas`, frames are left out,
+        the frame rate is replaced, or `trans` is faster than people, as in centimetres.
 
     See Also
     --------
@@ -109,6 +110,8 @@ def load_amass(
     check_options(frame_rate=frame_rate, on_nan=on_nan, up=up)
     source = open_source(path, "an AMASS file (.npz)", binary=True)
     file, finite = Archive(source), on_nan == "raise"
+    if "trans" not in file.keys:
+        raise source.error(f"expected the key 'trans', zeros (n, 3) if it is not known, found {file.list_keys()}")
     trans = file.numbers("trans", (None, 3), finite=finite)
     name, poses = _poses(file, len(trans), finite)
     rate = _frame_rate(file, frame_rate)
@@ -141,6 +144,9 @@ def load_amass(
             frames,
             root_name=root,
         )
+    speeds = np.linalg.norm(np.diff(trans, axis=0), axis=1) * rate
+    if len(speeds) and np.median(speeds) > FASTEST and np.ptp(trans, axis=0).max() > FARTHEST:
+        source.warn(f"trans moves by {np.median(speeds):.3g} m/s in the median frame: is it in metres?")
     return stand(motion, up, source, "z")
 
 

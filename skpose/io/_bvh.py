@@ -33,6 +33,7 @@ WORD = re.compile(rb"[{}]|[^\s{}]+")
 # After MOTION; "Frames:12" and "Frames : 12" mean the same.
 HEAD = re.compile(rb"\s*Frames\s*:?\s*(\d{1,18})\s+Frame\s+Time\s*:?\s*([^\s:]+)", re.IGNORECASE)
 NAME = re.compile(rb"[^{}\r\n]*")
+MORE = re.compile(rb"(?:[ \t]+[-+.\deE]+)*")  # numbers after an OFFSET: zeros, of a rotation, are left out
 CHANNELS = re.compile(rb"\s*(\d)((?:\s+[xyz](?:position|rotation)(?![^\s{}]))*)", re.IGNORECASE)
 
 
@@ -206,6 +207,10 @@ def _read_hierarchy(lexer: Lexer) -> list[Joint]:
             joints.append(joint)
         elif joint is not None and keyword == "OFFSET" and not joint.offset:
             joint.offset = [source.number(lexer.next("3 numbers"), f"OFFSET of {joint}") for _ in range(3)]
+            more = cast(re.Match, MORE.match(source.data, lexer.at))
+            if more[0].strip(b" \t+-.0"):
+                raise source.error(f"OFFSET of {joint}: expected 3 numbers, found more", word)
+            lexer.at = more.end()
         elif joint is not None and keyword == "CHANNELS" and not joint.channels:
             joint.channels = _channels(lexer, joint)
         elif joint is not None and word == "}":

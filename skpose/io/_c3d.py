@@ -39,7 +39,12 @@ class C3DQuantity(NamedTuple):
 
 
 def load_c3d(
-    path: Readable, *, up: Up | None = None, scale: float | None = None, zeros: Zeros | None = None
+    path: Readable,
+    *,
+    up: Up | None = None,
+    scale: float | None = None,
+    frame_rate: float | None = None,
+    zeros: Zeros | None = None,
 ) -> Keypoints:
     """Read positions of markers from a C3D file.
 
@@ -48,10 +53,14 @@ def load_c3d(
     path : str, path-like or file
         The file, or an open one; compressed by gzip or not.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The axis that points up. By default the file's POINT:Y_SCREEN, or z, with a warning. If an axis points down, the
-        world is turned by half a turn: about x for y and z, about y for x.
+        The axis that points up. By default the file's POINT:Y_SCREEN, or z, with a warning; or, with a warning, another
+        axis if the points that stand still while others move are in one plane below these, as feet on a floor. If an
+        axis points down, the world is turned by half a turn: about x for y and z, about y for x.
     scale : float, default=None
         Metres per unit of length. By default that of POINT:UNITS.
+    frame_rate : float, default=None
+        Frames per second, Hz. By default POINT:RATE; a number replaces it, with a warning if the two differ by more
+        than 1 %.
     zeros : {"seen", "missing"}, default=None
         Whether a position of exactly (0, 0, 0) is a position or a lost marker. By default a position, with a warning.
 
@@ -98,10 +107,10 @@ def load_c3d(
     >>> load_c3d("walk.c3d")  # doctest: +SKIP
     Keypoints(580 frames at 100 Hz, 5.8 s, 51 points, 0.8 % not seen)
     """
-    check_options(up=up, zeros=zeros, scale=scale)
+    check_options(up=up, zeros=zeros, scale=scale, frame_rate=frame_rate)
     source = open_source(path, "a C3D file", binary=True)
     with source.format_errors():
-        parameters, rate, all_positions, names, kinds = _read(source)
+        parameters, rate, all_positions, names, kinds = _read(source, frame_rate)
         chosen = [i for i in names if i not in kinds]
         if kinds:
             message = f"{len(kinds)} of {len(names)} points are not positions of markers, such as {names[min(kinds)]!r}"
@@ -156,7 +165,7 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     """
     source = open_source(path, "a C3D file", binary=True)
     with source.format_errors():
-        parameters, _, positions, names, kinds = _read(source)
+        parameters, _, positions, names, kinds = _read(source, None)
         found = dict[str, C3DQuantity]()
         for i, kind in kinds.items():
             units = parameters.texts(f"POINT:{kind.removesuffix('S')}_UNITS")
@@ -164,11 +173,13 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
         return found
 
 
-def _read(source: Source) -> tuple[Parameters, float, np.ndarray, dict[int, str], dict[int, str]]:
+def _read(
+    source: Source, frame_rate: float | None
+) -> tuple[Parameters, float, np.ndarray, dict[int, str], dict[int, str]]:
     """A recording, and by the indices of its points the names, where they have one, and the kinds of quantities."""
     if source.kind != "C3D":
         raise source.error("expected a C3D file, whose second byte is 80")
-    parameters, rate, positions = read_recording(source)
+    parameters, rate, positions = read_recording(source, frame_rate)
     n_points = positions.shape[1]
     labels = parameters.texts("POINT:LABELS")[:n_points]
     named = [i for i, label in enumerate(labels) if label]

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.io._conventions import choose_rate
 from skpose.io._source import Source
 
 BLOCK = 512  # bytes
@@ -117,7 +118,7 @@ class Parameters:
         return (words >> 16 | words << 16).view(np.float32).astype(np.float64) / 4
 
 
-def read_recording(source: Source) -> tuple[Parameters, float, np.ndarray]:
+def read_recording(source: Source, frame_rate: float | None) -> tuple[Parameters, float, np.ndarray]:
     """Parameters, frame rate, Hz, and positions (n_frames, n_points, 3) in the file's unit, NaN for lost markers."""
     data = source.data
     at = BLOCK * (data[0] - 1) + 3
@@ -130,16 +131,17 @@ def read_recording(source: Source) -> tuple[Parameters, float, np.ndarray]:
     start = BLOCK * (header[8] - 1)
     parameters = Parameters(source, data[: start if at < start <= len(data) else at + 256 * BLOCK], data[at])
     header_scale, header_rate = (float(parameters.floats(data[i : i + 4])[0]) for i in (12, 20))
-    rate = parameters.number("POINT:RATE", 0.0) or header_rate
+    stated = parameters.number("POINT:RATE", 0.0) or header_rate
+    rate = choose_rate(source, frame_rate, stated, "POINT:RATE")
     if not (rate > 0 and np.isfinite(rate) and np.isfinite(1 / rate)):
-        raise source.error(f"POINT:RATE: expected a positive number, found {rate:g}")
+        raise source.error(f"POINT:RATE: expected a positive number, found {rate:g}: pass frame_rate=")
     scale = parameters.number("POINT:SCALE", header_scale)
     if scale == 0 or not np.isfinite(scale):
         raise source.error(f"POINT:SCALE: expected a number other than zero, found {scale:g}")
     has_scale = np.isfinite(header_scale) and header_scale != 0
     is_float = scale < 0, header_scale < 0 if has_scale else scale < 0
-    frames = _find_frames(source, parameters, header, rate, is_float, BLOCK * data[0])
-    if 0 < header_rate < np.inf and abs(header_rate - rate) > SAME_RATE * rate:
+    frames = _find_frames(source, parameters, header, stated if stated > 0 else rate, is_float, BLOCK * data[0])
+    if frame_rate is None and 0 < header_rate < np.inf and abs(header_rate - rate) > SAME_RATE * rate:
         source.warn(f"POINT:RATE is {rate:g} Hz, which is taken, but the header states {header_rate:g} Hz")
     if not frames.is_float and has_scale and abs(abs(header_scale) - abs(scale)) > SAME_SCALE * abs(scale):
         source.warn(f"POINT:SCALE is {scale:g}, which is taken, but the header states {header_scale:g}")

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import check_choice, check_frame_rate, check_positive
 from skpose.io._source import Source
-from skpose.keypoints._checks import UPS, complaint_of_origin, turn_up
-from skpose.keypoints._checks import complaint_of_up as complaint_of_up_of_points
+from skpose.keypoints._checks import UPS, complaint_of_origin, settle_up, turn_up
 from skpose.skeleton import Motion
 from skpose.skeleton._root import root_angles_of, root_orientations
 from skpose.skeleton._upright import complaint_of_up
@@ -118,7 +117,7 @@ def stand_markers(
     names: Sequence[str],
     scale: float,
     zeros: Zeros | None,
-    up: Up | None,
+    up: Any,
     usual: tuple[Up, str],
 ) -> tuple[np.ndarray, Axis]:
     """Positions of markers in m without lost ones, and the axis that points up; `usual` has a reason with it."""
@@ -127,9 +126,11 @@ def stand_markers(
         positions[lost] = np.nan
     elif zeros is None and lost.any():
         source.warn(complaint_of_origin(lost, names))
+    positions = positions * scale
     if up is None:
-        source.warn(complaint_of_up_of_points(positions, names, *usual, "up={}"))
-    return turn_up(positions * scale, up or usual[0])
+        up, complaint = settle_up(positions, names, *usual)
+        source.warn(complaint)
+    return turn_up(positions, up)
 
 
 def number_names(source: Source, names: list[str]) -> list[str]:

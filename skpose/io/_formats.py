@@ -1,11 +1,10 @@
 """The formats of files: one entry for each, which `load_motion`, the command line and the documentation use.
 
 To add a format, write a module with its loader and a function that recognises it by its content, and add an entry here.
-The options of a format are the keyword arguments of its loader.
+The options of a format are the keyword arguments of its loader. Formats that are known and not read are in `UNREAD`.
 """
 
 import inspect
-import re
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
@@ -16,11 +15,15 @@ from skpose.io._asf import is_asf, load_asf
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import load_c3d
 from skpose.io._keypoints import is_array, load_keypoints
-from skpose.io._keypoints_csv import ANGLES, is_angles, is_csv
+from skpose.io._keypoints_csv import is_csv
 from skpose.io._keypoints_json import is_json
+from skpose.io._motive import is_motive
+from skpose.io._mvnx import is_mvnx
+from skpose.io._qualisys import is_qualisys
 from skpose.io._save_npz import is_npz, load_npz
-from skpose.io._source import NUMBER, Source
+from skpose.io._source import Source
 from skpose.io._trc import load_trc
+from skpose.io._unread import UNREAD as UNREAD
 from skpose.skeleton import Motion
 
 DECISIVE = "root", "scale"  # options without which the result is another
@@ -66,30 +69,12 @@ FORMATS = (
     Format("JSON", "points", (".json",), is_json, load_keypoints),
     Format("arrays", "points", (".npz", ".npy"), is_array, load_keypoints),
     Format("AMASS", "motion", (".npz",), is_amass, load_amass),
+    Format("MVNX", "points", (".mvnx",), is_mvnx, load_keypoints),
+    Format("Motive CSV", "points", (".csv",), is_motive, load_keypoints),
+    Format("Qualisys TSV", "points", (".tsv",), is_qualisys, load_keypoints),
     Format("CSV", "points", (".csv", ".tsv"), is_csv, load_keypoints),
     Format("AMC", "motion", (".amc",), is_amc, load_amc),
 )
-
-
-OPENSIM = re.compile(
-    r"^[ \t]*(nrows|ncolumns|indegrees|datarows|datacolumns)\b.*^[ \t]*endheader\b", re.I | re.M | re.S
-)
-
-
-def is_numbers(source: Source) -> bool:
-    """Whether the first lines are numbers alone, some of them several on a line, as Kinect's text of joints."""
-    lines = [line.replace(",", " ").split() for line in source.head.splitlines()[:50] if line.strip()]
-    return any(len(words) > 1 for words in lines) and all(NUMBER.fullmatch(word) for words in lines for word in words)
-
-
-# Files that no loader reads, and what to do with them.
-UNREADABLE: dict[str, Callable[[Source], object]] = {
-    ANGLES: is_angles,
-    "this is a table of OpenSim (.mot, .sto): load_trc reads the markers of the same trial": (
-        lambda source: OPENSIM.search(source.head)
-    ),
-    "this is a table of numbers: numpy.loadtxt reads it, and skpose.keypoints.Keypoints names it": is_numbers,
-}
 
 
 def format_of(path: Readable | Source) -> Format:
@@ -103,9 +88,6 @@ def format_of(path: Readable | Source) -> Format:
         If it cannot be read.
     """
     source = path if isinstance(path, Source) else Source(path, EXPECTED, binary=True)
-    for message, recognizes in UNREADABLE.items():
-        if recognizes(source):
-            raise source.error(message)
     for one in FORMATS:
         if one.recognizes(source):
             return one

@@ -12,19 +12,23 @@ from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
-from skpose.io._conventions import Up, Zeros, check_options
+from skpose.io._conventions import Up, Zeros, check_options, choose_scale
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_folder, read_json
+from skpose.io._motive import is_motive, read_motive
+from skpose.io._mvnx import is_mvnx, read_mvnx
+from skpose.io._qualisys import is_qualisys, read_qualisys
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
-from skpose.keypoints._checks import complaints_of, turn_up
+from skpose.keypoints._checks import complaints_of, settle_up, turn_up
 from skpose.keypoints._layouts import check_layout
 from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
 SHAPES = (None, None, 3), (None, None, 4), (None, None, 2)
-EXPECTED = "keypoints as JSON, CSV with a header, .npz or .npy"
+EXPECTED = "keypoints as JSON, CSV with a header, MVNX, Qualisys TSV, .npz or .npy"
+TEXTS = (is_mvnx, read_mvnx), (is_motive, read_motive), (is_qualisys, read_qualisys), (is_csv, read_csv)
 
 
 def load_keypoints(
@@ -33,7 +37,7 @@ def load_keypoints(
     *,
     names: Iterable[str] | None = None,
     frame_rate: float | None = None,
-    scale: float = 1.0,
+    scale: float | None = None,
     up: Up | None = None,
     zeros: Zeros | None = None,
 ) -> Keypoints:
@@ -54,12 +58,12 @@ def load_keypoints(
         Name of each point in the file. By default the file's own, or the layout's.
     frame_rate : float, default=None
         Frames per second, Hz. By default the file's own, `frame_rate` or `fps`.
-    scale : float, default=1.0
-        Metres per unit of length.
+    scale : float, default=None
+        Metres per unit of length. By default the unit in the header of a CSV file, as of ``hip_x (mm)``, or 1.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
         The axis that points up. By default the file's own `up`, as `save_npz` and `save_csv` write it, or that of the
-        layout, or y, with a warning if people stand along another axis. If an axis points down, the world is turned by
-        half a turn: about x for y and z, about y for x.
+        layout, or y, with a warning if people stand along another axis; or the axis of the floor, with a warning, as
+        in `load_c3d`. If an axis points down, the world is turned by half a turn: about x for y and z, about y for x.
     zeros : {"seen", "missing"}, default=None
         Whether a position of exactly (0, 0, 0) is a position or a lost point. By default a position, with a warning. A
         point that is at zero in every frame is the origin of the others, and seen.
@@ -82,8 +86,8 @@ def load_keypoints(
     -----
     UserWarning
         If the points are not of the size of a person, may be in units of a picture, or are (0, 0, 0); if people stand
-        along another axis, times have gaps or contradict the frame rate, or points are left out as rotations or
-        velocities.
+        along another axis, times have gaps or contradict the frame rate, or points are left out as rotations,
+        velocities or forces, by their names or units.
 
     See Also
     --------
@@ -141,6 +145,9 @@ def load_keypoints(
     else:
         source = open_source(path, EXPECTED, binary=True)
         stored = _read(source, n_points)
+    if scale is not None and stored.scale is not None:
+        choose_scale(source, scale, stored.scale, "the header")
+    scale = scale or stored.scale or 1.0
     rate = stored.frame_rate if frame_rate is None else frame_rate
     if rate is None:
         by_times = stored.times.rate() if stored.times else np.nan
@@ -154,11 +161,14 @@ def load_keypoints(
         raise ValueError(f"{source.name} does not name its points: pass layout= or names=")
     usual: Any = up or stored.up or ("y" if layout is None else layout.up)
     why = "as is usual" if layout is None else f"as the layout {layout.name!r} says"
-    why = "" if up or stored.up else why
+    why = "" if up else stored.why if stored.up else why
     with source.format_errors():
         check_options(up=usual)
         found = Keypoints(stored.positions * scale, found_names, rate, stored.confidences)
-        for complaint in complaints_of(found.positions, found.names, usual, why, "up={}", zeros):
+        for complaint in complaints_of(found.positions, found.names, usual, "", "", zeros):
+            source.warn(complaint)
+        if why:
+            usual, complaint = settle_up(found.positions, found.names, usual, why)
             source.warn(complaint)
         if stored.times is not None:
             source.warn(stored.times.complaint(found.frame_rate))
@@ -167,7 +177,7 @@ def load_keypoints(
         if layout is not None:
             found = layout.keypoints(found)
     if layout is None or layout.pairs:
-        source.warn(complaint_of_extent(found.positions, scale))
+        source.warn(complaint_of_extent(found.positions, scale, found.up))
     return found
 
 
@@ -184,8 +194,9 @@ def _read(source: Source, n_points: int | None) -> Stored:
         return _from_archive(source)
     if is_json(source):
         return read_json(source, n_points)
-    if source.kind == "text" and is_csv(source):
-        return read_csv(source)
+    for recognizes, read in TEXTS:
+        if source.kind == "text" and recognizes(source):
+            return read(source)
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.io._conventions import METRES
 from skpose.io._source import NUMBER, Source
 from skpose.io._stored import (
     Stored,
@@ -22,7 +23,6 @@ from skpose.keypoints._pictures import REMEDY
 # The first columns of the tables that `save_csv` writes, of positions and of angles.
 POINTS_HEAD = "frame", "time", "frame_rate", "up"
 ANGLES_HEAD = (*POINTS_HEAD, "root_axes")
-ANGLES = "this is a table of joint angles of save_csv, without a skeleton: pandas.read_csv reads it"
 SEPARATORS = ",;\t"
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
@@ -30,6 +30,9 @@ AXES = "x", "y", "z", "w"  # the last one of rotations
 LETTERS = "|".join(AXES + SURE)
 AFTER = re.compile(rf"(.{{0,99}}[^\s_.:-])(?:[\s_.:-]+({LETTERS})|(?-i:(?<=[a-z0-9])([XYZW])))", re.IGNORECASE)
 BEFORE = re.compile(rf"({LETTERS})(?:[\s_.:-]+(.+)|(\d+))", re.IGNORECASE)
+# A unit after a column's name, in brackets; or of length, after the axis: X (mm), hip_x_mm.
+BRACKETED = re.compile(r"(.*[^\s_])[\s_]*[(\[](?!\d*[)\]])([^()\[\]]*)[)\]]")
+AFTER_AXIS = re.compile(rf"((?:.*[\s_.:-])?[xyz])[\s_.-]+({'|'.join(METRES)})", re.IGNORECASE)
 NUMBERED = re.compile(r"([^\d]*)(\d{1,9})")  # landmark_7, 7: not names, but the order of the points
 
 
@@ -39,25 +42,24 @@ class Columns(NamedTuple):
     names: list[str] | None
     positions: list[int]
     confidences: list[int]
-
-
-def is_angles(source: Source) -> bool:
-    """Whether a file is a table of joint angles that `save_csv` wrote."""
-    return source.head.startswith(f"{','.join(ANGLES_HEAD)},")
+    scale: float | None  # metres per unit, if the header states it
 
 
 def is_csv(source: Source) -> bool:
     """Whether a file begins with a header of positions."""
+    if source.head.startswith("scorer,"):
+        return True
     line = next(iter(source.head.lstrip().splitlines()), "")
-    header = _rows([line])[0] if line else []
+    header = [_split_unit(cell)[0] for cell in split_rows([line])[0]] if line else []
     return len(header) > 1 and ({cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header)))
 
 
 def read_csv(source: Source) -> Stored:
     lines = [(number, line) for number, line in enumerate(source.lines, 1) if line.strip()]
-    if is_angles(source):
-        raise source.error(ANGLES)
-    header, *rows = _rows([line for _, line in lines])
+    header, *rows = split_rows([line for _, line in lines])
+    if header[0] == "scorer":  # DeepLabCut's header has a line of points and one of coordinates
+        header = ["frame", *map("_".join, list(zip(*rows[:2], strict=True))[1:])]
+        lines, rows = lines[2:], rows[2:]
     columns = _columns(source, header, lines[0][0])
     wanted = columns.positions + columns.confidences
     array = np.empty((len(rows), len(wanted)))
@@ -73,8 +75,13 @@ def read_csv(source: Source) -> Stored:
     frame_rate = up = None
     if set(POINTS_HEAD) <= first.keys():
         frame_rate, up = source.number(first["frame_rate"], "frame_rate", lines[1][0]), first["up"]
-    stored = Stored(array[:, :n].reshape(len(rows), -1, 3), confidences, columns.names, frame_rate, up)
+    positions = array[:, :n].reshape(len(rows), -1, 3)
+    stored = Stored(positions, confidences, columns.names, frame_rate, up, scale=columns.scale)
     key, time = frame_key(header), time_key(header)
+    others = [cell for i, cell in enumerate(header) if i not in wanted and cell != key]
+    for other in others if n == 3 else filter(None, [time]):
+        if _tells_rows_apart([row[header.index(other)] for row in rows]):
+            raise source.error(f"expected one row for each frame, found several by the column {other[:40]!r}: keep one")
     numbers = None if key is None else frame_numbers(source, key, [row[header.index(key)] for row in rows])
     if time is not None:
         cells = [row[header.index(time)] for row in rows]
@@ -83,7 +90,7 @@ def read_csv(source: Source) -> Stored:
     return at_frames(source, stored, numbers)
 
 
-def _rows(lines: list[str]) -> list[list[str]]:
+def split_rows(lines: list[str]) -> list[list[str]]:
     """The cells of each line; a row is one line, also where it is quoted."""
     separator = max(SEPARATORS, key=lines[0].count)
     return [
@@ -92,6 +99,21 @@ def _rows(lines: list[str]) -> list[list[str]]:
         else [cell.strip() for cell in line.split(separator)]
         for line in lines
     ]
+
+
+def _split_unit(cell: str) -> tuple[str, str]:
+    """The name of a column, and its unit; empty if it has none."""
+    match = BRACKETED.fullmatch(cell) or AFTER_AXIS.fullmatch(cell)
+    return (match[1], match[2].strip().lower()) if match else (cell, "")
+
+
+def _tells_rows_apart(cells: list[str]) -> bool:
+    """Whether words, or numbers that begin again, as of samples, show that rows of one frame are in several places."""
+    if not all(map(NUMBER.fullmatch, cells)):
+        return 1 < len(set(cells)) < len(cells) and "" not in cells
+    numbers = np.array(cells, dtype=np.float64)
+    steps, again = np.diff(numbers), numbers[1:] == numbers[0]
+    return bool(again.any() and ((steps > 0.0) | again).all() and steps[0] > 0.0)
 
 
 def find_points(header: list[str]) -> dict[str, dict[str, int]]:
@@ -111,9 +133,16 @@ def find_points(header: list[str]) -> dict[str, dict[str, int]]:
 def _columns(source: Source, header: list[str], line: int) -> Columns:
     if twice := [cell for cell in header if cell and header.count(cell) > 1]:
         raise source.error(f"expected each column once, found {twice[0][:40]!r} {header.count(twice[0])} times", line)
-    points = find_points(header)
+    cells, units = zip(*map(_split_unit, header), strict=True)
+    others = [i for i, unit in enumerate(units) if unit and unit not in METRES]
+    points = find_points(["" if i in others else cell for i, cell in enumerate(cells)])
+    lost = find_points(list(cells)).keys() - points.keys()
+    what = ", ".join(repr(header[i][:40]) for i in others if lost or cells[i].lower() in AXES)[:120]
     if not points:
-        raise source.error("expected a header such as nose_x,nose_y,nose_z, and a row for each frame", line)
+        expected = "a header such as nose_x,nose_y,nose_z, and a row for each frame"
+        raise source.error(f"expected positions of points, found {what}" if what else f"expected {expected}", line)
+    if lost:
+        source.warn(f"{what}: not positions by their units, and left out")
     if turned := [name for name, columns in points.items() if {"z", "w"} <= columns.keys()]:
         raise source.error(f"expected positions of points, found the rotation {turned[0][:40]!r} with x, y, z, w", line)
     points = {name: points[name] for name in positions_only(source, list(points))}
@@ -132,4 +161,7 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
     if sure and len(sure) < len(points):
         raise source.error("expected a confidence of each point or of none", line)
     positions = [columns[axis] for columns in points.values() for axis in "xyz"]
-    return Columns(None if is_numbered else list(points), positions, sure)
+    scales = {METRES.get(units[i]) for i in positions}
+    if len(scales) > 1:
+        raise source.error(f"expected one unit of length, found {sorted({units[i] for i in positions})}", line)
+    return Columns(None if is_numbered else list(points), positions, sure, scales.pop())

@@ -1,7 +1,7 @@
 """Writer of BVH files."""
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,7 +9,9 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.files import check_new, new_file
 from skpose._utils.validation import check_choice, check_kind, check_positive
 from skpose.io._arguments import PathLike
-from skpose.skeleton import Bone, Motion
+from skpose.io._conventions import unused_name
+from skpose.keypoints._fit import is_of_layout
+from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import is_axes
 from skpose.skeleton._continuity import continuous_triples
 from skpose.skeleton._rest import positions_at_zero
@@ -61,7 +63,9 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     In an ASF skeleton, and any other with offsets in the joints' "own" axes, a joint rotates the bone that *ends* at
     it; in a BVH file it rotates the bones that *start* at it. So the BVH joint with a bone's name is at the bone's near
     end, and the bone's far end is the position of its children, or an End Site. Every joint then has three angles,
-    about the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not.
+    about the root's axes, in the order ZYX: positions are the same, numbers and degrees of freedom are not. A skeleton
+    of `fit_skeleton` has names of points, and its BVH joints are at these points; where several bones start, as at the
+    neck, there is one more joint for each, such as ``neck_turn``.
 
     Where the world is turned, all positions of the root are, and its orientation has three angles, the first about the
     axis that points up. Heights, tilts and headings stay, as do the poses.
@@ -82,7 +86,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     check_new(path)
     check_positive("scale", scale)
     check_choice("up", up, ("x", "y", "z"))
-    motion, turn = _stand(motion, up)
+    motion, turn = _stand(_at_points(motion) if is_of_layout(motion.skeleton) else motion, up)
     skeleton = motion.skeleton
     if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
         raise ValueError(
@@ -102,6 +106,34 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(lines))
         np.savetxt(file, np.concatenate(columns, axis=1), fmt=f"%.{DIGITS}f")
+
+
+def _at_points(motion: Motion) -> Motion:
+    """The motion of a fitted skeleton with a joint at each point, which rotates the bones that start there.
+
+    Where several bones start, each that rotates has one more joint. Joints that rotate none have angles of zero.
+    """
+    root, *bones = motion.skeleton.bones
+    children = {name: [bone for bone in bones if bone.parent == name] for name in motion.skeleton.joint_names}
+    columns = motion.skeleton.dof_names
+    joints, angles = list[Bone](), list[np.ndarray]()
+
+    def add(name: str, parent: str, offset: Any, turned: Bone | None) -> None:
+        dofs, rest = ("ZYX", None) if turned is None else (turned.dofs, turned.rest_rotation)
+        joints.append(Bone(name, None if parent == root.name else parent, offset, dofs, rest))
+        numbers = [] if turned is None else [motion.angles[:, columns.index(dof)] for dof in turned.dof_names]
+        angles.extend(numbers or [np.zeros(len(motion))] * 3)
+
+    for bone in bones:
+        parent = str(bone.parent)
+        if bone.dofs and (parent == root.name or len(children[parent]) > 1):
+            used = {*children, *(joint.name for joint in joints)}
+            add(unused_name(f"{parent}_turn", used, ()), parent, (0.0, 0.0, 0.0), bone)
+            parent = joints[-1].name
+        only = [child for child in children[bone.name] if child.dofs and len(children[bone.name]) == 1]
+        add(bone.name, parent, bone.offset, next(iter(only), None))
+    skeleton = Skeleton(joints, "parent")
+    return replace(motion, skeleton=skeleton, angles=np.stack(angles, axis=1), root_name=root.name, seen=None)
 
 
 def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarray]:

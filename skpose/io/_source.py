@@ -16,6 +16,7 @@ import numpy as np
 from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
 from skpose.io._error import MocapFormatError
+from skpose.io._unread import UNREAD
 
 REAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NUMBER = re.compile(rf"{REAL}|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
@@ -26,22 +27,13 @@ LINE = re.compile(rb"([^\n#]*)(?:#[^\n]*)?\n?")  # and its comment
 GZIP, BOM = b"\x1f\x8b", b"\xef\xbb\xbf"
 LARGEST = 1 << 31  # bytes that a gzip file may unpack to: 3 MB of it can hold 3 GB of blanks
 HEAD = 1 << 18  # bytes that show what a file is
-Kind = Literal["text", "zip", "npy", "C3D"]
+Kind = Literal["text", "zip", "npy", "C3D", "binary"]
 # How binary files begin. A C3D file has the block of its parameters, then 80, and zeros, which text does not have.
 BINARY: dict[Kind, re.Pattern[bytes]] = {
     "zip": re.compile(rb"PK(\x03\x04|\x05\x06)"),
     "npy": re.compile(rb"\x93NUMPY"),
     "C3D": re.compile(rb"(?!%PDF|\x89PNG)[^\0]P(?=.{0,509}\0)", re.DOTALL),
-}
-# Files that no reader of text reads.
-OTHERS = {
-    "an empty file": re.compile(rb"\s*\Z"),
-    "a pointer of Git LFS: run git lfs pull": re.compile(rb"version https://git-lfs"),
-    "UTF-16 text: save it as UTF-8": re.compile(rb"\xff\xfe|\xfe\xff"),
-    "a pickle, which could run any program and is never read": re.compile(rb"\x80[\x02-\x05]"),
-    "a binary file": re.compile(rb"[^\0]*\0"),
-    "a robot: load_robot reads it": re.compile(rb"\s*(?:<.*)?<(?:mujoco|robot)[\s>]", re.DOTALL),
-    "a web page or XML": re.compile(rb"\s*<"),
+    "binary": re.compile(rb"[^\0]{,262144}\0"),
 }
 
 
@@ -71,6 +63,8 @@ class Source:
 
     def __init__(self, file: Readable, expected: str, *, binary: bool = False):
         if isinstance(file, str | os.PathLike):
+            if Path(file).is_dir():
+                raise IsADirectoryError(f"{file} is a folder: load each of its files")
             self.name, data = os.fspath(file), Path(file).read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()
@@ -79,13 +73,13 @@ class Source:
         data = data.encode("utf-8", errors="replace") if isinstance(data, str) else data
         data = (self._unpack(data) if data.startswith(GZIP) else data).removeprefix(BOM)
         self.kind: Kind = next((kind for kind, start in BINARY.items() if start.match(data)), "text")
-        if self.kind == "text":
-            if found := next((name for name, start in OTHERS.items() if start.match(data[:HEAD])), None):
-                raise self.error(f"expected {expected}, found {found}")
-            if b"\r" in data[:HEAD] and b"\n" not in data[:HEAD]:  # the line ends of an old Macintosh
-                data = data.replace(b"\r", b"\n")
-        self.data, self.head = data, data[:HEAD].decode(errors="replace") if self.kind == "text" else ""
-        if not binary and self.kind != "text":
+        if found := next((one for one in UNREAD if one.signature.match(data[:HEAD])), None):
+            raise self.error(": ".join(filter(None, (f"this is {found.name}", found.advice))))
+        is_text = self.kind == "text"
+        if is_text and b"\r" in data[:HEAD] and b"\n" not in data[:HEAD]:  # the line ends of an old Macintosh
+            data = data.replace(b"\r", b"\n")
+        self.data, self.head = data, data[:HEAD].decode(errors="replace") if is_text else ""
+        if self.kind == "binary" or not (binary or is_text):
             raise self.error(f"expected {expected}, found {self.describe()}")
 
     def _unpack(self, data: bytes) -> bytes:
@@ -122,6 +116,7 @@ class Source:
             "C3D": "a C3D file, positions of markers: load_c3d reads it",
             "npy": "an array (.npy): load_keypoints reads keypoints",
             "zip": "a zip archive",
+            "binary": "a binary file",
             "text": f"{self.first_word[:40]!r}; load_bvh, load_amc, load_trc and load_keypoints read text",
         }[self.kind]
 

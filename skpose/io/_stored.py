@@ -11,11 +11,13 @@ from skpose.io._source import NUMBER, Source
 MOST = 100  # frames for each that is stored: a larger number of a frame is damage, and would need the memory
 # Keys of the number of a frame, the best first, without regard to case and signs between words; the last is an image.
 FRAME = "frame", "frameid", "frameindex", "frameidx", "framenumber", "framenum", "frameno", "fnum", "imageid"
-# The last word of names of rotations, velocities and the like, which have three coordinates too.
+# The first or last word, without sides, of names of rotations, velocities, forces and other vectors.
 NO_POSITION = (
     *("rot", "rotation", "rotations", "angle", "angles", "euler", "quat", "quaternion", "orientation"),
-    *("vel", "velocity", "acc", "acceleration", "gyro"),
+    *("vel", "velocity", "acc", "accel", "acceleration", "accelerometer", "gyr", "gyro", "gyroscope", "omega"),
+    *("mag", "magnetometer", "force", "forces", "grf", "moment", "moments", "torque", "torques", "power", "gravity"),
 )
+SIDES = "l", "left", "r", "right"
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 LONGEST = 100  # characters of a name that are looked at
 FLAGS = 0.0, 1.0, 2.0  # COCO's: not labelled, labelled and hidden, visible
@@ -80,6 +82,8 @@ class Stored(NamedTuple):
     frame_rate: float | None = None
     up: Any = None
     times: Times | None = None
+    scale: float | None = None  # metres per unit
+    why: str = ""  # why `up` is taken, if the file does not state it
 
 
 def time_key(keys: Iterable[str]) -> str | None:
@@ -140,8 +144,9 @@ def at_frames(source: Source, stored: Stored, numbers: Sequence[float] | None) -
 
 def positions_only(source: Source, names: Sequence[str]) -> list[str]:
     """Leave out the names of rotations, velocities and the like, with a warning."""
-    last = [(WORD.findall(name[-LONGEST:]) or [""])[-1].lower() for name in names]
-    kept = [name for name, word in zip(names, last, strict=True) if word not in NO_POSITION]
+    words = [[word.lower() for word in WORD.findall(name[-LONGEST:])] for name in names]
+    ends = [[word for word in some if word not in SIDES] for some in words]
+    kept = [name for name, some in zip(names, ends, strict=True) if not {*some[:1], *some[-1:]} & {*NO_POSITION}]
     if len(kept) == len(names):
         return kept
     shown = ", ".join(repr(name[:40]) for name in names if name not in kept)[:120]

@@ -52,8 +52,8 @@ def load_trc(
         The file, or an open one; compressed by gzip or not.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
         The axis that points up, which the format does not state. By default y, as in OpenSim, with a warning if people
-        stand along another axis. If an axis points down, the world is turned by half a turn: about x for y and z, about
-        y for x.
+        stand along another axis; or the axis of the floor, with a warning, as in `load_c3d`. If an axis points down,
+        the world is turned by half a turn: about x for y and z, about y for x.
     scale : float, default=None
         Metres per unit of length. By default that of the file's Units.
     frame_rate : float, default=None

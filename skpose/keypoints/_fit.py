@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
-from skpose._utils.units import LARGEST, SMALLEST, UNITS, likely_unit
+from skpose._utils.units import SMALLEST, TALLEST, UNITS, likely_unit
 from skpose._utils.warnings import warn
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._layout import Layout
@@ -69,7 +69,7 @@ def fit_skeleton(
     UserWarning
         With `symmetric`, if left and right differ in a length by 10 % or more.
     UserWarning
-        If the skeleton is not between 0.3 and 5 m from end to end, and has the size of a person in another unit.
+        If the skeleton is not between 0.3 and 2.4 m from end to end, and has the size of a person in another unit.
 
     See Also
     --------
@@ -146,8 +146,8 @@ def fit_skeleton(
     skeleton = Skeleton(bones)
     if layout.pairs:  # a hand or an arm has not the size of a person
         size = size_of(skeleton)
-        unit = likely_unit(size)
-        if not (SMALLEST <= size <= LARGEST or unit == "metres"):
+        unit = likely_unit(size, 1.0)
+        if not SMALLEST <= size <= TALLEST and SMALLEST <= size * UNITS[unit] <= TALLEST:
             warn(
                 f"the skeleton is {size:.3g} m from end to end: if positions are in {unit}, "
                 f"multiply by {UNITS[unit]:.4g}"

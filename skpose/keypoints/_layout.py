@@ -14,6 +14,8 @@ from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
 from skpose.skeleton._sides import others, partners, sides
 
+BENDS = "knee", "kne", "kjc", "femur", "elb", "ejc", "humerus"  # in names of points between two long bones
+
 
 @dataclass(frozen=True, repr=False)
 class Layout:
@@ -267,7 +269,8 @@ class Layout:
         KeyError
             For an unknown name.
         ValueError
-            For the root, or a part of a remaining midpoint.
+            For the root, a part of a remaining midpoint, or a knee or an elbow before a point that remains, as an ankle
+            is at no constant distance from the hip.
 
         Examples
         --------
@@ -285,6 +288,14 @@ class Layout:
         for name in self.points:
             parent = self.parents[name]
             while parent in out:
+                if (
+                    not {name, parent} & self.rigid
+                    and name not in out
+                    and any(word in str(parent).lower() for word in BENDS)
+                ):
+                    raise ValueError(
+                        f"layout {self.name!r}: {name!r} cannot be without {parent!r}, where the limb bends"
+                    )
                 rigid -= {name} if parent not in self.rigid else set()
                 parent = self.parents[parent]
             if name not in out:

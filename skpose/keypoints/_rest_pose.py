@@ -16,6 +16,7 @@ ROUNDS = 200  # at most; each is a few sums
 SETTLED = 1e-10  # change of a mean shape, relative to its size, at which the rounds end
 ROUNDING = 1e-12  # of squares: points on one line have no width
 MIRROR = np.array([-1.0, 1.0, 1.0])  # of left and right in the axes of the root
+SURE = 5.0  # of a length's noise and the size, over √n, are 2.5 standard errors of the square of a size
 ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
 
 
@@ -112,7 +113,7 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
     known = ~np.isnan(axes[:, 0, 0])
     means = np.zeros((len(names), 3))
     squares = np.zeros((len(names) + 1, len(names) + 1))
-    everyone, noise = [layout.root, *names], 0.0  # of a length in one frame, m
+    everyone, noise, n_frames = [layout.root, *names], 0.0, 1  # noise of a length in one frame, m
     for i, one in enumerate(everyone):
         sure = points.confidences[one] * points.confidences[layout.root] * known
         if i and sure.any():
@@ -123,14 +124,16 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
             together = points.confidences[one] * points.confidences[other]
             length = float(np.linalg.norm((means[i - 1] if i else 0.0) - (means[j - 1] if j else 0.0)))
             if together.any():
-                known_length = bone_length(np.linalg.norm(points[one] - points[other], axis=1), together)
-                length = known_length.value
-                noise = np.fmax(noise, known_length.error * np.sqrt(np.count_nonzero(together)))
+                lengths = np.linalg.norm(points[one] - points[other], axis=1)
+                length = bone_length(lengths, together).value
+                if np.std(lengths[together > 0.0]) > noise:
+                    noise, n_frames = float(np.std(lengths[together > 0.0])), int(np.count_nonzero(together))
             squares[i, j] = squares[j, i] = length**2
     products = (squares[1:, :1] + squares[:1, 1:] - squares[1:, 1:]) / 2.0
     values, vectors = np.linalg.eigh(products)
-    # What is smaller than the noise of one frame cannot show a rotation: a line of hips has no bend.
-    sizes = np.sqrt(np.where(values > np.fmax(ROUNDING * values[-1], (3.0 * noise) ** 2), values, 0.0))
+    # A bend below the noise of one frame cannot show a rotation, and one below the error of all frames may not exist.
+    error = SURE * noise * np.sqrt(max(values[-1], 0.0) / n_frames)
+    sizes = np.sqrt(np.where(values > max(ROUNDING * values[-1], noise**2, error), values, 0.0))
     sizes[-1] = np.sqrt(max(values[-1], 0.0))
     flat = np.zeros((len(names), 3))
     flat[:, : len(names)] = (vectors * sizes)[:, ::-1][:, :3]

@@ -1,7 +1,7 @@
 """Motions of robots as MuJoCo's ``qpos``, and back."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,13 +9,14 @@ from sklearn.utils import check_array
 
 from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
-from skpose._utils.validation import check_frame_rate, list_names
+from skpose._utils.validation import check_choice, check_frame_rate, list_names
 from skpose._utils.warnings import warn
 from skpose.io._arguments import Readable
 from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, RobotFile, build_robot, read_robot
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._rest import size_of
 from skpose.skeleton._root import continuous_root_angles, root_orientations
 from skpose.skeleton._rotation_forms import FORMS
 from skpose.skeleton._rotations import rotations_of
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
 SAME = 1e-9  # m, and of entries of rotation matrices: the largest difference of equal bones
 STAYS = 1e-6  # m or rad, the largest movement of a held joint or of a fixed root: float32
 UPRIGHT, NEARLY_ALL = 0.8, 0.9  # cosine above which an axis points up; share of the frames
+# The two numbers of a quaternion by which z tilts, in each order.
+TILT = {"wxyz": [1, 2], "xyzw": [0, 1]}
+OFTEN, RARER = 0.8, 0.3  # shares of the frames in which the root is upright in the other order, and is less often
+FAR = 3.0  # times as far from the middle of the limits as these
 # Quarter turns of the world after which z points up.
 TO_Z_UP = {"x": Rotation.from_rotvec([0, -np.pi / 2, 0]), "y": Rotation.from_rotvec([np.pi / 2, 0, 0])}
 
@@ -129,6 +134,7 @@ def motion_from_qpos(
     *,
     root: str | None = None,
     held: Mapping[str, ArrayLike] | None = None,
+    quaternion: Literal["wxyz", "xyzw"] = "wxyz",
 ) -> Motion:
     """Convert MuJoCo's ``qpos``, one row per frame, to a motion on the robot's skeleton.
 
@@ -144,6 +150,8 @@ def motion_from_qpos(
         As in `load_robot`.
     held : mapping of str to float or array-like, default=None
         As in `load_robot`; these joints must have these values in all frames.
+    quaternion : {"wxyz", "xyzw"}, default="wxyz"
+        The order of quaternions: wxyz in MuJoCo, xyzw in Isaac Gym, ROS and tables of Unitree.
 
     Returns
     -------
@@ -157,6 +165,12 @@ def motion_from_qpos(
         If MuJoCo is not installed.
     ValueError
         If the number of columns is not the model's, quaternions are not of length one, or a held joint moves.
+
+    Warns
+    -----
+    UserWarning
+        If the root is upright, or goes forward, in the other order of quaternions alone; if a quarter of the joints
+        are far beyond their limits, as in degrees; if the root is as high as ten robots, as in centimetres.
 
     See Also
     --------
@@ -186,9 +200,16 @@ def motion_from_qpos(
     file = read_robot(path)
     robot = build_robot(file, root, held)
     check_frame_rate(frame_rate)
-    array = check_array(qpos, dtype=np.float64, ensure_min_samples=0, input_name="qpos")
+    check_choice("quaternion", quaternion, tuple(TILT))
+    array = check_array(qpos, dtype=np.float64, ensure_min_samples=0, input_name="qpos", copy=True)
     if array.shape[1] != file.model.nq:
         raise ValueError(f"qpos must have shape (n_frames, {file.model.nq}), got {array.shape}")
+    if robot.free is not None and len(array):
+        _warn_of_root(array[:, robot.free.address :][:, :7], quaternion, robot)
+    if quaternion == "xyzw":
+        for joint in [joint for joint in robot.joints if joint.kind in (FREE, SPHERICAL)]:
+            columns_of = np.arange(file.model.nq)[joint.in_qpos()][-4:]
+            array[:, columns_of] = array[:, np.roll(columns_of, 1)]
     _check_held(file, robot, array)
     columns = []
     for name, joint in robot.columns.items():
@@ -200,8 +221,45 @@ def motion_from_qpos(
     positions, orientations = _root_in(file, robot, array)
     angles, axes = continuous_root_angles(orientations, "xyz") if len(array) else (np.zeros((0, 3)), "xyz")
     poses = np.concatenate(columns, axis=1)
+    _warn_of_limits(poses, robot.skeleton)
     root_name = robot.root_name
     return Motion(robot.skeleton, poses, frame_rate, positions, angles, axes, up="z", root_name=root_name)
+
+
+def _warn_of_root(qpos: np.ndarray, quaternion: str, robot: Robot) -> None:
+    """Warn if the columns (n, 7) of the root show another order of quaternions, or another unit of length.
+
+    Where the root is upright in both orders its heading differs by half a turn, and the direction of the path decides.
+    """
+    numbers, size = qpos[:, 3:], size_of(robot.skeleton)
+    upright = {
+        order: np.mean(1.0 - 2.0 * (numbers[:, tilt] ** 2).sum(axis=1) > UPRIGHT) for order, tilt in TILT.items()
+    }
+    other = next(order for order in TILT if order != quaternion)
+    w, x, y, z = numbers.T if quaternion == "wxyz" else np.roll(numbers, 1, axis=1).T
+    forward, steps = np.stack([1.0 - 2.0 * (y**2 + z**2), 2.0 * (x * y + w * z)], axis=1), np.diff(qpos[:, :2], axis=0)
+    length = np.linalg.norm(steps, axis=1).sum()
+    is_backward = length > size and (steps * forward[:-1]).sum() < -length / 2.0
+    found = ""
+    if upright[other] > OFTEN and upright[quaternion] < upright[other] - RARER:
+        found = f"upright in {upright[quaternion]:.0%} of the frames, and in {upright[other]:.0%}"
+    elif upright[other] > OFTEN and is_backward:
+        found = "going backward, and forward"
+    if found:
+        warn(f"the root is {found} with quaternion={other!r}, if that is the order of the table")
+    if (height := float(np.median(np.abs(qpos[:, 2])))) > 10.0 * size:
+        warn(f"the root is {height:.3g} m high, and the robot {size:.3g} m from end to end: positions are in metres")
+
+
+def _warn_of_limits(poses: np.ndarray, skeleton: Skeleton) -> None:
+    """Warn if many joints are far beyond their limits and half a turn, as angles in degrees are."""
+    limits = np.full((1, 2), np.inf) if skeleton.limits is None else skeleton.limits
+    limited = np.flatnonzero(np.isfinite(limits).all(axis=1) & (limits[:, 1] > limits[:, 0]))
+    if len(poses) and len(limited):
+        middle, half = limits[limited].mean(axis=1), np.diff(limits[limited], axis=1).ravel() / 2.0
+        beyond = np.abs(poses[:, limited] - middle).max(axis=0) / half
+        if np.mean((beyond > FAR) & (np.abs(poses[:, limited]).max(axis=0) > np.pi)) >= 0.25:
+            warn(f"joints are up to {beyond.max():.3g} times as far from the middle as their limits: angles are in rad")
 
 
 def _check_skeleton(file: RobotFile, skeleton: Skeleton, other: Skeleton) -> None:

@@ -119,6 +119,9 @@ def test_a_jump_of_the_pelvis_is_refused(rate, frame):
         ({}, 230.0, "253 steps/min"),
         ({"step": 0.9, "cadence": 165.0, "stance": 0.35}, 200.0, "steps/min"),
         ({"step": 0.9, "cadence": 165.0, "stance": 0.35}, 170.0, None),
+        ({}, 50.0, "half the true one"),
+        ({}, 198.0, "twice the true one"),
+        ({}, 120.0, None),
     ],
 )
 def test_impossible_cadence_warns(known, rate, words):

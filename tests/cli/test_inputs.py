@@ -12,7 +12,7 @@ from conftest import DATA
 from skpose import pose_distances
 from skpose._cli.main import main
 from skpose.datasets import MotionDataset, load_cmu
-from skpose.io import load_bvh
+from skpose.io import load_bvh, load_motion, save_npz
 
 pytestmark = pytest.mark.usefixtures("walks_in_folder")
 INDEX = "subject,trial,action,frames_per_second,file\n35,01,wave,30,subjects/35/35_01.amc\n"
@@ -106,3 +106,14 @@ def test_preparing():
     expected = pose_distances(X, skeleton=dataset.motions[0].skeleton, metric="position")
     options = ["--retarget", "orientations", "--with-root", "tilt", "--frame-rate", "10"]
     np.testing.assert_allclose(positions("anna.bvh", "ben.bvh", *options), expected, atol=1e-12)
+
+
+def test_a_folder_of_npz_files_and_a_scale_for_the_other_file(capsys):
+    """The scale of a BVH file in centimetres is not for motions in metres."""
+    Path("saved").mkdir()
+    save_npz("saved/a.npz", load_bvh("anna.bvh"))
+    np.savez("saved/shape.npz", betas=np.zeros(16))  # as in AMASS
+    assert main(["info", "saved"]) == 0
+    assert "degrees of freedom" in capsys.readouterr().out
+    assert main(["retarget", "anna.bvh", "--scale", "1.1", "--onto", "saved/a.npz", "--out", "there.npz"]) == 0
+    assert load_motion("there.npz").skeleton == load_motion("saved/a.npz").skeleton

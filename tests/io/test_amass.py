@@ -207,6 +207,14 @@ def test_wrong_files(change, write):
 
 
 @NO_MODEL
+def test_a_way_in_centimetres_warns(write):
+    way = np.linspace([0.0, 0.0, 0.9], [3.0, 0.0, 0.9], 9)
+    with pytest.warns(UserWarning, match="metres"):
+        load_amass(write(motion_arrays("SMPL"), trans=100 * way, mocap_framerate=30.0))
+    load_amass(write(motion_arrays("SMPL"), trans=way, mocap_framerate=30.0))
+
+
+@NO_MODEL
 def test_frames_with_nan_can_be_left_out(write):
     """Of the position, of the pose, or of both; the others keep their numbers and their times."""
     arrays = motion_arrays("SMPL-X")

@@ -101,3 +101,12 @@ def test_a_rate_and_a_scale_that_differ_from_the_header_are_said():
         found = load(with_header(written(step=0.05), scale=0.1))
     np.testing.assert_array_equal(found.positions, load(written(step=0.05)).positions)
     load(with_header(written(), scale=-0.3))  # floats have no scale
+
+
+def test_a_rate_can_be_stated():
+    data = with_header(written(RATE=0.0), rate=0.0)
+    with pytest.raises(MocapFormatError, match="frame_rate="):
+        load(data)
+    assert load(data, frame_rate=120).frame_rate == 120.0
+    with pytest.warns(UserWarning, match="frame_rate=50 replaces"):
+        assert load(written(), frame_rate=50).frame_rate == 50.0

@@ -108,6 +108,48 @@ def test_rotations_and_velocities_next_to_points_are_left_out():
     assert found.names == LAYOUT.names
 
 
+VECTORS = ("X (g)", "Y (g)", "Z (g)"), ("gyr_x", "gyr_y", "gyr_z"), ("ForceX", "ForceY", "ForceZ")
+
+
+@pytest.mark.parametrize(
+    "form", ["{axis}_hip (mm)", "hip {axis} (mm)", "hip_{axis}_mm", "hip_{axis} [mm]", "hip.{axis}(MM)"]
+)
+def test_the_unit_of_the_header_is_used(form):
+    text = f"Time (s),{','.join(form.format(axis=axis) for axis in 'XYZ')}\n0.0,100,900,0\n0.0333,100,910,0\n"
+    found = read(text, layout=None)
+    same(found, Keypoints([[[0.1, 0.9, 0.0]], [[0.1, 0.91, 0.0]]], ["hip"], 30))
+    same(read(text, layout=None, scale=0.001), found)
+    with pytest.warns(UserWarning, match="scale=0.01 replaces"):
+        read(text, layout=None, scale=0.01)
+
+
+def test_two_units_are_refused():
+    with pytest.raises(MocapFormatError, match="one unit"):
+        read("a_x (mm),a_y (mm),a_z (mm),b_x,b_y,b_z\n1,2,3,4,5,6\n", layout=None)
+
+
+@pytest.mark.parametrize("header", VECTORS)
+def test_other_quantities_are_refused_alone_and_left_out_next_to_positions(header):
+    with pytest.raises(MocapFormatError, match="positions of points"):
+        read(f"time,{','.join(header)}\n0.0,1,2,3\n0.1,1,2,4\n", layout=None)
+    with pytest.warns(UserWarning, match="left out"):
+        found = read(f"hip_x,hip_y,hip_z,acc_{',acc_'.join(header)}\n1,2,3,4,5,6\n", layout=None)
+    assert found.names == ("hip",)
+
+
+@pytest.mark.parametrize(("column", "cells"), [("sensor", "abab"), ("sensor", "aabb"), ("sample", "0101")])
+def test_rows_of_several_sensors_are_refused(column, cells):
+    rows = "".join(f"{cell},{i},0,1\n" for i, cell in enumerate(cells))
+    with pytest.raises(MocapFormatError, match=column):
+        read(f"{column},pos_x,pos_y,pos_z\n{rows}", layout=None)
+
+
+def test_a_label_of_each_frame_is_no_second_sensor():
+    lines = table(sure=None).splitlines()
+    labelled = [f"{label},{line}" for label, line in zip(["action", *"aaabbbccca"], lines, strict=False)]
+    same(read("\n".join(labelled)), LAYOUT.keypoints(ARRAY[: len(labelled) - 1], 30))
+
+
 HEAD = "nose_x,nose_y,nose_z"
 
 

@@ -87,7 +87,7 @@ def test_layouts():
     expected = LAYOUT.keypoints(POSITIONS, 25.0, SCORES)
     file = {"positions": POSITIONS, "scores": SCORES, "fps": 25.0}
     same(load_keypoints(npz(**file), LAYOUT), expected)
-    coco = np.random.default_rng(0).normal(size=(3, 17, 3))
+    coco = np.random.default_rng(0).normal(0, 0.4, size=(3, 17, 3))
     same(load_keypoints(npz(positions=coco, fps=25.0), "coco17"), layouts["coco17"].keypoints(coco, 25.0))
     same(load_keypoints(npz(**file), LAYOUT, up="-z"), replace(LAYOUT, up="-z").keypoints(POSITIONS, 25.0, SCORES))
     with pytest.raises(ValueError, match="layout"):
@@ -112,7 +112,7 @@ def test_what_is_missing():
 
 
 def test_the_files_own_names_are_brought_into_the_order_of_the_layout(tmp_path):
-    layout, positions = layouts["coco17"], np.random.default_rng(0).normal(size=(4, 17, 3))
+    layout, positions = layouts["coco17"], np.random.default_rng(0).normal(0, 0.4, size=(4, 17, 3))
     np.savez(tmp_path / "a.npz", positions=positions, names=layout.names[::-1], fps=25)
     found = load_keypoints(tmp_path / "a.npz", layout)
     np.testing.assert_array_equal(found.positions[:, :17], positions[:, ::-1])

@@ -114,3 +114,8 @@ def test_damaged_compression(kept):
     for data in (damaged, damaged[:kept]):
         with pytest.raises(MocapFormatError):
             load_bvh(io.BytesIO(data))
+
+
+def test_a_folder_is_no_file(tmp_path):
+    with pytest.raises(IsADirectoryError, match="each of its files"):
+        load_motion(tmp_path)

@@ -239,3 +239,9 @@ def test_files_that_are_not_bvh(content, refused):
 
 
 # Units
+
+
+def test_zeros_after_an_offset_have_no_meaning(load, refused):
+    same = load(changed(("OFFSET 0 10 0", "OFFSET 0 10 0 0 0.0 -0")))
+    np.testing.assert_array_equal(same.skeleton.offsets, load(changed()).skeleton.offsets)
+    assert refused(changed(("OFFSET 0 10 0", "OFFSET 0 10 0 0 90 0")))[0] == 8

@@ -136,3 +136,14 @@ def test_without_some_points():
     assert smaller.parents["left_heel"] == "left_foot_index"
     assert smaller.without("neck").midpoints == {"pelvis": ("left_hip", "right_hip")}
     assert smaller.without("neck").parents["left_shoulder"] == "pelvis"
+
+
+@pytest.mark.parametrize(("name", "joints"), [("coco17", ["left_knee"]), ("opencap_mocap55", ["L_EJC"])])
+def test_an_ankle_never_hangs_on_a_hip(name, joints):
+    layout = layouts[name]
+    parts = [part for joint in joints for part in (*layout.midpoints.get(joint, ()), joint)]
+    with pytest.raises(ValueError, match="bends"):
+        layout.without(parts)
+    below = [point for point in layout.points if layout.parents[point] in joints and point not in layout.rigid]
+    ends = [point for point in layout.points if layout.parents[point] in below]
+    assert set(layout.points) - {*parts, *below, *ends} == set(layout.without([*parts, *below, *ends]).points)

@@ -106,3 +106,39 @@ def test_qpos_of_another_robot():
     ):
         with pytest.raises(ValueError, match=message):
             motion_from_qpos(qpos, io.StringIO(free), 30)
+
+
+STANDING = """<mujoco><worldbody><body name="pelvis"><freejoint/>
+  <body name="left_leg" pos="0 0.1 0"><joint name="left_hip" axis="0 1 0" range="-90 90"/>
+    <body name="left_foot" pos="0 0 -0.7"/></body>
+  <body name="right_leg" pos="0 -0.1 0"><joint name="right_hip" axis="0 1 0" range="-90 90"/>
+    <body name="right_foot" pos="0 0 -0.7"/></body>
+</body></worldbody></mujoco>"""
+
+
+def walk_of_robot(heading, order):
+    """Return qpos of a robot that leans by 5° and goes forward, and its orientations."""
+    turns = Rotation.from_euler("ZY", [[heading + 10 * np.sin(t / 3), 5] for t in range(40)], degrees=True)
+    positions = np.add(np.cumsum(0.05 * turns.apply([1.0, 0.0, 0.0]), axis=0), [0.0, 0.0, 0.7])
+    numbers = turns.as_quat()[:, [3, 0, 1, 2]] if order == "wxyz" else turns.as_quat()
+    angles = 0.3 * np.sin(np.arange(40)[:, None] / 3) * [1.0, -1.0]
+    return np.hstack([positions, numbers, angles]), turns
+
+
+@pytest.mark.parametrize("heading", [0, 90, 180])
+@pytest.mark.parametrize(("order", "other"), [("wxyz", "xyzw"), ("xyzw", "wxyz")])
+def test_the_order_of_quaternions_is_stated_and_checked(heading, order, other):
+    qpos, turns = walk_of_robot(heading, order)
+    motion = motion_from_qpos(qpos, io.StringIO(STANDING), 30, quaternion=order)
+    found = Rotation.from_euler(motion.root_axes, motion.root_angles)
+    assert_allclose((found * turns.inv()).magnitude(), 0.0, atol=1e-9)
+    with pytest.warns(UserWarning, match=f"quaternion='{order}'"):
+        motion_from_qpos(qpos, io.StringIO(STANDING), 30, quaternion=other)
+
+
+@pytest.mark.parametrize(("columns", "factor", "what"), [(slice(7, 9), 57.3, "rad"), (slice(0, 3), 100, "metres")])
+def test_degrees_and_centimetres_warn(columns, factor, what):
+    qpos, _ = walk_of_robot(0, "wxyz")
+    qpos[:, columns] *= factor
+    with pytest.warns(UserWarning, match=what):
+        motion_from_qpos(qpos, io.StringIO(STANDING), 30)

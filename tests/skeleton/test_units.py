@@ -10,7 +10,7 @@ from conftest import DATA
 from skpose import Motion, PoseDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import humanoid
 from skpose.geodesics import frechet_mean
-from skpose.io import load_bvh
+from skpose.io import load_bvh, load_keypoints
 
 ARM = Skeleton.chain(3)
 RADIANS = np.random.default_rng(0).uniform(-1.5, 1.5, (6, 3))
@@ -80,3 +80,27 @@ def test_files_in_other_units_warn(factor, unit, scale):
         load_bvh(bvh(factor))
     assert len(found) == 1
     assert found[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    ("height", "unit", "scale"), [(1.5, "feet", "0.3048"), (1.6, "feet", "0.3048"), (1.5, "decimetres", "0.1")]
+)
+def test_keypoints_of_a_person_in_other_units_warn(height, unit, scale):
+    """In feet people are 4.9 or 5.2 units tall, on either side of what a horse and its rider have in metres."""
+    person = np.random.default_rng(0).uniform(-0.3, 0.3, (5, 6, 3))
+    person[:, 0], person[:, 1] = 0.0, [0.0, height, 0.1]
+    options = {"names": [f"p{i}" for i in range(6)], "frame_rate": 30, "zeros": "seen"}
+    file = io.BytesIO()
+    np.save(file, person / float(scale))
+    with pytest.warns(UserWarning, match=f"in {unit}, pass scale={scale}"):
+        load_keypoints(io.BytesIO(file.getvalue()), **options)
+    assert caught(lambda: load_keypoints(io.BytesIO(file.getvalue()), scale=float(scale), **options)) == []
+
+
+def test_two_people_apart_have_no_unit_of_their_own():
+    person = np.random.default_rng(0).uniform([-0.2, 0.0, -0.2], [0.2, 1.7, 0.2], (5, 6, 3))
+    file = io.BytesIO()
+    np.save(file, np.concatenate([person, np.add(person, [3.0, 0.0, 0.0])], axis=1))
+    file.seek(0)
+    names = [f"p{i}" for i in range(12)]
+    assert caught(lambda: load_keypoints(file, names=names, frame_rate=30)) == []
