@@ -13,6 +13,7 @@ from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_skeleton
+from skpose.kinematics._arrays import array_positions, namespace_of
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, tree_of_all_joints
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._root import root_orientations
@@ -73,6 +74,9 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     array([[[1., 0., 0.],
             [1., 1., 0.]]])
     """
+    xp = namespace_of(angles)
+    if xp is not None:
+        return array_positions(xp, angles, skeleton)
     return joint_positions(_check_angles(angles, skeleton), skeleton, effective_n_jobs(n_jobs))
 
 

@@ -13,11 +13,15 @@ from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_same_width
+from skpose.kinematics._arrays import array_distances, namespace_of
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._metric import Metric
+from skpose.metrics._metric import Metric, require_skeleton
+from skpose.metrics._position import Position
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
+from skpose.metrics._rotation import Rotation
+from skpose.metrics._spatial import Spatial
 from skpose.skeleton import Skeleton
 
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
@@ -150,6 +154,11 @@ def pose_distances(
         lazy = lazy_distances(X, Y, skeleton, chosen)
         warn_of_no_skeleton(metric, skeleton)
         return lazy
+    xp = namespace_of(X, Y)
+    if xp is not None:
+        if out is not None:
+            raise ValueError(f"out is not supported for arrays of {xp.__name__}")
+        return _distances_of_arrays(xp, X, None if Y is X else Y, skeleton, chosen)
     matrix = DistanceMatrix(*_check(X, Y, skeleton), chosen, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances, unconverged = matrix.write(out, n_jobs, verbose)
@@ -249,6 +258,13 @@ def pose_distances_chunked(
             yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
+
+
+def _distances_of_arrays(xp: Any, X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) -> Any:
+    if type(metric) not in (Position, Rotation, Spatial):
+        raise ValueError(f"arrays of {xp.__name__} need 'position', 'rotation' or 'spatial', got {metric.label!r}")
+    memory = get_config()["working_memory"]
+    return array_distances(xp, X, Y, require_skeleton(skeleton), metric.name, memory, **metric.get_params())
 
 
 def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
