@@ -41,7 +41,7 @@ def namespace_of(*arrays: Any) -> Any:
 
 
 def _namespace(X: Any) -> Any:
-    if isinstance(X, np.ndarray | np.generic):
+    if isinstance(X, (np.ndarray, np.generic)):
         return None
     for name, kind in CLASSES.items():
         if name in sys.modules and isinstance(X, getattr(sys.modules[name], kind)):
@@ -58,9 +58,16 @@ def check_array_poses(xp: Any, X: Array, skeleton: Skeleton, name: str) -> None:
     xp.finfo(X.dtype)  # refuses integers
 
 
-@functools.lru_cache(maxsize=64)
-def _plan_of(skeleton: Skeleton, all_joints: bool) -> Plan:
+def _plan_of(xp: Any, skeleton: Skeleton, all_joints: bool) -> Plan:
     """A tree of Python's numbers, those of ball joints as (..., n_balls, 1)."""
+    build = _build_plan
+    if xp.__name__ == "torch" and xp.compiler.is_compiling():
+        build = xp.compiler.disable(_build_plan)  # its numbers are constants of what is compiled
+    return build(skeleton, all_joints)
+
+
+@functools.lru_cache(maxsize=64)
+def _build_plan(skeleton: Skeleton, all_joints: bool) -> Plan:
     tree = tree_of_all_joints(skeleton) if all_joints else tree_of(skeleton)
     axes = np.moveaxis(tree.ball_axes[tree.ball_frame], 0, -1)[..., None]
     reference = tree.reference[tree.ball_frame].T[..., None]
@@ -70,23 +77,23 @@ def _plan_of(skeleton: Skeleton, all_joints: bool) -> Plan:
 # --- rotations --------------------------------------------------------------------------------------------------------
 
 
-def _constant(xp: Any, numbers: list, like: Array) -> Array:
+def constant(xp: Any, numbers: list, like: Array) -> Array:
     device = {"device": like.device} if xp.__name__ == "torch" else {}
     return xp.asarray(numbers, dtype=like.dtype, **device)
 
 
-def _at_least_tiny(xp: Any, square: Array) -> Array:
+def at_least_tiny(xp: Any, square: Array) -> Array:
     """A square whose root has a finite derivative."""
     return xp.where(square > TINY, square, TINY)
 
 
-def _root(xp: Any, square: Array) -> Array:
+def root(xp: Any, square: Array) -> Array:
     """The square root, with a derivative of zero at zero."""
     positive = square > 0.0
     return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)
 
 
-def _product(p: Numbers, q: Numbers) -> Numbers:
+def product(p: Numbers, q: Numbers) -> Numbers:
     """The rotation q, then p."""
     a, b, c, d = p
     w, x, y, z = q
@@ -98,7 +105,7 @@ def _product(p: Numbers, q: Numbers) -> Numbers:
     )
 
 
-def _rotate(q: Numbers, axis: int, cos: Any, sin: Any) -> Numbers:
+def rotate(q: Numbers, axis: int, cos: Any, sin: Any) -> Numbers:
     """The rotation about an axis, given the cosine and sine of half the angle, then q."""
     turned = list(q)
     a, b, c = (1 + (axis + i) % 3 for i in range(3))
@@ -119,9 +126,9 @@ def _add_along(p: Numbers, q: Numbers, axis: int, length: Any) -> Numbers:
     return moved
 
 
-def _quaternion_of(xp: Any, x: Array, y: Array, z: Array) -> Numbers:
+def quaternion_of(xp: Any, x: Array, y: Array, z: Array) -> Numbers:
     """The quaternion of a rotation vector."""
-    angle = xp.sqrt(_at_least_tiny(xp, x * x + y * y + z * z))
+    angle = xp.sqrt(at_least_tiny(xp, x * x + y * y + z * z))
     share = xp.sin(0.5 * angle) / angle
     return xp.cos(0.5 * angle), share * x, share * y, share * z
 
@@ -155,14 +162,14 @@ def _encode_dofs(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
 
     parts = []
     if plan.angle_dof:
-        angles = rows(plan.angle_dof) * _constant(xp, [[plan.sign[d]] for d in plan.angle_dof], X)
+        angles = rows(plan.angle_dof) * constant(xp, [[plan.sign[d]] for d in plan.angle_dof], X)
         parts.append(angles - TWO_PI * xp.round(angles * (1.0 / TWO_PI)) if wrap else angles)
     if plan.ball_frame:
         x, y, z = (rows(plan.first_dof[f] + i for f in plan.ball_frame) for i in range(3))
-        axes = [[_constant(xp, numbers, X) for numbers in row] for row in plan.ball_axes]
-        before = [_constant(xp, numbers, X) for numbers in plan.reference]
-        turned = _quaternion_of(xp, *(row[0] * x + row[1] * y + row[2] * z for row in axes))
-        parts += _canonical(xp, _product(before, turned))
+        axes = [[constant(xp, numbers, X) for numbers in row] for row in plan.ball_axes]
+        before = [constant(xp, numbers, X) for numbers in plan.reference]
+        turned = quaternion_of(xp, *(row[0] * x + row[1] * y + row[2] * z for row in axes))
+        parts += _canonical(xp, product(before, turned))
     if plan.slide_dof:
         parts.append(rows(plan.slide_dof))
     return xp.concat(parts, axis=0)
@@ -181,13 +188,13 @@ def _place(
     for f in range(1, len(plan.frame_parent)):
         q, end = Q[plan.frame_parent[f]], plan.end_dof[f]
         if plan.ball[f] >= 0:
-            q = _product(q, ball(plan.ball[f]))
+            q = product(q, ball(plan.ball[f]))
         elif plan.first_dof[f] == end:
-            q = _rotate(q, plan.single_axis[f], *plan.fixed_rotation[f][2:])
+            q = rotate(q, plan.single_axis[f], *plan.fixed_rotation[f][2:])
         elif plan.slide[f] < 0:
             for d in range(plan.first_dof[f], end):
                 angle = half(plan.angle_dof.index(d)) + 0.5 * plan.shift[d]
-                q = _rotate(q, plan.single_axis[f] + end - 1 - d, xp.cos(angle), xp.sin(angle))
+                q = rotate(q, plan.single_axis[f] + end - 1 - d, xp.cos(angle), xp.sin(angle))
         Q.append(q)
     for j in range(1, len(plan.offset)):
         p, q, k = P[plan.joint_parent[j]], Q[plan.joint_frame[j]], plan.joint_slide[j]
@@ -217,7 +224,7 @@ def _place_poses(xp: Any, X: Array, plan: Plan) -> tuple[list[Numbers], list[Num
 def array_positions(xp: Any, X: Array, skeleton: Skeleton) -> Array:
     """`forward_kinematics` of an array of another library."""
     check_array_poses(xp, X, skeleton, "angles")
-    plan = _plan_of(skeleton, True)
+    plan = _plan_of(xp, skeleton, True)
     P = _place_poses(xp, X, plan)[1]
     return xp.stack([xp.stack(P[plan.code_joint.index(j)], axis=1) for j in range(1, len(P))], axis=1)
 
@@ -233,17 +240,17 @@ def array_distances(
     metric: str,
     memory: float,
     n_steps: int = 0,
-    wrap: bool = False,
+    wrap: bool = True,
 ) -> Array:
-    """`pose_distances` of arrays of another library, in tiles that take `memory` MiB, unless gradients keep them."""
+    """`pose_distances` of arrays of another library, in tiles that take some `memory`, MiB, without gradients."""
     check_array_poses(xp, X, skeleton, "X")
     if Y is not None:
         check_array_poses(xp, Y, skeleton, "Y")
-    plan = _plan_of(skeleton, False)
+    plan = _plan_of(xp, skeleton, False)
     encode, measure = MEASURES[metric]
     A = encode(xp, X, plan, wrap)
     B = A if Y is None else encode(xp, Y, plan, wrap)
-    n_bytes = xp.finfo(X.dtype).bits // 8 * 8 * len(plan.frame_parent) * (n_steps + 1)  # of a pair
+    n_bytes = xp.finfo(X.dtype).bits * len(plan.frame_parent) * (n_steps + 1)  # of a pair: eight numbers for each frame
     n_pairs = max(1, int(memory * 2**20) // n_bytes)
     n_rows = math.isqrt(n_pairs) if Y is None else min(X.shape[0], math.isqrt(n_pairs))
     n_columns = n_rows if Y is None else n_pairs // n_rows
@@ -272,7 +279,7 @@ def _encode_positions(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
 
 def _measure_positions(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: bool) -> Array:
     gap = b - a
-    return _root(xp, xp.sum(gap * gap, axis=0))
+    return root(xp, xp.sum(gap * gap, axis=0))
 
 
 def _encode_rotations(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
@@ -284,17 +291,17 @@ def _measure_rotations(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wr
     """√Σ ℓ² φ², where two unit quaternions at a distance r, or one of them reversed, are φ = 4 arcsin(r/2) apart."""
     gap, sum_ = b - a, b + a
     square = xp.minimum(xp.sum(gap * gap, axis=0), xp.sum(sum_ * sum_, axis=0))
-    r = xp.sqrt(_at_least_tiny(xp, square))
+    r = xp.sqrt(at_least_tiny(xp, square))
     share = 4.0 * xp.asin(0.5 * r) / r
     weights = [weight for f, weight in enumerate(plan.weight) if f > 0 and weight > 0.0]
-    squares = square * share * share * _constant(xp, [[[weight]] for weight in weights], a)
-    return _root(xp, xp.sum(squares, axis=0))
+    squares = square * share * share * constant(xp, [[[weight]] for weight in weights], a)
+    return root(xp, xp.sum(squares, axis=0))
 
 
 def _measure_lines(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: bool) -> Array:
     """The lengths of straight lines in the dofs, sampled at u from −1 to 1 about their middles."""
     start, end = _Dofs(plan, a), _Dofs(plan, b)
-    u = _constant(xp, [2.0 * n / n_steps - 1.0 for n in range(n_steps + 1)], a)
+    u = constant(xp, [2.0 * n / n_steps - 1.0 for n in range(n_steps + 1)], a)
     angles = end.angles
     if wrap:
         gap = angles - start.angles
@@ -306,7 +313,7 @@ def _measure_lines(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: 
     far = sum(p * q for p, q in zip(start.balls, end.balls, strict=True)) < -TIE
     nearer = [xp.where(far, -q, q) for q in end.balls]
     m, d = ([q + sign * p for p, q in zip(start.balls, nearer, strict=True)] for sign in (1.0, -1.0))
-    along, across = (xp.sqrt(_at_least_tiny(xp, sum(x * x for x in numbers))) for numbers in (m, d))
+    along, across = (xp.sqrt(at_least_tiny(xp, sum(x * x for x in numbers))) for numbers in (m, d))
     h, m, d = xp.atan2(across, along), [x / along for x in m], [x / across for x in d]
 
     def ball(k: int) -> Numbers:
@@ -326,7 +333,7 @@ def _measure_lines(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: 
         if plan.scale[j] > 0.0 and not isinstance(p[0], float):
             x, y, z = (one[..., 1:] - one[..., :-1] for one in p)
             squares = squares + plan.scale[j] ** 2 * (x * x + y * y + z * z)
-    return xp.sum(_root(xp, squares), axis=-1)
+    return xp.sum(root(xp, squares), axis=-1)
 
 
 MEASURES = {

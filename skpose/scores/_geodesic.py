@@ -8,6 +8,8 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.sklearn import StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
+from skpose.kinematics._arrays import namespace_of
+from skpose.scores._arrays import array_geodesic_error
 from skpose.scores._inputs import (
     ANGLES,
     CONSTRAINTS,
@@ -118,6 +120,10 @@ def geodesic_error(
     """
     if skeleton is None and frame == "world":
         raise ValueError("frame='world' needs skeleton= and poses")
+    xp = namespace_of(y_true, y_pred)
+    if xp is not None:
+        angles = array_geodesic_error(xp, y_true, y_pred, form, frame, average, skeleton, sample_weight)
+        return angles / ANGLES[unit]
     if skeleton is None:
         (true, motions), (pred, predicted) = _of_numbers(y_true, "y_true", form), _of_numbers(y_pred, "y_pred", form)
     else:

@@ -1,0 +1,217 @@
+"""Scores of arrays of torch, JAX and other libraries, as arrays without axes through which gradients flow.
+
+Numbers are not checked: a score is NaN where its input is, or if no truth is known.
+"""
+
+import math
+from typing import Any
+
+from scipy.spatial.transform import Rotation
+
+from skpose.kinematics._arrays import (
+    Array,
+    Numbers,
+    array_positions,
+    at_least_tiny,
+    check_array_poses,
+    constant,
+    product,
+    quaternion_of,
+    root,
+    rotate,
+)
+from skpose.scores._inputs import Joints, Points, joint_indices
+from skpose.skeleton import Skeleton
+from skpose.skeleton._bone import Bone, axes_of, with_columns
+
+SHAPES: dict[str, tuple[int, ...]] = {"matrix": (3, 3), "6d": (6,), "rotvec": (3,)}  # of one rotation, else (4,)
+
+
+def array_mpjpe(
+    xp: Any,
+    y_true: Array,
+    y_pred: Array,
+    roots: Joints | None,
+    align: str | None,
+    joints: Joints | None,
+    average: str | None,
+    skeleton: Skeleton | None,
+    sample_weight: Any,
+) -> Array:
+    """`mpjpe` of arrays of another library, in the unit of the data."""
+    if align not in (None, "scale"):
+        raise ValueError(f"align must be None or 'scale' for arrays of {xp.__name__}, got {align!r}")
+    true, pred, weights = _read(xp, y_true, y_pred, (3,) if skeleton is None else (), sample_weight)
+    names: tuple[str, ...] = ()
+    if skeleton is not None:
+        unknown = xp.any(xp.isnan(true), axis=1)[:, None]
+        true = array_positions(xp, xp.where(unknown, pred, true), skeleton)
+        true, pred = xp.where(unknown[..., None], xp.nan, true), array_positions(xp, pred, skeleton)
+        names = skeleton.joint_names
+    points = _align(xp, _points(xp, true, pred, names), roots, align)
+    errors, seen = _errors(xp, points, joints)
+    return _mean(xp, errors, seen, weights, average)
+
+
+def array_geodesic_error(
+    xp: Any,
+    y_true: Array,
+    y_pred: Array,
+    form: str,
+    frame: str,
+    average: str | None,
+    skeleton: Skeleton | None,
+    sample_weight: Any,
+) -> Array:
+    """`geodesic_error` of arrays of another library, rad."""
+    shape = SHAPES.get(form, (4,)) if skeleton is None else ()
+    true, pred, weights = _read(xp, y_true, y_pred, shape, sample_weight)
+    unknown = xp.any(xp.isnan(true), axis=-1)
+    true = xp.where(unknown[..., None], pred, true)
+    if skeleton is None:
+        a, b = (_quaternions(xp, numbers, form) for numbers in (true, pred))
+    else:
+        a, b = (_quaternions_of_poses(xp, poses, skeleton, frame) for poses in (true, pred))
+        unknown = unknown[:, None]
+    minus, plus = (sum((x + sign * y) ** 2 for x, y in zip(a, b, strict=True)) for sign in (-1.0, 1.0))
+    nearer, farther = xp.minimum(minus, plus), xp.maximum(minus, plus)
+    r = xp.sqrt(at_least_tiny(xp, nearer))
+    angles = 4.0 * root(xp, nearer) * (xp.atan2(r, xp.sqrt(farther)) / r)
+    return _mean(xp, angles, xp.logical_not(unknown), weights, average)
+
+
+def _read(
+    xp: Any, y_true: Array, y_pred: Array, shape: tuple[int, ...], sample_weight: Any
+) -> tuple[Array, Array, Array | None]:
+    """Frames (n_frames, n_joints, size) of numbers of a shape, or (n_frames, n_dofs) for none, and their weights."""
+    if tuple(y_true.shape) != tuple(y_pred.shape):
+        raise ValueError(f"y_true and y_pred must have equal shapes, got {y_true.shape} and {y_pred.shape}")
+    n_axes, found = 2 + len(shape), tuple(y_true.shape)
+    if len(found) >= n_axes and found[len(found) - len(shape) :] != shape:
+        raise ValueError(f"y_true must have shape (n_frames, n_joints, {str(shape)[1:]}, got {found}")
+    weights = None if sample_weight is None else constant(xp, sample_weight, y_pred)
+    if len(found) > n_axes and weights is not None:  # of motions
+        one = xp.ones_like(y_pred[(slice(None), slice(None), *[0] * (n_axes - 1))])
+        weights = xp.reshape(weights[:, None] * one, (-1,))
+    rows = (-1, found[-1]) if not shape else (-1, found[1 - n_axes], math.prod(shape))
+    if len(found) < n_axes:
+        rows = (found[0], -1, math.prod(shape))
+    return xp.reshape(y_true, rows), xp.reshape(y_pred, rows), weights
+
+
+def _points(xp: Any, true: Array, pred: Array, names: tuple[str, ...]) -> Points:
+    seen = xp.logical_not(xp.any(xp.isnan(true), axis=2))
+    return Points(xp.where(seen[..., None], true, 0.0), pred, seen, seen, names)  # weights are separate
+
+
+def _align(xp: Any, points: Points, roots: Joints | None, align: str | None) -> Points:
+    """Positions relative to the root, and predictions scaled about it."""
+    if roots is not None:
+        at = joint_indices(roots, points, "root")
+        true, pred = (array - sum(array[:, i, :] for i in at)[:, None, :] / len(at) for array in points[:2])
+        seen = points.seen
+        for i in at:
+            seen = seen & points.seen[:, i, None]
+        points = points._replace(true=xp.where(seen[..., None], true, 0.0), pred=pred, seen=seen)
+    if align == "scale":
+        counted = xp.where(points.seen[..., None], points.pred, 0.0)
+        squares = xp.sum(counted * counted, axis=(1, 2))
+        scale = xp.sum(counted * points.true, axis=(1, 2)) / xp.where(squares > 0.0, squares, 1.0)
+        points = points._replace(pred=points.pred * scale[:, None, None])
+    return points
+
+
+def _errors(xp: Any, points: Points, joints: Joints | None) -> tuple[Array, Array]:
+    """Lengths (n_frames, n_joints) of the errors, and whether each of them counts."""
+    errors = xp.where(points.seen[..., None], points.pred - points.true, 0.0)
+    errors, seen = root(xp, xp.sum(errors * errors, axis=2)), points.seen
+    if joints is None:
+        return errors, seen
+    at = joint_indices(joints, points, "joints")
+    return xp.stack([errors[:, j] for j in at], axis=1), xp.stack([seen[:, j] for j in at], axis=1)
+
+
+def _mean(xp: Any, errors: Array, seen: Array, weights: Array | None, average: str | None) -> Array:
+    """`mean_of` of errors (n_frames, n_joints)."""
+    if average is None:
+        return xp.where(seen, errors, xp.nan)
+    one = xp.ones_like(errors)
+    counted = xp.where(seen, one if weights is None else one * weights[:, None], 0.0)
+    if average == "points":
+        return xp.sum(errors * counted) / xp.sum(counted)
+    axis = 1 if average == "frames" else 0
+    totals = xp.sum(counted, axis=axis)
+    means = xp.sum(errors * counted, axis=axis) / xp.where(totals > 0.0, totals, 1.0)
+    shares = xp.where(totals > 0.0, xp.ones_like(totals), 0.0)
+    if average == "frames" and weights is not None:
+        shares = shares * weights
+    return xp.sum(means * shares) / xp.sum(shares)
+
+
+def _quaternions(xp: Any, numbers: Array, form: str) -> Numbers:
+    """Unit quaternions of rotations, the numbers in any order."""
+    if form == "rotvec":
+        return quaternion_of(xp, *(numbers[..., i] for i in range(3)))
+    if form in ("matrix", "6d"):
+        places = (0, 3, 6, 1, 4, 7) if form == "matrix" else range(6)  # of the first two columns
+        q: Numbers = _of_columns(xp, *(numbers[..., i] for i in places))
+    else:
+        q = [numbers[..., i] for i in range(4)]
+    length = xp.sqrt(at_least_tiny(xp, sum(x * x for x in q)))
+    return [x / length for x in q]
+
+
+def _of_columns(xp: Any, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> Numbers:
+    """Quaternions, not of length one, of the rotations whose matrices begin with two columns, made orthonormal."""
+    length = xp.sqrt(at_least_tiny(xp, a * a + b * b + c * c))
+    a, b, c = a / length, b / length, c / length
+    dot = a * d + b * e + c * f
+    d, e, f = d - dot * a, e - dot * b, f - dot * c
+    length = xp.sqrt(at_least_tiny(xp, d * d + e * e + f * f))
+    d, e, f = d / length, e / length, f / length
+    g, h, i = b * f - c * e, c * d - a * f, a * e - b * d
+    # Row k is the quaternion times four times its number k: take the row whose number is largest.
+    rows = [
+        [1.0 + a + e + i, f - h, g - c, b - d],
+        [f - h, 1.0 + a - e - i, b + d, c + g],
+        [g - c, b + d, 1.0 - a + e - i, f + h],
+        [b - d, c + g, f + h, 1.0 - a - e + i],
+    ]
+    best, largest = rows[0], rows[0][0]
+    for k in range(1, 4):
+        larger = rows[k][k] > largest
+        largest = xp.where(larger, rows[k][k], largest)
+        best = [xp.where(larger, x, y) for x, y in zip(rows[k], best, strict=True)]
+    return best
+
+
+def _quaternions_of_poses(xp: Any, X: Array, skeleton: Skeleton, frame: str) -> Numbers:
+    """Quaternions (n_frames, n_joints) of the joints with dofs to their parents, or of all joints to the root."""
+    check_array_poses(xp, X, skeleton, "poses")
+    one, zero = xp.ones_like(X[:, 0]), xp.zeros_like(X[:, 0])
+    identity: Numbers = (one, zero, zero, zero)
+    world: list[Numbers] = []
+    local: list[Numbers] = []
+    for (bone, columns), parent, rest in zip(
+        with_columns(skeleton.bones), skeleton.parents.tolist(), skeleton.rest_rotations, strict=True
+    ):
+        q = _rotation_of(xp, bone, [X[:, i] for i in range(columns.start, columns.stop)], identity)
+        if bone.dofs:
+            local.append(q)
+        before = Rotation.from_matrix(rest.copy()).as_quat()[[3, 0, 1, 2]].tolist()
+        world.append(product(product(identity if parent < 0 else world[parent], before), q))
+    return [xp.stack(numbers, axis=1) for numbers in zip(*(local if frame == "parent" else world), strict=True)]
+
+
+def _rotation_of(xp: Any, bone: Bone, columns: list[Array], identity: Numbers) -> Numbers:
+    if not bone.dofs or bone.is_slide:
+        return identity
+    if bone.is_ball:
+        return quaternion_of(xp, *columns)
+    halves = [0.5 * column for column in columns]
+    if bone.is_hinge:
+        return [xp.cos(halves[0]), *(x * xp.sin(halves[0]) for x in axes_of(bone)[0].tolist())]
+    turns = list(zip(bone.dofs.lower(), halves, strict=True))
+    for letter, half in turns[::-1] if bone.dofs.islower() else turns:
+        identity = rotate(identity, "xyz".index(letter), xp.cos(half), xp.sin(half))
+    return identity
