@@ -276,7 +276,7 @@ def _chunks_of_arrays(
 ) -> Iterator[Any]:
     n_fitting = max(1, int(memory * 2**20) // (Y.shape[0] * xp.finfo(Y.dtype).bits // 8))
     for batch in gen_batches(X.shape[0], n_fitting):
-        chunk = _distances_of_arrays(xp, X[batch], Y, skeleton, metric)
+        chunk = _distances_of_arrays(xp, X[batch, :], Y, skeleton, metric)
         yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
 
 
@@ -298,6 +298,6 @@ def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, st
     if result is not None:
         for part in result if isinstance(result, tuple) else (result,):
             n = part.shape[0] if hasattr(part, "shape") else len(part)
-            if n != len(chunk):
-                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
+            if n != chunk.shape[0]:
+                raise ValueError(f"reduce_func must return one entry per row, {chunk.shape[0]}, got {n}")
     return result
