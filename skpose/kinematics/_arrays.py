@@ -23,6 +23,7 @@ from skpose._compiled.pose.tree import TWO_PI, Tree
 from skpose._utils.validation import check_skeleton, check_width
 from skpose.kinematics._tree import tree_of, tree_of_all_joints
 from skpose.skeleton import Skeleton
+from skpose.skeleton._bone import with_columns
 
 Array: TypeAlias = Any  # of any library
 Plan: TypeAlias = Any  # a Tree of lists
@@ -227,6 +228,26 @@ def array_positions(xp: Any, X: Array, skeleton: Skeleton) -> Array:
     plan = _plan_of(xp, skeleton, True)
     P = _place_poses(xp, X, plan)[1]
     return xp.stack([xp.stack(P[plan.code_joint.index(j)], axis=1) for j in range(1, len(P))], axis=1)
+
+
+def array_orientations(xp: Any, X: Array, skeleton: Skeleton, relative: bool) -> Numbers:
+    """Quaternions (n_poses, n_joints), times constants, of all joints, or of those with dofs relative to their parents.
+
+    The constants are of the frames of the tree; angles between two orientations of one joint do not depend on them.
+    """
+    check_array_poses(xp, X, skeleton, "poses")
+    plan = _plan_of(xp, skeleton, True)
+    Q = _place_poses(xp, X, plan)[0]
+    frame_at = {plan.column[d]: f for f, end in enumerate(plan.end_dof) for d in range(plan.first_dof[f], end)}
+    frames: list[int] = []
+    for (bone, columns), parent in zip(with_columns(skeleton.bones), skeleton.parents.tolist(), strict=True):
+        frames.append(frame_at[columns.start] if bone.dofs else frames[parent] if parent >= 0 else 0)
+    orientations = [Q[f] for f in frames]
+    if relative:
+        own = [f for f, bone in zip(frames, skeleton.bones, strict=True) if bone.dofs]
+        before = [(w, -x, -y, -z) for w, x, y, z in (Q[plan.frame_parent[f]] for f in own)]
+        orientations = [product(p, Q[f]) for p, f in zip(before, own, strict=True)]
+    return [xp.stack(numbers, axis=1) for numbers in zip(*orientations, strict=True)]
 
 
 # --- distances --------------------------------------------------------------------------------------------------------

@@ -6,23 +6,18 @@ Numbers are not checked: a score is NaN where its input is, or if no truth is kn
 import math
 from typing import Any
 
-from scipy.spatial.transform import Rotation
-
 from skpose.kinematics._arrays import (
     Array,
     Numbers,
+    array_orientations,
     array_positions,
     at_least_tiny,
-    check_array_poses,
     constant,
-    product,
     quaternion_of,
     root,
-    rotate,
 )
 from skpose.scores._inputs import Joints, Points, joint_indices
 from skpose.skeleton import Skeleton
-from skpose.skeleton._bone import Bone, axes_of, with_columns
 
 SHAPES: dict[str, tuple[int, ...]] = {"matrix": (3, 3), "6d": (6,), "rotvec": (3,)}  # of one rotation, else (4,)
 
@@ -39,8 +34,8 @@ def array_mpjpe(
     sample_weight: Any,
 ) -> Array:
     """`mpjpe` of arrays of another library, in the unit of the data."""
-    if align not in (None, "scale"):
-        raise ValueError(f"align must be None or 'scale' for arrays of {xp.__name__}, got {align!r}")
+    if align is not None:
+        raise ValueError(f"align must be None for arrays of {xp.__name__}, got {align!r}")
     true, pred, weights = _read(xp, y_true, y_pred, (3,) if skeleton is None else (), sample_weight)
     names: tuple[str, ...] = ()
     if skeleton is not None:
@@ -48,9 +43,19 @@ def array_mpjpe(
         true = array_positions(xp, xp.where(unknown, pred, true), skeleton)
         true, pred = xp.where(unknown[..., None], xp.nan, true), array_positions(xp, pred, skeleton)
         names = skeleton.joint_names
-    points = _align(xp, _points(xp, true, pred, names), roots, align)
-    errors, seen = _errors(xp, points, joints)
-    return _mean(xp, errors, seen, weights, average)
+    seen = xp.logical_not(xp.any(xp.isnan(true), axis=2))
+    points = Points(xp.where(seen[..., None], true, pred), pred, seen, seen, names)  # the weights are separate
+    errors = pred - points.true
+    if roots is not None:
+        at = joint_indices(roots, points, "root")
+        errors = errors - xp.mean(xp.stack([errors[:, i, :] for i in at], axis=0), axis=0)[:, None, :]
+        for i in at:
+            seen = seen & points.seen[:, i, None]
+    lengths = root(xp, xp.sum(errors * errors, axis=2))
+    if joints is not None:
+        at = joint_indices(joints, points, "joints")
+        lengths, seen = (xp.stack([values[:, j] for j in at], axis=1) for values in (lengths, seen))
+    return _mean(xp, lengths, seen, weights, average)
 
 
 def array_geodesic_error(
@@ -71,7 +76,7 @@ def array_geodesic_error(
     if skeleton is None:
         a, b = (_quaternions(xp, numbers, form) for numbers in (true, pred))
     else:
-        a, b = (_quaternions_of_poses(xp, poses, skeleton, frame) for poses in (true, pred))
+        a, b = (array_orientations(xp, poses, skeleton, frame == "parent") for poses in (true, pred))
         unknown = unknown[:, None]
     minus, plus = (sum((x + sign * y) ** 2 for x, y in zip(a, b, strict=True)) for sign in (-1.0, 1.0))
     nearer, farther = xp.minimum(minus, plus), xp.maximum(minus, plus)
@@ -97,38 +102,6 @@ def _read(
     if len(found) < n_axes:
         rows = (found[0], -1, math.prod(shape))
     return xp.reshape(y_true, rows), xp.reshape(y_pred, rows), weights
-
-
-def _points(xp: Any, true: Array, pred: Array, names: tuple[str, ...]) -> Points:
-    seen = xp.logical_not(xp.any(xp.isnan(true), axis=2))
-    return Points(xp.where(seen[..., None], true, 0.0), pred, seen, seen, names)  # weights are separate
-
-
-def _align(xp: Any, points: Points, roots: Joints | None, align: str | None) -> Points:
-    """Positions relative to the root, and predictions scaled about it."""
-    if roots is not None:
-        at = joint_indices(roots, points, "root")
-        true, pred = (array - sum(array[:, i, :] for i in at)[:, None, :] / len(at) for array in points[:2])
-        seen = points.seen
-        for i in at:
-            seen = seen & points.seen[:, i, None]
-        points = points._replace(true=xp.where(seen[..., None], true, 0.0), pred=pred, seen=seen)
-    if align == "scale":
-        counted = xp.where(points.seen[..., None], points.pred, 0.0)
-        squares = xp.sum(counted * counted, axis=(1, 2))
-        scale = xp.sum(counted * points.true, axis=(1, 2)) / xp.where(squares > 0.0, squares, 1.0)
-        points = points._replace(pred=points.pred * scale[:, None, None])
-    return points
-
-
-def _errors(xp: Any, points: Points, joints: Joints | None) -> tuple[Array, Array]:
-    """Lengths (n_frames, n_joints) of the errors, and whether each of them counts."""
-    errors = xp.where(points.seen[..., None], points.pred - points.true, 0.0)
-    errors, seen = root(xp, xp.sum(errors * errors, axis=2)), points.seen
-    if joints is None:
-        return errors, seen
-    at = joint_indices(joints, points, "joints")
-    return xp.stack([errors[:, j] for j in at], axis=1), xp.stack([seen[:, j] for j in at], axis=1)
 
 
 def _mean(xp: Any, errors: Array, seen: Array, weights: Array | None, average: str | None) -> Array:
@@ -183,35 +156,3 @@ def _of_columns(xp: Any, a: Array, b: Array, c: Array, d: Array, e: Array, f: Ar
         largest = xp.where(larger, rows[k][k], largest)
         best = [xp.where(larger, x, y) for x, y in zip(rows[k], best, strict=True)]
     return best
-
-
-def _quaternions_of_poses(xp: Any, X: Array, skeleton: Skeleton, frame: str) -> Numbers:
-    """Quaternions (n_frames, n_joints) of the joints with dofs to their parents, or of all joints to the root."""
-    check_array_poses(xp, X, skeleton, "poses")
-    one, zero = xp.ones_like(X[:, 0]), xp.zeros_like(X[:, 0])
-    identity: Numbers = (one, zero, zero, zero)
-    world: list[Numbers] = []
-    local: list[Numbers] = []
-    for (bone, columns), parent, rest in zip(
-        with_columns(skeleton.bones), skeleton.parents.tolist(), skeleton.rest_rotations, strict=True
-    ):
-        q = _rotation_of(xp, bone, [X[:, i] for i in range(columns.start, columns.stop)], identity)
-        if bone.dofs:
-            local.append(q)
-        before = Rotation.from_matrix(rest.copy()).as_quat()[[3, 0, 1, 2]].tolist()
-        world.append(product(product(identity if parent < 0 else world[parent], before), q))
-    return [xp.stack(numbers, axis=1) for numbers in zip(*(local if frame == "parent" else world), strict=True)]
-
-
-def _rotation_of(xp: Any, bone: Bone, columns: list[Array], identity: Numbers) -> Numbers:
-    if not bone.dofs or bone.is_slide:
-        return identity
-    if bone.is_ball:
-        return quaternion_of(xp, *columns)
-    halves = [0.5 * column for column in columns]
-    if bone.is_hinge:
-        return [xp.cos(halves[0]), *(x * xp.sin(halves[0]) for x in axes_of(bone)[0].tolist())]
-    turns = list(zip(bone.dofs.lower(), halves, strict=True))
-    for letter, half in turns[::-1] if bone.dofs.islower() else turns:
-        identity = rotate(identity, "xyz".index(letter), xp.cos(half), xp.sin(half))
-    return identity

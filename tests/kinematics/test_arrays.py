@@ -139,7 +139,7 @@ def test_scores_are_those_of_numpy(library, average):
     options = {"average": average, "sample_weight": weights}
     calls = [
         (mpjpe, (true, pred), {}),
-        (mpjpe, (true, pred), {"root": [0, 2], "joints": [1, 3], "align": "scale", "unit": "cm"}),
+        (mpjpe, (true, pred), {"root": [0, 2], "joints": [1, 3], "unit": "cm"}),
         (mpjpe, (true.reshape(6, 15), pred.reshape(6, 15)), {"root": 1}),
         (mpjpe, poses, {"skeleton": skeleton, "root": "b3"}),
         (geodesic_error, poses, {"skeleton": skeleton}),
@@ -228,7 +228,7 @@ def test_gradients_are_finite_at_equal_poses_half_turns_and_zero(torch, dtype):
 def test_a_missing_truth_leaves_the_gradient_finite(torch):
     true, pred = torch.zeros((2, 4, 3)), torch.ones((2, 4, 3), requires_grad=True)
     true[0, 1] = torch.nan
-    mpjpe(true, pred, root=0, align="scale").backward()
+    mpjpe(true, pred, root=0).backward()
     assert torch.isfinite(pred.grad).all()
 
 
