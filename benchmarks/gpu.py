@@ -2,11 +2,14 @@
 
     python benchmarks/gpu.py [--cpu] [--quick]
 
-Random poses of 22 ball-jointed joints (48 dofs), float32, ten steps: pairs per second of each metric, "spatial" also
-with `torch.compile` and with gradients, and poses per second of the forward kinematics. First the largest difference
-of distances and positions to the compiled kernels in float64 is printed. Needs torch; without it nothing is measured.
+Random poses of 22 ball joints (48 dofs), float32, ten steps: pairs per second of each metric, "spatial" also with
+`torch.compile` and with gradients, and poses per second of the forward kinematics. First the largest difference of
+distances and positions to the compiled kernels in float64 is printed, at the end also those of CuPy and JAX where they
+are installed. Without torch nothing is measured.
 """
 
+import importlib
+import os
 import time
 from functools import partial
 
@@ -18,6 +21,7 @@ from skpose import Skeleton, forward_kinematics, pose_distances
 from skpose.datasets import humanoid
 
 METRICS = ("position", "rotation", "spatial")
+os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")  # JAX would take most of the memory
 WHOLE = 2.0**20  # MiB: no tiles
 REPEATS = 3
 
@@ -26,8 +30,8 @@ def random_poses(skeleton, n, seed):
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (n, skeleton.n_dofs)).astype(np.float32)
 
 
-def largest_differences(arrays, skeleton, n):
-    """Print the largest differences to the compiled kernels."""
+def largest_differences(arrays, numpy, skeleton, n):
+    """Print the largest differences to the compiled kernels, given functions from and to numpy's arrays."""
     X, Y = (random_poses(skeleton, n, seed) for seed in (0, 1))
     A, B, double = arrays(X), arrays(Y), (X.astype(float), Y.astype(float))
     pairs = {"positions": (forward_kinematics(A, skeleton), forward_kinematics(double[0], skeleton))}
@@ -35,9 +39,9 @@ def largest_differences(arrays, skeleton, n):
         D = pose_distances(A, B, skeleton=skeleton, metric=metric)
         pairs[metric] = D, pose_distances(*double, skeleton=skeleton, metric=metric)
     for name, (found, expected) in pairs.items():
-        difference = np.abs(found.cpu().numpy() - expected).max()
+        difference = np.abs(numpy(found) - expected).max()
         assert difference < 1e-5, name
-        print(f"  {name:<12}{difference:.1e} m, of values up to {np.abs(expected).max():.1f} m")
+        print(f"  {name:<12}{difference:.1e} m, of values up to {np.abs(expected).max():.1f} m", flush=True)
 
 
 def report(name, count, functions, seconds_to_compile=None):
@@ -85,7 +89,7 @@ def main():
         return call
 
     print(f"{skeleton}, float32; largest differences to the compiled kernels")
-    largest_differences(arrays, skeleton, 20 if small else 300)
+    largest_differences(arrays, lambda X: X.cpu().numpy(), skeleton, 20 if small else 300)
     print()
 
     X, Y = (random_poses(skeleton, n_kernels, seed) for seed in (0, 1))
@@ -126,6 +130,13 @@ def main():
         report("spatial, pairs", n_slopes**2, {"torch.compile, gradients": call}, first_call(call))
         if on_gpu:
             print(f"largest memory {torch.cuda.max_memory_allocated() / 1e9:.1f} GB")
+    for name, numpy in {"cupy": lambda X: X.get(), "jax.numpy": np.asarray}.items():
+        try:
+            library = importlib.import_module(name)
+        except ImportError:
+            continue
+        print(f"largest differences of {name}")
+        largest_differences(library.asarray, numpy, skeleton, 20)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Positions and distances of poses in arrays of torch, JAX, CuPy and other libraries of the array API standard.
 
-They are those of `skpose._compiled`, from the same `Tree`, as array operations that every library has. No operation
-depends on the numbers in the arrays, so that ``torch.compile`` and ``jax.jit`` can trace them, and each joint is a few
-arrays over pairs and steps, so that they can fuse them. Where a formula has 0/0, both branches of a `where` are finite,
-as gradients need them to be.
+The formulas and the `Tree` of `skpose._compiled`, in array operations that every library has. The operations do not
+depend on values, so ``torch.compile`` and ``jax.jit`` can trace them, and each joint has its own arrays over pairs and
+steps, so compilers can fuse them. Where a formula has 0/0, both branches of a `where` are finite, since gradients
+flow through both.
 
 `array_api_compat`, which scikit-learn vendors, would hide torch's functions behind its own, where ``torch.compile``
 stops. The functions used here have the same arguments in all libraries.
@@ -51,7 +51,7 @@ def _namespace(X: Any) -> Any:
 
 
 def check_array_poses(xp: Any, X: Array, skeleton: Skeleton, name: str) -> None:
-    """Refuse what cannot be poses by its shape or type; the numbers are not read."""
+    """Refuse arrays of the wrong shape or type; the values are not read."""
     check_skeleton(skeleton)
     if X.ndim != 2:
         raise ValueError(f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {tuple(X.shape)}")
@@ -60,10 +60,10 @@ def check_array_poses(xp: Any, X: Array, skeleton: Skeleton, name: str) -> None:
 
 
 def _plan_of(xp: Any, skeleton: Skeleton, all_joints: bool) -> Plan:
-    """A tree of Python's numbers, those of ball joints as (..., n_balls, 1)."""
+    """A tree as lists, `ball_axes` and `reference` of shape (..., n_balls, 1)."""
     build = _build_plan
     if xp.__name__ == "torch" and xp.compiler.is_compiling():
-        build = xp.compiler.disable(_build_plan)  # its numbers are constants of what is compiled
+        build = xp.compiler.disable(_build_plan)  # not traced: its numbers become constants
     return build(skeleton, all_joints)
 
 
@@ -146,7 +146,7 @@ def _canonical(xp: Any, q: Numbers) -> Numbers:
 
 
 class _Dofs:
-    """What `_encode_dofs` has written, joints first: angles, four numbers of ball joints' quaternions, slides."""
+    """The parts of a code of `_encode_dofs`, joints first; `balls` are the four numbers of quaternions."""
 
     def __init__(self, plan: Plan, code: Array):
         n_angles, n_balls = len(plan.angle_dof), len(plan.ball_frame)
@@ -156,7 +156,7 @@ class _Dofs:
 
 
 def _encode_dofs(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
-    """What a line needs of poses, (n_codes, n_poses)."""
+    """Angles, quaternions and slides of poses as one array (n_codes, n_poses)."""
 
     def rows(dofs: Iterable[int]) -> Array:
         return xp.stack([X[:, plan.column[d]] for d in dofs], axis=0)
@@ -179,10 +179,9 @@ def _encode_dofs(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
 def _place(
     xp: Any, plan: Plan, half: Callable[[int], Array], ball: Callable[[int], Numbers], slide: Callable[[int], Array]
 ) -> tuple[list[Numbers], list[Numbers]]:
-    """The world orientations of frames, and the positions of joints.
+    """The world orientations of frames, and the positions of joints; floats where they are constant.
 
-    From functions of the number of an angle (half of it), of a ball joint, and of a slide. What does not move has
-    floats instead of arrays.
+    The functions return half of an angle, the quaternion of a ball joint and the displacement of a slide by its index.
     """
     Q: list[Numbers] = [(1.0, 0.0, 0.0, 0.0)]
     P: list[Numbers] = [(0.0, 0.0, 0.0)]

@@ -61,6 +61,9 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     Computed in float64, eight poses at once. A pose of 30 joints and 56 dofs takes some 0.5 µs on one thread; each
     task has some 4,000 such poses or more, so that fewer run on one thread. All run in this process.
 
+    Arrays of torch, JAX, CuPy or another library of the array API standard give positions in an array of that library,
+    on its device, in its precision and with gradients. Their values are not checked, and `n_jobs` is ignored.
+
     References
     ----------
     S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO

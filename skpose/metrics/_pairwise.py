@@ -123,6 +123,10 @@ def pose_distances(
     Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
     and ignores `n_jobs` and `verbose`, and its warnings appear where it is computed.
 
+    Poses in arrays of torch, JAX, CuPy or another library of the array API standard give distances in an array of that
+    library, on its device, in its precision and with gradients, under "position", "rotation" and "spatial". Their
+    values are not checked, `n_jobs` and `verbose` are ignored, and there is no `out`.
+
     References
     ----------
     .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
@@ -225,7 +229,7 @@ def pose_distances_chunked(
     Notes
     -----
     Chunks have whole rows, so without Y each pair is computed twice; under "spatial" the two results may differ in the
-    last bits. Time as for `pose_distances`; memory `working_memory`, and the codes of some 4096 poses.
+    last bits. Arrays of other libraries, such as torch, give chunks of these, as in `pose_distances`. Time as for `pose_distances`; memory `working_memory`, and the codes of some 4096 poses.
 
     Examples
     --------

@@ -103,6 +103,10 @@ def geodesic_error(
     Computed by quaternions, which are exact to rounding also for small angles, where the arccosine has errors of 1e-8
     rad. 100,000 frames of 17 joints take about a second.
 
+    Arrays of torch, JAX, CuPy or another library of the array API standard give an array of that library, with
+    gradients. Their values are not checked: NaN in a prediction gives NaN, and other numbers than rotations are made
+    rotations.
+
     References
     ----------
     .. [1] D. Q. Huynh, "Metrics for 3D rotations: comparison and analysis", Journal of Mathematical Imaging and Vision
