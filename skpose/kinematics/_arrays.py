@@ -179,7 +179,7 @@ def _encode_dofs(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
 def _place(
     xp: Any, plan: Plan, half: Callable[[int], Array], ball: Callable[[int], Numbers], slide: Callable[[int], Array]
 ) -> tuple[list[Numbers], list[Numbers]]:
-    """The world orientations of frames, and the positions of joints; floats where they are constant.
+    """The world orientations of frames and the positions of joints; constant ones as floats.
 
     The functions return half of an angle, the quaternion of a ball joint and the displacement of a slide by its index.
     """

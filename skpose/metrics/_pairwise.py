@@ -229,7 +229,8 @@ def pose_distances_chunked(
     Notes
     -----
     Chunks have whole rows, so without Y each pair is computed twice; under "spatial" the two results may differ in the
-    last bits. Arrays of other libraries, such as torch, give chunks of these, as in `pose_distances`. Time as for `pose_distances`; memory `working_memory`, and the codes of some 4096 poses.
+    last bits. Arrays of torch and others give such arrays, as in `pose_distances`. Time as for `pose_distances`; memory
+    `working_memory`, and the codes of some 4096 poses.
 
     Examples
     --------
