@@ -1,6 +1,6 @@
 """How fast are distances of torch's arrays on a GPU, against the compiled kernels on all cores of the processor?
 
-    python benchmarks/gpu.py [--cpu] [--quick]
+    python benchmarks/gpu.py [--gradients] [--cpu] [--quick]
 
 Random poses of 22 ball joints (48 dofs), float32, ten steps: pairs per second of each metric, "spatial" also with
 `torch.compile` and with gradients, and poses per second of the forward kinematics. First the largest difference of
@@ -61,6 +61,7 @@ def first_call(function):
 def main():
     options = common.parser(__doc__, folder=False)
     options.add_argument("--cpu", action="store_true", help="torch on the processor, with fewer poses")
+    options.add_argument("--gradients", action="store_true", help="also compile gradients, which may take minutes")
     options = options.parse_args()
     common.print_machine()
     try:
@@ -126,8 +127,9 @@ def main():
         report("spatial, pairs", n_tile**2, {"torch.compile": call}, first_call(call))
         difference = (compiled(G, H) - distances(G, H)).abs().max().item()
         print(f"largest difference of compiled and eager distances {difference:.1e} m", flush=True)
-        call = synchronized(partial(slope, compiled, S, T))
-        report("spatial, pairs", n_slopes**2, {"torch.compile, gradients": call}, first_call(call))
+        if options.gradients or options.quick:
+            call = synchronized(partial(slope, compiled, S, T))
+            report("spatial, pairs", n_slopes**2, {"torch.compile, gradients": call}, first_call(call))
         if on_gpu:
             print(f"largest memory {torch.cuda.max_memory_allocated() / 1e9:.1f} GB")
     for name, numpy in {"cupy": lambda X: X.get(), "jax.numpy": np.asarray}.items():
