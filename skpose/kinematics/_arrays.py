@@ -50,25 +50,26 @@ def _namespace(X: Any) -> Any:
     return X.__array_namespace__() if hasattr(X, "__array_namespace__") else None
 
 
-def check_array_poses(xp: Any, X: Array, skeleton: Skeleton, name: str) -> None:
-    """Refuse arrays of the wrong shape or type; the values are not read."""
+def _untraced(function: Callable) -> Callable:
+    """The function; torch.compile runs it as it is and takes the result for constant."""
+    dynamo = sys.modules.get("torch._dynamo")
+    return function if dynamo is None else dynamo.disable(function)
+
+
+def _plan_for(xp: Any, skeleton: Skeleton, all_joints: bool, **poses: Array) -> Plan:
+    """The plan of a skeleton, after a check of shapes and types; values are not read."""
     check_skeleton(skeleton)
-    if X.ndim != 2:
-        raise ValueError(f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {tuple(X.shape)}")
-    check_width(X, skeleton, name)
-    xp.finfo(X.dtype)  # refuses integers
-
-
-def _plan_of(xp: Any, skeleton: Skeleton, all_joints: bool) -> Plan:
-    """A tree as lists, `ball_axes` and `reference` of shape (..., n_balls, 1)."""
-    build = _build_plan
-    if xp.__name__ == "torch" and xp.compiler.is_compiling():
-        build = xp.compiler.disable(_build_plan)  # not traced: its numbers become constants
-    return build(skeleton, all_joints)
+    for name, X in poses.items():
+        if X.ndim != 2:
+            raise ValueError(f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {tuple(X.shape)}")
+        check_width(X, skeleton, name)
+        xp.finfo(X.dtype)  # refuses integers
+    return _plan_of(skeleton, all_joints)
 
 
 @functools.lru_cache(maxsize=64)
-def _build_plan(skeleton: Skeleton, all_joints: bool) -> Plan:
+def _plan_of(skeleton: Skeleton, all_joints: bool) -> Plan:
+    """A tree as lists, `ball_axes` and `reference` of shape (..., n_balls, 1)."""
     tree = tree_of_all_joints(skeleton) if all_joints else tree_of(skeleton)
     axes = np.moveaxis(tree.ball_axes[tree.ball_frame], 0, -1)[..., None]
     reference = tree.reference[tree.ball_frame].T[..., None]
@@ -223,8 +224,7 @@ def _place_poses(xp: Any, X: Array, plan: Plan) -> tuple[list[Numbers], list[Num
 
 def array_positions(xp: Any, X: Array, skeleton: Skeleton) -> Array:
     """`forward_kinematics` of an array of another library."""
-    check_array_poses(xp, X, skeleton, "angles")
-    plan = _plan_of(xp, skeleton, True)
+    plan = _untraced(_plan_for)(xp, skeleton, True, angles=X)
     P = _place_poses(xp, X, plan)[1]
     return xp.stack([xp.stack(P[plan.code_joint.index(j)], axis=1) for j in range(1, len(P))], axis=1)
 
@@ -234,19 +234,24 @@ def array_orientations(xp: Any, X: Array, skeleton: Skeleton, relative: bool) ->
 
     The constants are of the frames of the tree; angles between two orientations of one joint do not depend on them.
     """
-    check_array_poses(xp, X, skeleton, "poses")
-    plan = _plan_of(xp, skeleton, True)
+    plan = _untraced(_plan_for)(xp, skeleton, True, poses=X)
+    frames, own = _untraced(_frames_of)(skeleton)
     Q = _place_poses(xp, X, plan)[0]
+    orientations = [Q[f] for f in frames]
+    if relative:
+        before = [(w, -x, -y, -z) for w, x, y, z in (Q[plan.frame_parent[f]] for f in own)]
+        orientations = [product(p, Q[f]) for p, f in zip(before, own, strict=True)]
+    return [xp.stack(numbers, axis=1) for numbers in zip(*orientations, strict=True)]
+
+
+def _frames_of(skeleton: Skeleton) -> tuple[list[int], list[int]]:
+    """The frame of each joint's orientation, and of each joint with dofs."""
+    plan = _plan_of(skeleton, True)
     frame_at = {plan.column[d]: f for f, end in enumerate(plan.end_dof) for d in range(plan.first_dof[f], end)}
     frames: list[int] = []
     for (bone, columns), parent in zip(with_columns(skeleton.bones), skeleton.parents.tolist(), strict=True):
         frames.append(frame_at[columns.start] if bone.dofs else frames[parent] if parent >= 0 else 0)
-    orientations = [Q[f] for f in frames]
-    if relative:
-        own = [f for f, bone in zip(frames, skeleton.bones, strict=True) if bone.dofs]
-        before = [(w, -x, -y, -z) for w, x, y, z in (Q[plan.frame_parent[f]] for f in own)]
-        orientations = [product(p, Q[f]) for p, f in zip(before, own, strict=True)]
-    return [xp.stack(numbers, axis=1) for numbers in zip(*orientations, strict=True)]
+    return frames, [f for f, bone in zip(frames, skeleton.bones, strict=True) if bone.dofs]
 
 
 # --- distances --------------------------------------------------------------------------------------------------------
@@ -263,10 +268,8 @@ def array_distances(
     wrap: bool = True,
 ) -> Array:
     """`pose_distances` of arrays of another library, in tiles that take some `memory`, MiB, without gradients."""
-    check_array_poses(xp, X, skeleton, "X")
-    if Y is not None:
-        check_array_poses(xp, Y, skeleton, "Y")
-    plan = _plan_of(xp, skeleton, False)
+    poses = {"X": X} if Y is None else {"X": X, "Y": Y}
+    plan = _untraced(_plan_for)(xp, skeleton, False, **poses)
     encode, measure = MEASURES[metric]
     A = encode(xp, X, plan, wrap)
     B = A if Y is None else encode(xp, Y, plan, wrap)
