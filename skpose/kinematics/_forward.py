@@ -13,6 +13,7 @@ from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_skeleton
+from skpose.kinematics._arrays import array_positions, namespace_of
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, tree_of_all_joints
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._root import root_orientations
@@ -60,6 +61,9 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     Computed in float64, eight poses at once. A pose of 30 joints and 56 dofs takes some 0.5 µs on one thread; each
     task has some 4,000 such poses or more, so that fewer run on one thread. All run in this process.
 
+    Arrays of torch, JAX, CuPy or another library of the array API standard give positions in an array of that library,
+    on its device, in its precision and with gradients. Their values are not checked, and `n_jobs` is ignored.
+
     References
     ----------
     S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding", AMDO
@@ -73,6 +77,9 @@ def forward_kinematics(angles: ArrayLike, skeleton: Skeleton, *, n_jobs: int | N
     array([[[1., 0., 0.],
             [1., 1., 0.]]])
     """
+    xp = namespace_of(angles)
+    if xp is not None:
+        return array_positions(xp, angles, skeleton)
     return joint_positions(_check_angles(angles, skeleton), skeleton, effective_n_jobs(n_jobs))
 
 

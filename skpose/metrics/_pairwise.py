@@ -13,11 +13,15 @@ from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_same_width
+from skpose.kinematics._arrays import array_distances, namespace_of
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._dask import is_lazy, lazy_distances
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._metric import Metric
+from skpose.metrics._metric import Metric, require_skeleton
+from skpose.metrics._position import Position
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton
+from skpose.metrics._rotation import Rotation
+from skpose.metrics._spatial import Spatial
 from skpose.skeleton import Skeleton
 
 CONSTRAINTS = METRIC_CONSTRAINTS | {"n_jobs": [None, Integral], "verbose": ["verbose"]}
@@ -119,6 +123,10 @@ def pose_distances(
     Poses in a ``dask.array`` give a lazy ``dask.array`` of distances, computed where dask computes. It takes no `out`
     and ignores `n_jobs` and `verbose`, and its warnings appear where it is computed.
 
+    Poses in arrays of torch, JAX, CuPy or another library of the array API standard give distances in an array of that
+    library, on its device, in its precision and with gradients, under "position", "rotation" and "spatial". Their
+    values are not checked, `n_jobs` and `verbose` are ignored, and there is no `out`.
+
     References
     ----------
     .. [1] S. Hauberg, K. S. Pedersen, "Spatial measures between human poses for classification and understanding",
@@ -150,6 +158,11 @@ def pose_distances(
         lazy = lazy_distances(X, Y, skeleton, chosen)
         warn_of_no_skeleton(metric, skeleton)
         return lazy
+    xp = namespace_of(X, Y)
+    if xp is not None:
+        if out is not None:
+            raise ValueError(f"out is not supported for arrays of {xp.__name__}")
+        return _distances_of_arrays(xp, X, None if Y is X else Y, skeleton, chosen)
     matrix = DistanceMatrix(*_check(X, Y, skeleton), chosen, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     distances, unconverged = matrix.write(out, n_jobs, verbose)
@@ -216,7 +229,8 @@ def pose_distances_chunked(
     Notes
     -----
     Chunks have whole rows, so without Y each pair is computed twice; under "spatial" the two results may differ in the
-    last bits. Time as for `pose_distances`; memory `working_memory`, and the codes of some 4096 poses.
+    last bits. Arrays of torch and others give such arrays, as in `pose_distances`. Time as for `pose_distances`; memory
+    `working_memory`, and the codes of some 4096 poses.
 
     Examples
     --------
@@ -233,11 +247,15 @@ def pose_distances_chunked(
     50
     """
     chosen = resolve(metric, skeleton)
+    xp = namespace_of(X, Y)
+    memory = get_config()["working_memory"] if working_memory is None else working_memory
+    if xp is not None:
+        yield from _chunks_of_arrays(xp, X, X if Y is None else Y, skeleton, chosen, reduce_func, memory)
+        return
     X, Y = _check(X, Y, skeleton)
     warn_of_no_skeleton(metric, skeleton)
     complete = DistanceMatrix(X, Y, chosen, skeleton)
     n_rows, n_columns = complete.shape
-    memory = get_config()["working_memory"] if working_memory is None else working_memory
     n_fitting = max(1, int(memory * 2**20 / (complete.result_dtype.itemsize * n_columns)))
     batches = list(gen_batches(n_rows, min(n_rows, n_fitting)))
     unconverged = []
@@ -249,6 +267,22 @@ def pose_distances_chunked(
             yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
+
+
+def _distances_of_arrays(xp: Any, X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) -> Any:
+    if type(metric) not in (Position, Rotation, Spatial):
+        raise ValueError(f"arrays of {xp.__name__} need 'position', 'rotation' or 'spatial', got {metric.label!r}")
+    memory = get_config()["working_memory"]
+    return array_distances(xp, X, Y, require_skeleton(skeleton), metric.name, memory, **metric.get_params())
+
+
+def _chunks_of_arrays(
+    xp: Any, X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric, reduce_func: Callable | None, memory: float
+) -> Iterator[Any]:
+    n_fitting = max(1, int(memory * 2**20) // (Y.shape[0] * xp.finfo(Y.dtype).bits // 8))
+    for batch in gen_batches(X.shape[0], n_fitting):
+        chunk = _distances_of_arrays(xp, X[batch, :], Y, skeleton, metric)
+        yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
 
 
 def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
@@ -269,6 +303,6 @@ def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, st
     if result is not None:
         for part in result if isinstance(result, tuple) else (result,):
             n = part.shape[0] if hasattr(part, "shape") else len(part)
-            if n != len(chunk):
-                raise ValueError(f"reduce_func must return one entry per row, {len(chunk)}, got {n}")
+            if n != chunk.shape[0]:
+                raise ValueError(f"reduce_func must return one entry per row, {chunk.shape[0]}, got {n}")
     return result

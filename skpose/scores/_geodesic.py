@@ -8,6 +8,8 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.sklearn import StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
+from skpose.kinematics._arrays import namespace_of
+from skpose.scores._arrays import array_geodesic_error
 from skpose.scores._inputs import (
     ANGLES,
     CONSTRAINTS,
@@ -101,6 +103,10 @@ def geodesic_error(
     Computed by quaternions, which are exact to rounding also for small angles, where the arccosine has errors of 1e-8
     rad. 100,000 frames of 17 joints take about a second.
 
+    Arrays of torch, JAX, CuPy or another library of the array API standard give an array of that library, with
+    gradients. Their values are not checked: NaN in a prediction gives NaN, and other numbers than rotations are made
+    rotations.
+
     References
     ----------
     .. [1] D. Q. Huynh, "Metrics for 3D rotations: comparison and analysis", Journal of Mathematical Imaging and Vision
@@ -118,6 +124,10 @@ def geodesic_error(
     """
     if skeleton is None and frame == "world":
         raise ValueError("frame='world' needs skeleton= and poses")
+    xp = namespace_of(y_true, y_pred)
+    if xp is not None:
+        angles = array_geodesic_error(xp, y_true, y_pred, form, frame, average, skeleton, sample_weight)
+        return angles / ANGLES[unit]
     if skeleton is None:
         (true, motions), (pred, predicted) = _of_numbers(y_true, "y_true", form), _of_numbers(y_pred, "y_pred", form)
     else:

@@ -144,10 +144,14 @@ def points_of(true: np.ndarray, pred: np.ndarray, weights: np.ndarray, names: tu
     return Points(np.where(seen[:, :, None], true, 0.0), pred, seen, weights, names)
 
 
-def check_length_unit(true: np.ndarray, skeleton: Skeleton | None, data_unit: str) -> None:
-    """Refuse another unit than m with a skeleton, and warn if positions seem to have another unit."""
+def check_data_unit(skeleton: Skeleton | None, data_unit: str) -> None:
     if skeleton is not None and data_unit != "m":
         raise ValueError(f"data_unit must be 'm' with a skeleton, got {data_unit!r}")
+
+
+def check_length_unit(true: np.ndarray, skeleton: Skeleton | None, data_unit: str) -> None:
+    """Refuse another unit than m with a skeleton, and warn if positions seem to have another unit."""
+    check_data_unit(skeleton, data_unit)
     size = extent_of(true) * LENGTHS[data_unit]
     if skeleton is None and size != 0.0 and not SMALLEST <= size <= LARGEST:
         warn(f"the joints of y_true are {size:.3g} m apart with data_unit={data_unit!r}: check the unit")

@@ -4,8 +4,20 @@ from typing import Any, Literal
 
 from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
+from skpose.kinematics._arrays import namespace_of
 from skpose.scores._align import align as align_points
-from skpose.scores._inputs import CONSTRAINTS, LENGTHS, Joints, Length, errors_of, mean_of, read_points, select_joints
+from skpose.scores._arrays import array_mpjpe
+from skpose.scores._inputs import (
+    CONSTRAINTS,
+    LENGTHS,
+    Joints,
+    Length,
+    check_data_unit,
+    errors_of,
+    mean_of,
+    read_points,
+    select_joints,
+)
 from skpose.skeleton import Skeleton
 
 Align = Literal["scale", "rigid", "similarity"]
@@ -91,6 +103,9 @@ def mpjpe(
     -----
     100,000 frames of 17 joints take 0.1 s, with Procrustes alignment 1 s.
 
+    Arrays of torch, JAX, CuPy or another library of the array API standard give an array of that library, with
+    gradients, without `align`. Their values are not checked: NaN in a prediction gives NaN.
+
     References
     ----------
     .. [1] C. Ionescu, D. Papava, V. Olaru, C. Sminchisescu, "Human3.6M", IEEE Transactions on Pattern Analysis and
@@ -113,6 +128,10 @@ def mpjpe(
     >>> mpjpe(true, pred, average=None).mean(axis=0).round(1)[:3]  # of each joint
     array([47.2, 52. , 52.4])
     """
+    xp, factor = namespace_of(y_true, y_pred), LENGTHS[data_unit] / LENGTHS[unit]
+    if xp is not None:
+        check_data_unit(skeleton, data_unit)
+        return array_mpjpe(xp, y_true, y_pred, root, align, joints, average, skeleton, sample_weight) * factor
     points, _ = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
     points = select_joints(align_points(points, root, align, reflection), joints)
-    return mean_of(errors_of(points), points.weights, average) * (LENGTHS[data_unit] / LENGTHS[unit])
+    return mean_of(errors_of(points), points.weights, average) * factor
