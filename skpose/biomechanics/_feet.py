@@ -47,7 +47,7 @@ class Feet(NamedTuple):
 
 
 def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str, str]:
-    """The names of the joints at hips, ankles and toes, as given or by known rigs."""
+    """The names of the joints at hips, ankles and toes, as given or as found."""
     landmarks = find_anatomy(skeleton)
     # The toe markers of gait laboratories are where the toes begin; toe tips are noisy in many files.
     toes = {f"{side}_toe": landmarks.joints[f"{side}_ball"] for side in SIDES if f"{side}_ball" in landmarks.joints}

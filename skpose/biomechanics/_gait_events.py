@@ -116,8 +116,7 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
         Walking or running, with the positions of the root, at 25 Hz or more.
     joints : mapping of str to str, default=None
         Names of joints for any of "left_hip", "left_ankle", "left_toe", "right_hip", "right_ankle" and "right_toe",
-        where a toe is any point at the front of the foot. The others are found in rigs with known names, as toes the
-        points where they begin.
+        where a toe is any point at the front of the foot. The others are found, as toes the points where they begin.
 
     Returns
     -------

@@ -181,9 +181,9 @@ def joint_angles(
     *Zero.* In nine tenths of the frames of `zero` thighs, shanks and trunk must be within 25° of the vertical, knees
     bent and thighs apart by at most 25°, upper arms within 25° of the trunk, and elbows bent by at most 45°. None of
     5,082 frames of CMU's walks and runs satisfies this. A rest pose may hold the arms out, as T-poses do: zero is then
-    the straight arm lowered by the shortest path. If the path is wrong by an angle, so is the rotation of the shoulder,
-    by 30° in CMU's files, and the elbow bends about another axis. If arms point up at rest, the path is unknown, and
-    these angles are NaN.
+    the straight arm lowered by the shortest path. Knees and elbows that are hinges bend about
+    their own axes; other elbows about that of the path, which is wrong by up to 30° in some files, and so is the
+    rotation of the shoulder. If arms point up at rest, the path is unknown, and these angles are NaN.
 
     *Missing values.* If two axes are parallel (within 3°), as for an arm held out to the side, flexion and rotation are
     indistinguishable. In a motion that is ``fitted`` to positions the rotation of a segment about itself is shown only

@@ -1,4 +1,4 @@
-"""The joints of a person, by the names of known rigs or as given by the user."""
+"""The joints of a person, as found or as given by the user."""
 
 from collections.abc import Mapping, Sequence
 
@@ -42,7 +42,7 @@ def add_joints(skeleton: Skeleton, person: Anatomy, joints: Mapping[str, str] | 
 def require(person: Anatomy, marks: Sequence[str]) -> None:
     """Refuse a person without some of the landmarks."""
     if absent := [mark for mark in marks if mark not in person.joints]:
-        raise ValueError(f"{', '.join(absent)} not found by the names of joints: pass joints={{{absent[0]!r}: ...}}")
+        raise ValueError(f"{', '.join(absent)} not found: pass joints={{{absent[0]!r}: ...}}")
 
 
 def check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str]) -> None:

@@ -188,8 +188,8 @@ class MotionDataset:
         method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
             How poses are converted, see `skpose.kinematics.retarget`.
         joints : mapping of str to str, or sequence of such, default=None
-            The counterpart of each joint of `skeleton` in the motions, or a sequence with one mapping per motion. None
-            calls `skpose.kinematics.find_counterparts`.
+            The counterparts of joints of `skeleton` in the motions, or a sequence with one mapping per motion; the
+            others are found as by `skpose.kinematics.find_counterparts`.
         scale : float or "lengths", default=None
             Factor for positions in the world; None is the ratio of the lengths of people's legs, or 1.
         joint_limits : {"ignore", "enforce"}, default="ignore"

@@ -1,7 +1,7 @@
 """The joints of two differently rigged skeletons that are counterparts of each other.
 
 Where all joints of one skeleton have their names in the other, joints of equal names are counterparts. Otherwise, if
-both are people of known rigs, joints with the same landmark are, and joints of trunk and neck by their place along it.
+both are people, joints with the same landmark are, and joints of trunk and neck by their place along it.
 """
 
 from collections.abc import Mapping
@@ -91,7 +91,7 @@ def find_counterparts(source: Skeleton, target: Skeleton) -> dict[str, str]:
 
     See Also
     --------
-    retarget : Retarget a motion to another skeleton; its notes list the known rigs.
+    retarget : Retarget a motion to another skeleton; its notes state how people are found.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """The lines of two skeletons that are made parallel: bones that are counterparts, or lines in their place.
 
 A bone's counterpart is the line between the counterparts of its ends, or, where its near end has none, the bone that
-ends at the counterpart of its far end. In people of known rigs some bones are of the rig rather than of the person: the
+ends at the counterpart of its far end. In people some bones are of the rig rather than of the person: the
 bones from the spine to the collarbones and from the pelvis to the hips are steep in one rig and level in another. There
 the line from side to side is the counterpart.
 """
@@ -16,7 +16,7 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
 
 ROOT = -1
-MIDDLE = -2  # the middle between the hips, in people of known rigs: roots are higher up in some
+MIDDLE = -2  # the middle between the hips, in people: roots are higher up in some rigs
 STRAIGHT = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, up to this angle apart have one direction
 
 
@@ -39,7 +39,7 @@ class Lines(NamedTuple):
 
 
 def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Anatomy, Anatomy] | None) -> Lines:
-    """Find the lines of counterparts; people are the landmarks of source and target, if both are of known rigs."""
+    """Find the lines of counterparts; people are the landmarks of source and target, if both are people."""
     lines, carriers = {}, find_carriers(target)
     lengths = np.linalg.norm(target.offsets, axis=1)
     for joint in np.flatnonzero(there >= 0).tolist():

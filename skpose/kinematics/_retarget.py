@@ -34,7 +34,7 @@ def retarget(
     skeleton: Skeleton | Motion,
     *,
     method: Method = "numbers",
-    joints: Mapping[str, str] | None = None,
+    joints: Mapping[str, str | None] | None = None,
     scale: float | Literal["lengths"] | None = None,
     joint_limits: Literal["ignore", "enforce"] = "ignore",
     n_jobs: int | None = None,
@@ -50,26 +50,30 @@ def retarget(
     ----------
     motion : Motion
         The motion.
-    skeleton : Skeleton
-        The skeleton to retarget to.
+    skeleton : Skeleton or Motion
+        The skeleton to retarget to, or a motion on it. Where the rest pose is not a standing person's, as in files whose
+        bones all point along one axis, a motion with bent limbs shows in which direction knees and elbows bend.
     method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
         "numbers" keeps the angles, with columns matched by dof name; joints, parents and dofs must be equal, and
         the directions of bones and the rest rotations at most 45° apart, so that a T-pose is not taken for an A-pose.
         "unchecked" is the same without the limit of 45°.
 
-        "orientations" converts the angles and the root's orientation such that every bone points in the world where its
-        counterpart does. It is exact, or raises an error.
+        "orientations" converts the angles and the root's orientation. Limbs point in the world where their counterparts
+        do and bend about the same axes; pelvis, chest, head and feet are oriented as theirs. It is exact, or raises an
+        error.
 
         "positions" finds the poses whose joints are nearest to their counterparts, by `inverse_kinematics`.
 
         "auto" is the first of "numbers", "orientations" and "positions" that is possible. Skeletons of hinges, such as
         robots, need `skpose.robots.retarget_to_robot` instead.
-    joints : mapping of str to str, default=None
-        Joints of `skeleton` to their counterparts in ``motion.skeleton``; joints left out have none. None finds them by
-        names: equal ones, or a person's in known rigs. The roots are always counterparts.
+    joints : mapping of str to str or None, default=None
+        Joints of `skeleton` to their counterparts in ``motion.skeleton``, or to None for joints that shall rest. The
+        others are found: joints at the same place of a person, else joints of equal names. The roots are always
+        counterparts.
     scale : float or "lengths", default=None
-        Factor of positions in the world: of the root, and with "positions" of all joints. "lengths" is the ratio of the
-        lengths of the bones between counterparts; between different rigs, of legs and arms. None is 1.
+        Factor of positions in the world: of the root, and with "positions" of all joints. None is the ratio of the
+        lengths of the legs between people, whose feet then stand on the floor, and 1 otherwise; 1 keeps metres.
+        "lengths" is the ratio of the lengths of the bones between counterparts.
     joint_limits : {"ignore", "enforce"}, default="ignore"
         "enforce" keeps angles inside ``skeleton.limits``: "positions" finds such poses, other methods raise an error
         for a motion that leaves the limits.
@@ -87,13 +91,14 @@ def retarget(
     Raises
     ------
     ValueError
-        If the method is not possible; if `joints` has unknown names or one counterpart for two joints; without
-        `joints`, if an arm, a leg or as long a part of `skeleton` has no counterpart.
+        If the method is not possible; if `joints` has unknown names or one counterpart for two joints; if an arm, a leg or
+        as long a part of `skeleton` has no counterpart, except where `joints` uses all limbs of the motion.
 
     Warns
     -----
     UserWarning
-        With "orientations" and without `joints`, if a hand, a foot or the head stays at rest.
+        With "orientations", if a hand, a foot or the head stays at rest, or if nothing shows in which direction a knee
+        or an elbow bends.
 
     See Also
     --------
@@ -101,23 +106,23 @@ def retarget(
 
     Notes
     -----
-    *Known rigs* are CMU and HDM05 (ASF and BVH), Bandai-Namco, LAFAN1, Mixamo, SMPL, Rokoko, Xsens, Unreal,
-    3ds Max Biped and Character Studio, AnimatedDrawings, `skpose.keypoints.layouts` and `skpose.datasets.humanoid`,
-    with any common prefix or number, any spelling of left and right, and in any case. A skeleton is of a known rig if
-    it has all names of both legs or both arms, in the order and with the proportions of a person. Then joints at the
-    same place are counterparts, those of trunk and neck by their share of the length, and joints of equal names
-    attached to counterparts, such as fingers. Otherwise joints of equal names are counterparts.
+    *People* are found by structure and by names, in any rig: two like legs that start near the root, two like arms
+    higher up, and a head. Names give the sides, such as "Left", "L_" or "左". In each limb the joints are those whose
+    distances are a person's, so "LeftLeg" may be the thigh or the shank; words in names decide if several would fit.
+    ``skpose info FILE`` prints which joint is where. Joints of trunk and neck are matched by their share of the length,
+    and joints of equal names attached to counterparts, such as fingers, by name.
 
-    *Orientations.* The counterpart of a bone is the line between the counterparts of its ends. Joints that carry no
-    such bone stay at rest. Twists are those of the counterparts. Bones that one joint carries together, such as those
-    of the pelvis, are fitted by least squares, and must be within 45°. A root without bones takes the orientation of
-    the motion's root, rotated by the quarter turns that bring the rest poses nearest to each other. In people of known
-    rigs, bones to hips and shoulders are replaced by lines from side to side, as their slope differs between rigs, and
-    the middle between the hips keeps its place.
+    *Orientations.* The axes of pelvis, chest, head and feet at angle zero are forward, left and up. A thigh, shank, upper
+    arm or forearm has its own direction, and the axis about which the knee or elbow bends: that of a hinge; or by the
+    rest pose, if the person stands there; or the mean over the frames in which the limb is bent. Other bones are parallel
+    to the line between the counterparts of their ends. Joints without counterparts rest.
+
+    *Feet.* The root is moved so that the feet that stand are where the motion's are, times the ratio of the lengths of
+    the legs, and as far apart as the hips are wider. With "orientations" each knee bends by up to 1.8° for the rest.
 
     *Positions.* Bones of other lengths leave some centimetres and degrees; prefer orientations where possible. Twists
-    at the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people of
-    known rigs, joints of the trunk and ends of hands, feet and head are not used unless `joints` names them.
+    at the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people,
+    joints of the trunk and ends of hands, feet and head are not used unless `joints` names them.
 
     Examples
     --------

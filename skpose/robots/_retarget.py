@@ -56,13 +56,13 @@ def retarget_to_robot(
     Parameters
     ----------
     motion : Motion
-        The motion of a person of a known rig, see `skpose.kinematics.retarget`, or with `joints`.
+        The motion of a person, see the notes of `skpose.kinematics.retarget`.
     robot : Skeleton
         The robot's skeleton, such as from `load_robot`. Unitree G1, Booster T1, EngineAI PM01 and Galaxea R1 Pro are
-        known by the names of their links; others need `joints`.
+        known by the names of their links; the limbs of others are found as a person's are, or given as `joints`.
     joints : mapping of str to str, default=None
         Joints of `robot` to their counterparts in ``motion.skeleton``: hips, knees and ankles, or shoulders, elbows and
-        wrists, of both sides. None finds them by names, as all limbs of a known robot that are not given.
+        wrists, of both sides. None finds them.
     scale : float, default=None
         Factor of the distance travelled over the floor. None is the ratio of the lengths of the legs, which heights are
         always scaled by; with a larger factor steps may be longer than the legs reach.

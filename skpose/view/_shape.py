@@ -55,7 +55,7 @@ class Shape(NamedTuple):
 
 
 def find_shape(skeleton: Skeleton) -> Shape:
-    """The shape of a person if the joints have the names of a known rig, else links."""
+    """The shape of a person if the joints are a person's, else links."""
     person = person_parts(skeleton, find_anatomy(skeleton))
     return link_shape(skeleton) if person is None else Shape(*person, is_person=True)
 
