@@ -147,9 +147,7 @@ def all_pairs(found):
             cells = ["–"] * 3
             if here != there:
                 try:
-                    dataset = MotionDataset([motion], rotations="file").retarget(
-                        other.skeleton, method="auto", scale="lengths"
-                    )
+                    dataset = MotionDataset([motion], rotations="file").retarget(other, method="auto", scale="lengths")
                 except ValueError as error:
                     cells = ["refused"] * 3
                     n_refused += 1

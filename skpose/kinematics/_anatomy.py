@@ -49,10 +49,10 @@ PARTS = {
 }
 OF_LEG = (TOE, ANKLE, "foot", "shank", KNEE, "thigh", "leg")
 # Parts in names of the joints of a limb, of each by the convention that bones begin at their joints, or end there;
-# and those that are in names of several joints.
+# those that are in names of several joints; and how much more the name of the joint counts than that of a bone.
 BEGINS = (("thigh",), (KNEE, "shank"), (ANKLE, "foot")), (("upper arm",), (ELBOW, "forearm"), (WRIST, HAND))
 ENDS = ((), (KNEE, "thigh"), (ANKLE, "shank")), ((), (ELBOW, "upper arm"), (WRIST, "forearm"))
-CONVENTIONS = ((BEGINS, ("", "leg", "arm")), (ENDS, ("", "leg", "arm", COLLAR)))
+CONVENTIONS = ((BEGINS, ("", "leg", "arm"), 0.0), (ENDS, ("", "leg", "arm", COLLAR), 0.1))
 SURE = 2  # joints of a limb whose names state the part
 HEADS, TOPS = "head|頭", "end$|nub$|top"
 HEEL = "heel|hee$|calc"
@@ -64,7 +64,7 @@ NUMBERED = re.compile(r"(.*[^\W_])([\W_]\d+)((?:_?(?:end|nub))?)", re.IGNORECASE
 
 # Of legs and of arms: the ratio of the first segment to the second, also if names state the parts: arms may end within
 # the forearm, and a name at the other end of its bone makes it 0.3 or 3.
-RATIOS = ((0.75, 1.35), (0.75, 1.6))
+TYPICAL, RATIOS = (1.0, 1.15), ((0.75, 1.35), (0.75, 1.6))
 NAMED = ((0.6, 1.7), (0.5, 2.6))
 # The largest lengths before and after both segments, as shares of their length, and that as a share of all.
 BEFORE, AFTER, MOST = (0.5, 0.9), (0.45, 0.9), (0.6, 0.4)
@@ -260,19 +260,21 @@ def _split_limb(tree: _Tree, chain: list[int], limb: int) -> tuple[list[int], bo
             places, parts, at = [*places, []], [*parts, []], [*at, float(along[i])]
         places[-1].append(joint)
         parts[-1].append("" if any(tree.parts[joint] in before for before in parts) else tree.parts[joint])
-    best: tuple[tuple[bool, int, float], list[int]] = ((False, 0, 0.0), [])
+    best: tuple[tuple[bool, float, float], list[int]] = ((False, 0.0, 0.0), [])
     for three in itertools.combinations(range(min(len(places), LONGEST)), 3):
         if tree.is_own and not tree.skeleton.bones[places[three[2]][0]].dofs:
             continue  # a marker on the segment before
         start, middle, end = (at[i] for i in three)
         ratio, whole = (middle - start) / (end - middle), end - start
-        for names, vague in CONVENTIONS[tree.is_own :]:
-            pairs = [({*parts[i]}, {*ours}) for i, ours in zip(three, names[limb], strict=True)]
-            agree = sum(1 if here & ours else -1 if not here & {*vague} else 0 for here, ours in pairs)
+        for names, vague, more in CONVENTIONS[tree.is_own :]:
+            agree = 0.0
+            for i, ours, mark in zip(three, names[limb], LIMBS[limb], strict=True):
+                here = {*parts[i]}
+                agree += 1.0 + more * (mark in here) if here & {*ours} else -1.0 if not here & {*vague} else 0.0
             low, high = (NAMED if agree >= SURE else RATIOS)[limb]
             is_usual = bool(low <= ratio <= high)
             is_most = max(start / BEFORE[limb], (at[-1] - end) / AFTER[limb]) <= whole and whole >= MOST[limb] * at[-1]
-            order = is_usual, agree, -abs(float(np.log(ratio)))
+            order = is_usual, agree, -abs(float(np.log(ratio / TYPICAL[limb])))
             if (agree >= SURE or (is_usual and is_most)) and (not best[1] or order > best[0]):
                 joints = [
                     next((j for j in places[i] if tree.parts[j] in ours), places[i][0])

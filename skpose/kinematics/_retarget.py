@@ -51,8 +51,8 @@ def retarget(
     motion : Motion
         The motion.
     skeleton : Skeleton or Motion
-        The skeleton to retarget to, or a motion on it. Where the rest pose is not a standing person's, as in files whose
-        bones all point along one axis, a motion with bent limbs shows in which direction knees and elbows bend.
+        The skeleton to retarget to, or a motion on it. Where nobody stands in the rest pose, as in files whose bones all
+        point along one axis, a motion with bent limbs shows in which direction knees and elbows bend.
     method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
         "numbers" keeps the angles, with columns matched by dof name; joints, parents and dofs must be equal, and
         the directions of bones and the rest rotations at most 45° apart, so that a T-pose is not taken for an A-pose.
@@ -91,8 +91,8 @@ def retarget(
     Raises
     ------
     ValueError
-        If the method is not possible; if `joints` has unknown names or one counterpart for two joints; if an arm, a leg or
-        as long a part of `skeleton` has no counterpart, except where `joints` uses all limbs of the motion.
+        If the method is not possible; if `joints` has unknown names or one counterpart for two joints; if an arm, a leg
+        or as long a part of `skeleton` has no counterpart, except where `joints` uses all limbs of the motion.
 
     Warns
     -----
@@ -112,10 +112,10 @@ def retarget(
     ``skpose info FILE`` prints which joint is where. Joints of trunk and neck are matched by their share of the length,
     and joints of equal names attached to counterparts, such as fingers, by name.
 
-    *Orientations.* The axes of pelvis, chest, head and feet at angle zero are forward, left and up. A thigh, shank, upper
-    arm or forearm has its own direction, and the axis about which the knee or elbow bends: that of a hinge; or by the
-    rest pose, if the person stands there; or the mean over the frames in which the limb is bent. Other bones are parallel
-    to the line between the counterparts of their ends. Joints without counterparts rest.
+    *Orientations.* The axes of pelvis, chest, head and feet at angle zero are forward, left and up. A thigh, shank,
+    upper arm or forearm has its own direction, and the axis about which the knee or elbow bends: that of a hinge; or by
+    the rest pose, if the person stands there; or the mean over the frames in which the limb is bent. Other bones are
+    parallel to the line between the counterparts of their ends. Joints without counterparts rest.
 
     *Feet.* The root is moved so that the feet that stand are where the motion's are, times the ratio of the lengths of
     the legs, and as far apart as the hips are wider. With "orientations" each knee bends by up to 1.8° for the rest.

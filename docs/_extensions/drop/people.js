@@ -158,14 +158,15 @@ function splitLimb(tree, chain, limb) {
     const three = [places[a], places[b], places[c]];
     const [start, middle, end] = three.map(({ at }) => at);
     const [ratio, whole, last] = [(middle - start) / (end - middle), end - start, places.at(-1).at];
-    for (const [names, vague] of FINDER.CONVENTIONS) {
-      const agree = three.reduce((sum, { parts }, i) => sum + (parts.some((part) => names[limb][i].includes(part)) ? 1
+    for (const [names, vague, more] of FINDER.CONVENTIONS) {
+      const agree = three.reduce((sum, { parts }, i) => sum + (parts.some((part) => names[limb][i].includes(part))
+        ? 1 + more * parts.includes(FINDER.LIMBS[limb][i])
         : -Number(!parts.some((part) => vague.includes(part)))), 0);
       const [low, high] = (agree >= FINDER.SURE ? FINDER.NAMED : FINDER.RATIOS)[limb];
       const isUsual = low <= ratio && ratio <= high;
       const isMost = Math.max(start / FINDER.BEFORE[limb], (last - end) / FINDER.AFTER[limb]) <= whole
         && whole >= FINDER.MOST[limb] * last;
-      const order = [Number(isUsual), agree, -Math.abs(Math.log(ratio))];
+      const order = [Number(isUsual), agree, -Math.abs(Math.log(ratio / FINDER.TYPICAL[limb]))];
       if (!(agree >= FINDER.SURE || (isUsual && isMost)) || (best.order && !isAbove(order, best.order))) continue;
       const joints = three.map((place, i) =>
         place.joints.find((j) => names[limb][i].includes(tree.parts[j])) ?? place.joints[0]);
