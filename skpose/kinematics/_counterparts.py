@@ -32,7 +32,6 @@ from skpose.kinematics._anatomy import (
     path_up,
     plain_names,
 )
-from skpose.kinematics._lines import base_of_neck
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._selection import check_joints as check_names
@@ -258,22 +257,10 @@ def _check_hips(source: Skeleton, target: Skeleton, people: People) -> None:
 
 
 def _match_trunk(source: Skeleton, target: Skeleton, people: People, there: np.ndarray) -> None:
-    """Match the joints from which the arms begin, and those below and above them.
-
-    If a neck begins within the chest, as in files whose neck is one joint with a bone before it, and in the other
-    skeleton arms and neck begin at one joint, this joint is the counterpart of the nearer of the two.
-    """
+    """Match the joints from which the arms begin, and those below and above them."""
     heads = [[person.joints[HEAD]] if HEAD in person.joints else [] for person in people]
     chains = [[*person.trunk, *person.neck, *head] for person, head in zip(people, heads, strict=True)]
     chests = [len(person.trunk) - 1 for person in people]
-    if all(heads):
-        bases = [base_of_neck(skeleton, person) for skeleton, person in zip((source, target), people, strict=True)]
-        shares = [_shares(skeleton, chain) for skeleton, chain in zip((source, target), chains, strict=True)]
-        for i, j in ((0, 1), (1, 0)):
-            if bases[i] >= 0 and bases[j] < 0:
-                base = chains[i].index(bases[i])
-                place = shares[j][chests[j]]
-                chests[i] = base if abs(shares[i][base] - place) < abs(shares[i][chests[i]] - place) else chests[i]
     (theirs, ours), (chest, other) = chains, chests
     there[ours[other]] = theirs[chest]
     _match_in_order(source, target, theirs[: chest + 1], ours[: other + 1], there)

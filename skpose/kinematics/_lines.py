@@ -56,7 +56,6 @@ def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tu
         return Lines(lines, hips, directions, positions)
     _keep_straight(lines, target, there, people[1], positions)
     _point_feet(lines, there, people)
-    _tie_neck_to_chest(lines, source, target, there, people)
     _align_left_right(lines, source, target, there, people, carriers)
     for joint in people[1].trunk if None not in hips else ():  # the trunk begins in the middle between the hips
         line = lines.get(joint)
@@ -130,27 +129,6 @@ def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Anatomy
         if known and [there[ours[mark]] for mark in (ankle, ball, toe)] == [theirs[ankle], -1, theirs[toe]]:
             lines[ours[ball]] = Line(ours[ankle], ours[toe], theirs[ankle], theirs[toe])
             lines.pop(ours[toe], None)
-
-
-def base_of_neck(skeleton: Skeleton, person: Anatomy) -> int:
-    """The joint of the neck that moves with the chest, above which the neck bends; -1 if there is none."""
-    chest = find_movers(skeleton)[person.trunk[-1] if person.trunk else ROOT]
-    first = next((joint for joint in person.neck if skeleton.offsets[joint].any()), ROOT)
-    return first if first >= 0 and find_carriers(skeleton)[first] == chest else ROOT
-
-
-def _tie_neck_to_chest(
-    lines: dict[int, Line], source: Skeleton, target: Skeleton, there: np.ndarray, people: tuple[Anatomy, Anatomy]
-) -> None:
-    """Give the bone from the chest to the base of the neck the direction of the trunk below the chest of the source.
-
-    This is for sources without a bone from chest to neck that moves with the chest: their neck would tilt the chest.
-    """
-    base = base_of_neck(target, people[1])
-    trunk = people[0].trunk
-    if base < 0 or there[base] < 0 or not trunk or base_of_neck(source, people[0]) >= 0 or there[base] == trunk[-1]:
-        return
-    lines[base] = Line(int(target.parents[base]), base, int(source.parents[trunk[-1]]), trunk[-1])
 
 
 def _align_left_right(

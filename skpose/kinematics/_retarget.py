@@ -51,8 +51,8 @@ def retarget(
     motion : Motion
         The motion.
     skeleton : Skeleton or Motion
-        The skeleton to retarget to, or a motion on it. Where nobody stands in the rest pose, as in files whose bones all
-        point along one axis, a motion with bent limbs shows in which direction knees and elbows bend.
+        The skeleton to retarget to, or a motion on it. If the rest pose is not a standing one, as in files whose bones
+        all point along one axis, a motion with bent limbs shows in which direction knees and elbows bend.
     method : {"numbers", "orientations", "positions", "auto", "unchecked"}, default="numbers"
         "numbers" keeps the angles, with columns matched by dof name; joints, parents and dofs must be equal, and
         the directions of bones and the rest rotations at most 45° apart, so that a T-pose is not taken for an A-pose.
