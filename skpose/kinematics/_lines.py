@@ -6,6 +6,7 @@ bones from the spine to the collarbones and from the pelvis to the hips are stee
 the line from side to side is the counterpart.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tu
         return Lines(lines, hips, directions, positions)
     _keep_straight(lines, target, there, people[1], positions)
     _point_feet(lines, there, people)
-    _align_left_right(lines, source, target, there, people, carriers)
+    _adapt_girdles(lines, source, target, there, people[1].joints)
     for joint in people[1].trunk if None not in hips else ():  # the trunk begins in the middle between the hips
         line = lines.get(joint)
         if line is not None and line.source_start == ROOT:
@@ -131,34 +132,16 @@ def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Anatomy
             lines.pop(ours[toe], None)
 
 
-def _align_left_right(
-    lines: dict[int, Line],
-    source: Skeleton,
-    target: Skeleton,
-    there: np.ndarray,
-    people: tuple[Anatomy, Anatomy],
-    carriers: list[int],
+def _adapt_girdles(
+    lines: dict[int, Line], source: Skeleton, target: Skeleton, there: np.ndarray, ours: Mapping[str, int]
 ) -> None:
-    """Replace the lines of bones to hips, collarbones and shoulders by those from side to side, where possible."""
-    here = people[1].joints
-    for mark in (HIP, COLLAR, SHOULDER):
-        pair = pair_of(here, mark)
-        ends = pair_of(people[0].joints, mark) or (pair_of(people[0].joints, SHOULDER) if mark == COLLAR else None)
-        if pair is None or ends is None:
-            continue
-        if carriers[pair[0]] == carriers[pair[1]]:
-            for i in (0, 1):
-                lines[pair[i]] = Line(pair[1 - i], pair[i], ends[1 - i], ends[i])
-        elif mark == HIP:  # joints of the pelvis that can move, as in files that are made from others, stay at rest
-            for joint in pair:
-                lines.pop(joint, None)
-        elif mark == SHOULDER:
-            for joint in pair:
-                parent = int(target.parents[joint])
-                if there[joint] >= 0 and parent not in (here.get(f"{side}_{COLLAR}") for side in SIDES):
-                    # From the spine to the shoulder in the target: the collarbone of the source, not from its spine.
-                    start = int(source.parents[there[joint]])
-                    lines[joint] = Line(parent, joint, start, int(there[joint]))
+    """Bones of the pelvis that can move stay at rest, and collarbones that end at shoulders follow collarbones."""
+    for joint in pair_of(ours, HIP) or ():
+        lines.pop(joint, None)
+    for side, joint in zip(SIDES, pair_of(ours, SHOULDER) or (), strict=False):
+        if there[joint] >= 0 and int(target.parents[joint]) != ours.get(f"{side}_{COLLAR}"):
+            start = int(source.parents[there[joint]])
+            lines[joint] = Line(int(target.parents[joint]), joint, start, int(there[joint]))
 
 
 def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
