@@ -80,11 +80,11 @@ def find_reference(
     feet = [turned.direction(segments[f"{side}_foot"])[0] for side in SIDES if f"{side}_foot" in segments]
     if feet and all(foot @ body[:, 0] < -0.5 for foot in feet):
         return "toes point backward: exchange left and right in joints=, or mirror the file"
-    lines = {}
+    lines: dict[str, np.ndarray] = {}
     for bend in find_bends(skeleton, person) if is_rest else ():
-        axis = flexion_axis(bend, ROOT, None)
-        if bend.hinge is not None and axis is not None:
-            lines[bend.name] = -axis if bend.name.endswith("knee") else axis
+        flexion = flexion_axis(bend, ROOT, None)
+        if bend.hinge is not None and flexion is not None:
+            lines[bend.name] = -flexion if bend.name.endswith("knee") else flexion
     for side in SIDES:
         for joint, limb in (("knee", "thigh"), ("ankle", "shank")):
             line = _line_of(skeleton, positions, segments[f"{side}_{limb}"])

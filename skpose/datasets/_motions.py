@@ -170,7 +170,7 @@ class MotionDataset:
         skeleton: Skeleton | Motion,
         *,
         method: Method = "numbers",
-        joints: Mapping[str, str] | Sequence[Mapping[str, str] | None] | None = None,
+        joints: Mapping[str, str | None] | Sequence[Mapping[str, str | None] | None] | None = None,
         scale: float | Literal["lengths"] | None = None,
         joint_limits: Literal["ignore", "enforce"] = "ignore",
         n_jobs: int | None = None,

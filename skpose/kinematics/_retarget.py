@@ -149,7 +149,7 @@ def retarget_and_report(
     motion: Motion,
     skeleton: Skeleton | Motion,
     method: Method,
-    joints: Mapping[str, str] | None,
+    joints: Mapping[str, str | None] | None,
     scale: float | Literal["lengths"] | None,
     joint_limits: str,
     n_jobs: int | None,
