@@ -226,6 +226,7 @@ IMPLICIT = {name: lambda X, make=make, **kw: make(**kw).fit(X, X) for name, make
 }
 
 
+@pytest.mark.filterwarnings("ignore:ball trees:UserWarning")
 @pytest.mark.parametrize("call", IMPLICIT.values(), ids=IMPLICIT)
 def test_angles_that_are_not_asked_for_are_said_in_words_once(call, X):
     with pytest.warns(UserWarning, match="without a skeleton") as caught:
