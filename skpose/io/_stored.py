@@ -144,7 +144,7 @@ def positions_only(source: Source, names: Sequence[str]) -> list[str]:
     kept = [name for name, word in zip(names, last, strict=True) if word not in NO_POSITION]
     if len(kept) == len(names):
         return kept
-    shown = ", ".join(repr(name[:40]) for name in names if name not in kept)[:120]
+    shown = ", ".join(repr(name[:40]) for name, word in zip(names, last, strict=True) if word in NO_POSITION)[:120]
     if not kept:
         raise source.error(f"expected positions of points, found {shown}")
     source.warn(f"{shown}: not positions by their names, and left out")
