@@ -31,7 +31,7 @@ OUTPUTS = [
         POSES,
         {"fit_transform": "float64", "transform": "float64", "embedding_": "float64"},
     ),
-    (MedoidShift(skeleton=CHAIN), POSES, {"cluster_centers_": "float32", "labels_": "int64", "predict": "int64"}),
+    (MedoidShift(CHAIN, n_clusters=3), POSES, {"cluster_centers_": "float32", "labels_": "int64", "predict": "int64"}),
     (
         PoseKMeans(CHAIN, n_clusters=3, metric="position", n_init=1, random_state=0),
         POSES,

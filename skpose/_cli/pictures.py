@@ -13,7 +13,7 @@ from PIL import Image
 from skpose._utils.files import new_file
 from skpose.keypoints import Keypoints, Layout
 from skpose.plot import PoseDisplay
-from skpose.plot._axes import COLOURS, SIDES
+from skpose.plot._axes import COLOURS, SIDES, plain
 from skpose.plot._volume import draw_volume
 from skpose.skeleton import Motion
 from skpose.skeleton._rest import positions_at_zero
@@ -64,7 +64,7 @@ class Recording:
             ax.axhline(-below, color="0.75", linewidth=1, zorder=0)
             ax.set_aspect("equal", adjustable="box")
             ax.set(xlim=(left, right), ylim=(low - below, high - below))
-            ax.set_title(f"{panel.label}\n{panel.times[frame]:.2f} s", fontsize=10)
+            ax.set_title(f"{plain(panel.label)}\n{panel.times[frame]:.2f} s", fontsize=10)
         for ax in self.axes:
             ax.axis("off")
 

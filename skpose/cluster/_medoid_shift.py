@@ -10,17 +10,19 @@ from sklearn.utils import check_symmetric
 from sklearn.utils.validation import check_is_fitted
 
 from skpose._base import ESTIMATOR_CONSTRAINTS, PoseEstimatorMixin
-from skpose._utils.sklearn import Interval, fit_context
-from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squared_distances
+from skpose._utils.sklearn import Interval, check_sample_weight, fit_context
+from skpose._utils.warnings import warn
+from skpose.cluster._shift import estimate_bandwidth, find_bandwidth, shift, squared_distances, targets
 
 
 class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
     r"""Medoid shift clustering: mode seeking with distances alone.
 
     Every sample i moves to the sample j that minimises :math:`\sum_k w_{ik} d_{jk}^2`, with Gaussian weights
-    :math:`w_{ik} = \exp(-d_{ik}^2 / 2h^2)`, and on from there until it stops at a mode; samples with the same mode form
-    a cluster. The modes are then shifted among themselves until nothing changes. As in mean shift, the bandwidth h
-    determines the number of clusters; unlike mean shift, modes are samples, and any distance can be used.
+    :math:`w_{ik} = m_k \exp(-d_{ik}^2 / 2h^2)` and sample weights :math:`m_k`, and on from there until it stops at a
+    mode; samples with the same mode form a cluster. The modes are then shifted among themselves until nothing changes.
+    As in mean shift, the bandwidth h determines the number of clusters; unlike mean shift, modes are samples, and any
+    distance can be used.
 
     Parameters
     ----------
@@ -29,7 +31,7 @@ class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
     bandwidth : float, default=None
         The bandwidth h, in the unit of the distance. None estimates it as in `sklearn.cluster.estimate_bandwidth`: the
         mean, over the samples, of the distance that contains 30 % of the other samples (of its neighbours in a sparse
-        graph).
+        graph), without regard to their weights.
     n_clusters : int, default=None
         Search for a bandwidth with this number of clusters instead, by bisection and then on a grid of 32 bandwidths.
         If none is found, a `ConvergenceWarning` is issued, and the closest smaller number of clusters is used.
@@ -64,6 +66,13 @@ class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
     feature_names_in_ : ndarray of shape (`n_features_in_`,)
         Names of features seen during `fit`. Defined only when `X` has feature names that are all strings.
 
+    Warns
+    -----
+    UserWarning
+        In `fit`, if the default bandwidth puts different samples into a single cluster.
+    ConvergenceWarning
+        In `fit`, if no bandwidth gives `n_clusters` clusters.
+
     See Also
     --------
     sklearn.cluster.MeanShift : A similar algorithm for vectors.
@@ -71,7 +80,7 @@ class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
     Notes
     -----
     A shift is a matrix product: time O(n³) for dense distances, O(n k²) for a graph of k neighbours. Memory O(n²) or
-    O(n k); distances are squared in place.
+    O(n k); distances are squared in place and kept for `predict`.
 
     With a small bandwidth every sample is a mode, with a large one only the medoid. The number of modes need not
     decrease monotonically.
@@ -116,7 +125,7 @@ class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
         self.verbose = verbose
 
     @fit_context(prefer_skip_nested_validation=True)
-    def fit(self, X, y=None):
+    def fit(self, X, y=None, sample_weight=None):
         """Compute the clusters.
 
         Parameters
@@ -125,6 +134,9 @@ class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
             Poses: joint angles, rad; or precomputed distances, which may be sparse.
         y : Ignored
             Not used, present for API consistency by convention.
+        sample_weight : array-like of shape (n_samples,), default=None
+            Non-negative weights of the samples, not all zero. None means equal weights. Samples of weight zero get
+            labels as in `predict` but have no effect on the clusters.
 
         Returns
         -------
@@ -134,47 +146,69 @@ class MedoidShift(PoseEstimatorMixin, ClusterMixin, BaseEstimator):
         if self.bandwidth is not None and self.n_clusters is not None:
             raise ValueError("bandwidth and n_clusters are mutually exclusive, got both")
         X = self._check_X(X, reset=True, accept_sparse="csr" if self.metric == "precomputed" else False)
-        if self.n_clusters is not None and self.n_clusters > X.shape[0]:
-            raise ValueError(f"n_clusters={self.n_clusters} is more than the {X.shape[0]} samples")
+        weights = check_sample_weight(sample_weight, X)
+        self._counted = np.flatnonzero(weights)
+        self._masses = weights[self._counted]
+        if self.n_clusters is not None and self.n_clusters > len(self._counted):
+            raise ValueError(f"n_clusters={self.n_clusters} is more than the {len(self._counted)} samples")
+        self._poses = None if self.metric_ is None else X[self._counted]
         distances = self._all_distances(X)
         scale = estimate_bandwidth(distances) if self.bandwidth is None else self.bandwidth
-        squared = squared_distances(distances)
+        self._squared = squared_distances(distances)
         if self.n_clusters is None:
-            result = shift(squared, scale, self.verbose)
+            result = shift(self._squared, self._masses, scale, self.verbose)
         else:
-            result = find_bandwidth(squared, scale, self.n_clusters, self.verbose)
+            result = find_bandwidth(self._squared, self._masses, scale, self.n_clusters, self.verbose)
         self.bandwidth_, self.n_iter_ = result.bandwidth, result.n_iter
-        self.cluster_centers_indices_, self.labels_ = np.unique(result.modes, return_inverse=True)
+        centers, self._labels = np.unique(result.modes, return_inverse=True)
+        self.cluster_centers_indices_ = self._counted[centers]
         if self.metric_ is not None:
             self.cluster_centers_ = X[self.cluster_centers_indices_]
+        self.labels_ = self._labels if weights.all() else self._shifted(X)
+        if self.bandwidth is None and self.n_clusters is None and len(centers) == 1 and self._squared.max() > 0.0:
+            warn(f"the default bandwidth {scale:.3g} gives a single cluster; pass n_clusters= or a smaller bandwidth=")
         return self
 
     def predict(self, X):
-        """Predict the cluster with the nearest mode.
+        """Predict the clusters of poses by a shift to a sample of `fit`.
 
         Parameters
         ----------
-        X : array-like of shape (n_samples, n_dofs) or (n_samples, n_samples_fit)
-            Poses: joint angles, rad; or precomputed distances to all samples of `fit`.
+        X : {array-like, sparse matrix} of shape (n_samples, n_dofs) or (n_samples, n_samples_fit)
+            Poses: joint angles, rad; or precomputed distances to all samples of `fit`, after a fit to a graph also a
+            graph of neighbours among them.
 
         Returns
         -------
         ndarray of shape (n_samples,)
-            Labels. For samples of `fit` they may differ from `labels_`.
+            Labels: `labels_` for the samples of `fit` (those of a graph, if it is symmetric).
         """
         check_is_fitted(self, "labels_")
-        X = self._check_X(X, reset=False)
-        if self.metric_ is None:
-            return X[:, self.cluster_centers_indices_].argmin(axis=1)
-        return self._distances(X, self.cluster_centers_).argmin(axis=1)
+        return self._shifted(self._check_X(X, reset=False, accept_sparse="csr" if issparse(self._squared) else False))
+
+    def _shifted(self, X):
+        """Labels of the samples to which the rows of X move."""
+        target, _ = targets(self._rows(X), self._squared, self._masses, self.bandwidth_, self.verbose)
+        if np.any(target < 0):
+            raise ValueError("every row of X must have a neighbor of positive weight")
+        return self._labels[target]
+
+    def _rows(self, X):
+        """Squared distances from X to the samples of positive weight, as a graph after a fit to a graph."""
+        rows = X[:, self._counted] if self.metric_ is None else self._distances(X, self._poses)
+        if not issparse(self._squared):
+            return np.square(rows, dtype=np.float64)
+        if not issparse(rows):  # zeros are distances, too
+            m, n = rows.shape
+            rows = csr_array((rows.ravel(), np.tile(np.arange(n), m), np.arange(0, m * n + 1, n)), shape=(m, n))
+        return csr_array((np.square(rows.data, dtype=np.float64), rows.indices, rows.indptr), shape=rows.shape)
 
     def _all_distances(self, X):
         """Distances within X, dense or sparse: a copy in float64, since close samples differ little."""
         if self.metric_ is not None:
-            return self._distances(X, None).astype(np.float64, copy=False)
-        if issparse(X):
-            return csr_array(X, dtype=np.float64, copy=True)
-        return np.array(check_symmetric(X, raise_exception=True), dtype=np.float64)
+            return self._distances(self._poses, None).astype(np.float64, copy=False)
+        X = X if issparse(X) else check_symmetric(X, raise_exception=True)
+        return X[self._counted][:, self._counted].astype(np.float64, copy=False)
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

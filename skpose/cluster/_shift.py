@@ -62,42 +62,50 @@ def estimate_bandwidth(distances):
     return float(np.mean(reach)) or 1.0  # all samples are equal, any bandwidth will do
 
 
-def shift(squared, bandwidth, verbose):
+def shift(squared, masses, bandwidth, verbose):
     """Shift the samples, then their modes among themselves, until nothing changes."""
     modes = np.arange(squared.shape[0])
     n_iter = 0
     while True:
         moving = np.unique(modes)
         among = squared if len(moving) == squared.shape[0] else squared[moving][:, moving]
-        stops = moving[_stops(*_targets(among, bandwidth, verbose))]
+        # Samples have their masses; modes count equally, as equal samples have one mode.
+        of_moving = masses if n_iter == 0 else np.ones(len(moving))
+        stops = moving[_stops(*targets(among, among, of_moving, bandwidth, verbose))]
         n_iter += 1
         if np.array_equal(stops, moving):
             return Modes(float(bandwidth), modes, n_iter)
         modes = stops[np.searchsorted(moving, modes)]
 
 
-def _targets(squared, bandwidth, verbose):
-    """The sample j with the least Σ_k w_ik d_jk² for each sample i, and the cost of staying.
+def targets(rows, squared, masses, bandwidth, verbose):
+    """The sample j with the least Σ_k w_ik d_jk², w_ik = m_k exp(−d_ik²/2h²), for each row i, and the cost of staying.
 
-    Ties go to the first sample, so equal samples move together.
+    `rows` are squared distances to the samples, `squared` those among the samples; both dense or both graphs. Weights
+    are relative to that of the nearest sample, so they cannot all underflow. Ties go to the first sample, so equal
+    samples move together. A row of a graph without neighbours has the target −1.
     """
-    n = squared.shape[0]
-    target, staying = np.empty(n, dtype=np.intp), np.empty(n)
+    m, n = rows.shape
+    target, moments = np.full(m, -1), np.empty(m)
     # Finite for any bandwidth, so that a distance of zero has weight one.
     factor = -0.5 / max(float(bandwidth) * float(bandwidth), np.finfo(np.float64).tiny)
     if issparse(squared):
-        graph_shift.shift_in_graph(squared.indptr, squared.indices, squared.data, factor, TIE, target, staying)
-        return target, staying
-    batches = list(gen_batches(n, max(1, WEIGHTS // n)))
-    with progress(f"shift of {n:,} samples", len(batches), verbose and len(batches) > 1) as advance:
+        graphs = [(graph.indptr, graph.indices, graph.data) for graph in (rows, squared)]
+        graph_shift.shift_in_graph(*graphs, masses, factor, TIE, target, moments)
+        return target, moments
+    batches = list(gen_batches(m, max(1, WEIGHTS // n)))
+    with progress(f"shift of {m:,} samples", len(batches), verbose and len(batches) > 1) as advance:
         for batch in batches:
+            weights = rows[batch] - rows[batch].min(axis=1, keepdims=True)
             with np.errstate(over="ignore"):  # exp(−∞) is zero
-                weights = squared[batch] * factor
-            costs = np.exp(weights, out=weights) @ squared
+                weights *= factor
+            np.exp(weights, out=weights)
+            weights *= masses
+            costs = weights @ squared
             target[batch] = (costs <= costs.min(axis=1, keepdims=True) * (1.0 + TIE)).argmax(axis=1)
-            staying[batch] = costs.diagonal(batch.start)
+            moments[batch] = np.einsum("ij,ij->i", weights, rows[batch])
             advance()
-    return target, staying
+    return target, moments
 
 
 def _stops(target, staying):
@@ -116,13 +124,13 @@ def _stops(target, staying):
     return mode[component]
 
 
-def find_bandwidth(squared, scale, n_clusters, verbose):
+def find_bandwidth(squared, masses, scale, n_clusters, verbose):
     """Modes with n_clusters clusters, else with the closest smaller number and a warning."""
     tried = {}
 
     def count(bandwidth):
         if bandwidth not in tried:
-            tried[bandwidth] = shift(squared, bandwidth, verbose)
+            tried[bandwidth] = shift(squared, masses, bandwidth, verbose)
         return tried[bandwidth].count
 
     def halve(low, high):

@@ -1,6 +1,7 @@
 """Readers of the Carnegie Mellon University motion-capture database, from a folder or from its server."""
 
 import csv
+import hashlib
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,6 +15,8 @@ from skpose.datasets._motions import MotionDataset, Rotations
 from skpose.io._amc import asf_path
 
 SERVER = "http://mocap.cs.cmu.edu"
+LISTING = "index.txt"  # of the trials of a subject
+DIGESTS = "sha256.txt"  # of the files as they were downloaded: the server states none
 
 
 def load_cmu(
@@ -105,7 +108,8 @@ def fetch_cmu(
 
     Notes
     -----
-    An ``index.csv`` in the folder lists all downloaded subjects, so `load_cmu` can read them.
+    An ``index.csv`` in the folder lists all downloaded subjects, so `load_cmu` can read them. ``sha256.txt`` has the
+    digests of the files as they were downloaded; a file that has changed since is downloaded again, with a warning.
 
     The data is free for every use, including products that are sold, but must not be resold itself. It was obtained
     from mocap.cs.cmu.edu; the database was created with funding from NSF EIA-0196217.
@@ -121,13 +125,13 @@ def fetch_cmu(
     if not names:
         raise ValueError("subjects must name at least one subject, got none")
     rows = []
-    trials = {name: _fetch_index(name, home / "subjects" / name) for name in names}
+    trials = {name: _fetch_index(name, home, home / "subjects" / name) for name in names}
     with progress(SERVER, sum(map(len, trials.values())), verbose) as advance:
         for name in names:
             folder = home / "subjects" / name
-            _fetch(f"{SERVER}/subjects/{name}/{name}.asf", folder, f"{name}.asf")
+            _fetch(f"{SERVER}/subjects/{name}/{name}.asf", home, folder, f"{name}.asf")
             for trial, action in trials[name].items():
-                path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", folder, f"{name}_{trial}.amc")
+                path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", home, folder, f"{name}_{trial}.amc")
                 file = path.relative_to(home).as_posix()
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
@@ -145,10 +149,10 @@ def _add_to_index(path: Path, rows: list[dict]) -> None:
         writer.writerows([*others, *rows])
 
 
-def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
+def _fetch_index(subject: str, home: Path, folder: Path) -> dict[str, str]:
     """The action of each trial of a subject, from the server's tab-separated listing, the description last."""
     query = f"subjectnumber={int(subject)}&motion=%25%25%25&maincat=%25&subcat=%25&subtext=yes"
-    path = _fetch(f"{SERVER}/search.php?{query}", folder, "index.txt")
+    path = _fetch(f"{SERVER}/search.php?{query}", home, folder, LISTING)
     trials = {}
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         name, *fields = (field.strip() for field in line.split("\t"))
@@ -162,10 +166,16 @@ def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
     return trials
 
 
-def _fetch(url: str, folder: Path, name: str) -> Path:
-    """Download a file unless it exists."""
+def _fetch(url: str, home: Path, folder: Path, name: str) -> Path:
+    """Download a file unless it exists with the digest that it had when it was downloaded."""
     folder.mkdir(parents=True, exist_ok=True)
+    digests, key = home / DIGESTS, (folder / name).relative_to(home).as_posix()
+    known = dict(line.split(" ", 1)[::-1] for line in digests.read_text().splitlines()) if digests.exists() else {}
     try:
-        return Path(fetch_file(url, folder=folder, local_filename=name))
+        path = Path(fetch_file(url, folder=folder, local_filename=name, sha256=known.get(key)))
     except OSError as error:
         raise OSError(f"could not download {url} ({error}); put the files into {folder} and use load_cmu") from error
+    if key not in known and name != LISTING:  # the server may add motions
+        with digests.open("a") as file:
+            file.write(f"{hashlib.sha256(path.read_bytes()).hexdigest()} {key}\n")
+    return path

@@ -3,6 +3,7 @@
 import csv
 import math
 import os
+import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -77,17 +78,24 @@ def read_index(path: Path) -> list[dict]:
 
 
 def rows_of(files: Iterable[Path]) -> dict[Path, dict]:
-    """The rows of files that an index in their folder, or in one above it, lists; of several the nearest."""
+    """The rows of files that an index in their folder, or in the one above it, lists; of both the nearer.
+
+    In CMU's layout, subjects/SS/SS_TT.amc, the index is next to "subjects". Indexes in use are named on stderr.
+    """
     indexes: dict[Path, dict[str, dict]] = {}
-    found = {}
+    found, used = {}, dict[Path, None]()
     for path in files:
-        absolute = os.path.abspath(path)
-        for folder in reversed(Path(absolute).parents):
+        absolute = Path(os.path.abspath(path))
+        for folder in absolute.parents[: 3 if absolute.parent.parent.name == "subjects" else 2]:
             if folder not in indexes:
                 rows = read_index(folder / INDEX) if is_index(folder / INDEX) else []
                 indexes[folder] = {os.path.abspath(folder / row["file"]): row for row in rows}
-            if absolute in indexes[folder]:
-                found[path] = indexes[folder][absolute]
+            if str(absolute) in indexes[folder]:
+                found[path] = indexes[folder][str(absolute)]
+                used[folder / INDEX] = None
+                break
+    for index in used:
+        print(f"skpose: labels and frame rates of {index}", file=sys.stderr)
     return found
 
 

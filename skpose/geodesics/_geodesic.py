@@ -23,6 +23,7 @@ from skpose.skeleton._continuity import remove_jumps
 from skpose.skeleton._interpolation import interpolate_poses, straight_line
 from skpose.skeleton._limits import limited_dofs
 
+BEND = 0.5  # standard deviation of the angles by which the middle of a further start is bent, rad
 SPEED_GRID = 64  # subdivisions of each step when resampling at constant speed
 
 
@@ -52,8 +53,8 @@ class GeodesicResult:
     n_iter : int
         Number of iterations, over all refinements.
     converged : bool
-        Whether `gain` is at most `tol` (or the precision of float64), the path passes the discretisation check, and it
-        is not a saddle point.
+        Whether the path is a local minimum: `gain` is at most `tol` (or the precision of float64), the path passes the
+        discretisation check, and it is not a saddle point. Another path may still be shorter, see `n_starts`.
 
     Examples
     --------
@@ -114,6 +115,7 @@ class GeodesicResult:
         "joint_limits": [StrOptions(["ignore", "enforce"])],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
         "tol": [Interval(Real, 0, None, closed="left")],
+        "n_starts": [Interval(Integral, 1, None, closed="left")],
     },
     prefer_skip_nested_validation=True,
 )
@@ -126,6 +128,7 @@ def geodesic(
     joint_limits: str = "ignore",
     max_iter: int = MAX_ITER,
     tol: float = TOL,
+    n_starts: int = 1,
 ) -> GeodesicResult:
     r"""Find the shortest path from one pose to another on the kinematic manifold.
 
@@ -156,6 +159,10 @@ def geodesic(
     tol : float, default=1e-6
         Fraction of the length that may be left to gain at convergence. It refers to the local minimum found; a much
         shorter path may exist elsewhere.
+    n_starts : int, default=1
+        Number of searches, the first from the straight line and the others from lines bent at random, always the same
+        ones; the shortest path is returned. `pose_distances` uses one. Poses of people gain little: of 80 far pairs of
+        CMU and HDM05, two paths are more than 0.5 % longer than the shortest of eight.
 
     Returns
     -------
@@ -231,7 +238,7 @@ def geodesic(
     chosen = require_geodesic(metric, skeleton, "geodesic")
     if joint_limits == "enforce":
         first, last = check_limits(first, skeleton, "start"), check_limits(last, skeleton, "end")
-    found = shortest_path(first, last, skeleton, chosen, joint_limits, max_iter, tol)
+    found = shortest_path(first, last, skeleton, chosen, joint_limits, max_iter, tol, n_starts)
     if not found.converged:
         warn(
             f"the geodesic did not converge in {found.n_iter} iterations (gain {found.gain:.2g}): raise max_iter or "
@@ -249,6 +256,7 @@ def shortest_path(
     joint_limits: str = "ignore",
     max_iter: int = MAX_ITER,
     tol: float = TOL,
+    n_starts: int = 1,
 ) -> GeodesicResult:
     """Find the geodesic of `geodesic` without its checks and warnings."""
     tree = tree_of(skeleton)
@@ -257,7 +265,13 @@ def shortest_path(
     if metric.wrap:
         target = np.where(limited[tree.column], target, wrap_dofs(tree, target, begin))
     bounds, wrap = _bounds(tree, skeleton, joint_limits), bool(metric.wrap)
-    curve = path_between(tree, begin, target, int(metric.n_steps), wrap, bounds, max_iter, float(tol))
+    bends = np.random.default_rng(0).normal(scale=BEND, size=(n_starts, len(begin)))
+    bends[0] = 0.0
+    curves = [
+        path_between(tree, begin, target, int(metric.n_steps), wrap, bounds, max_iter, float(tol), bend)
+        for bend in bends
+    ]
+    curve = min(curves, key=lambda one: (not one.converged, one.curve_length))
     line = _interpolate_unweighted(tree, skeleton, first, last, len(curve.poses), wrap, limited)
     path = from_tree_order(tree, curve.poses, line)
     path[0] = first

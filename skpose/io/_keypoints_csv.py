@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from skpose.keypoints._pictures import REMEDY
 POINTS_HEAD = "frame", "time", "frame_rate", "up"
 ANGLES_HEAD = (*POINTS_HEAD, "root_axes")
 SEPARATORS = ",;\t"
+FORMULA = re.compile(r"'*[=+@-]")  # a cell that begins so is a formula for a spreadsheet, or looks like a quoted one
 SURE = "visibility", "confidence", "score", "likelihood", "conf", "vis", "v", "c"
 # A coordinate after or before the name of its point: nose_x, nose.X, noseX, x_nose, x1.
 AXES = "x", "y", "z", "w"  # the last one of rotations
@@ -60,6 +62,7 @@ def read_csv(source: Source) -> Stored:
     if header[0] == "scorer":  # DeepLabCut's header has a line of points and one of coordinates
         header = ["frame", *map("_".join, list(zip(*rows[:2], strict=True))[1:])]
         lines, rows = lines[2:], rows[2:]
+    header = [cell[1:] if cell[:1] == "'" and FORMULA.match(cell) else cell for cell in header]
     columns = _columns(source, header, lines[0][0])
     wanted = columns.positions + columns.confidences
     array = np.empty((len(rows), len(wanted)))
@@ -131,8 +134,8 @@ def find_points(header: list[str]) -> dict[str, dict[str, int]]:
 
 
 def _columns(source: Source, header: list[str], line: int) -> Columns:
-    if twice := [cell for cell in header if cell and header.count(cell) > 1]:
-        raise source.error(f"expected each column once, found {twice[0][:40]!r} {header.count(twice[0])} times", line)
+    if twice := [(cell, n) for cell, n in Counter(header).items() if cell and n > 1]:
+        raise source.error(f"expected each column once, found {twice[0][0][:40]!r} {twice[0][1]} times", line)
     cells, units = zip(*map(_split_unit, header), strict=True)
     others = [i for i, unit in enumerate(units) if unit and unit not in METRES]
     points = find_points(["" if i in others else cell for i, cell in enumerate(cells)])

@@ -7,7 +7,7 @@ import numpy as np
 
 from skpose._utils.files import check_new, new_file
 from skpose.io._arguments import PathLike
-from skpose.io._keypoints_csv import ANGLES_HEAD, POINTS_HEAD, find_points
+from skpose.io._keypoints_csv import ANGLES_HEAD, FORMULA, POINTS_HEAD, find_points
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion
 
@@ -29,7 +29,7 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     TypeError
         If it is neither a motion nor keypoints.
     ValueError
-        For names of points that would be others where the file is read.
+        For names of points that would be others where the file is read; for keypoints without frames.
     OSError
         If the file exists, or cannot be written.
 
@@ -53,6 +53,9 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     ``root_rz``, and the angles of the joints, rad, by ``skeleton.dof_names``. The "root" of these columns is
     ``"root_"``, or has more underscores, where columns of the joints have these names. The skeleton is not in the
     table: the last example puts the angles onto it again.
+
+    Names that a spreadsheet would take for formulas, which begin with ``=``, ``+``, ``-`` or ``@``, follow a single
+    quote; `load_keypoints` removes it.
 
     Of keypoints follow ``hip_x``, ``hip_y``, ``hip_z`` of each point, m, without a number where it is not seen, and
     ``hip_confidence`` where any confidence is between 0 and 1.
@@ -85,7 +88,7 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     check_new(path)
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
+        writer.writerow(f"'{cell}" if FORMULA.match(cell) else cell for cell in header)
         for number, time, row in zip(numbers.tolist(), (numbers / content.frame_rate).tolist(), columns, strict=True):
             writer.writerow([number, time, *same, *("" if x != x else x for x in row)])
 
@@ -112,6 +115,8 @@ def _of_keypoints(points: Keypoints) -> Table:
     """The same of keypoints."""
     axes: tuple[str, ...] = ("x", "y", "z")
     array = points.positions
+    if not len(array):
+        raise ValueError("a CSV file needs at least one frame, got none: write an .npz file")
     if not np.isin(points.confidences, [0.0, 1.0]).all():
         axes += (SURE,)
         array = np.concatenate([array, points.confidences[:, :, None]], axis=2)

@@ -15,6 +15,7 @@ from skpose.skeleton._bone import HINGE, SLIDE
 
 VERSION = "skpose_motion"  # the key that only motions of this library have, with the version of the format
 LATEST = 2
+LARGEST = 2**53  # of frame numbers, which are read as float64
 
 
 def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
@@ -31,6 +32,8 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
     ------
     TypeError
         If it is neither a motion nor keypoints.
+    ValueError
+        For frame numbers from 2⁵³ on, which would be others where the file is read.
     OSError
         If the file exists, or cannot be written.
 
@@ -79,6 +82,8 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
     (True, True)
     """
     if isinstance(content, Motion):
+        if len(content) and np.abs(content.frame_numbers).max() >= LARGEST:
+            raise ValueError(f"frame_numbers must be less than 2**53, got {content.frame_numbers.max()}")
         arrays = _of_motion(content)
     elif isinstance(content, Keypoints):
         names = ("positions", "confidences", "names", "frame_rate", "up")
@@ -128,7 +133,7 @@ def load_npz(
         angles = file.numbers("angles", (None, skeleton.n_dofs))
         n, axes = len(angles), _text(file, "root_axes")
         numbers = file.numbers("frame_numbers", (n,))
-        if (numbers % 1.0).any() or (np.abs(numbers) >= 2**53).any():
+        if (numbers % 1.0).any() or (np.abs(numbers) >= LARGEST).any():
             raise source.error("frame_numbers: expected whole numbers")
         seen = file.numbers("seen", (n, skeleton.n_joints), (0, 0))
         motion = Motion(

@@ -149,7 +149,8 @@ def positions_only(source: Source, names: Sequence[str]) -> list[str]:
     kept = [name for name, some in zip(names, ends, strict=True) if not {*some[:1], *some[-1:]} & {*NO_POSITION}]
     if len(kept) == len(names):
         return kept
-    shown = ", ".join(repr(name[:40]) for name in names if name not in kept)[:120]
+    others = {*names} - {*kept}
+    shown = ", ".join(repr(name[:40]) for name in names if name in others)[:120]
     if not kept:
         raise source.error(f"expected positions of points, found {shown}")
     source.warn(f"{shown}: not positions by their names, and left out")

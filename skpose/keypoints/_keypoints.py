@@ -95,8 +95,10 @@ class Keypoints:
 
     def __post_init__(self) -> None:
         names = tuple(self.names)
-        if len(set(names)) < len(names) or not all(isinstance(name, str) and name for name in names):
-            raise ValueError(f"names must be different, non-empty strings, got {names}")
+        if len(set(names)) < len(names) or not all(
+            isinstance(name, str) and name and "\0" not in name for name in names
+        ):
+            raise ValueError(f"names must be different, non-empty strings without NUL, got {names}")
         check_frame_rate(self.frame_rate)
         check_up(self.up)
         positions = check_positions(self.positions, len(names), "positions")

@@ -9,9 +9,14 @@ from skpose._compiled.pose.pair import PairMetric, address_here, keep_metric, pa
 from skpose._compiled.simd.jit import of_this_process
 from skpose._compiled.simd.lanes import empty_pairs
 from skpose._utils.sklearn import validate_params
+from skpose._utils.warnings import warn
+from skpose.metrics._geodesic import Geodesic
 from skpose.metrics._metric import Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
+from skpose.metrics._spatial import Spatial
 from skpose.skeleton import Skeleton
+
+BALL_TREE = 15  # columns up to which scikit-learn picks a ball tree for a callable
 
 
 @validate_params(METRIC_CONSTRAINTS, prefer_skip_nested_validation=True)
@@ -43,11 +48,12 @@ def pose_metric(
     ValueError
         For a metric that needs a skeleton and got none; and, when called, for poses of the wrong width.
 
-    Warnings
-    --------
-    "spatial" and "geodesic" need not obey the triangle inequality, on which ball trees rely, and scikit-learn's
-    ``algorithm="auto"`` picks a ball tree for a callable metric on 15 columns or fewer. Always pass
-    ``algorithm="brute"``.
+    Warns
+    -----
+    UserWarning
+        For "spatial" and "geodesic" with 15 columns or fewer, where scikit-learn's ``algorithm="auto"`` picks a ball
+        tree for a callable. Ball trees rely on the triangle inequality, which these distances need not satisfy, and
+        miss some neighbours. Pass ``algorithm="brute"``.
 
     Notes
     -----
@@ -70,12 +76,17 @@ def pose_metric(
     >>> f = pose_metric(arm, metric="position")
     >>> round(f(np.array([0.0, 0.0]), np.array([np.pi, 0.0])), 3)
     4.472
-    >>> knn = KNeighborsClassifier(1, metric=pose_metric(arm, metric="spatial"), algorithm="brute")
+    >>> knn = KNeighborsClassifier(1, metric=f)
     >>> knn.fit([[0.0, 0.0], [1.5, 0.0]], ["out", "up"]).predict([[1.2, 0.1]])
     array(['up'], dtype='<U3')
     """
     chosen = resolve(metric, skeleton)
     warn_of_no_skeleton(metric, skeleton)
+    if skeleton is not None and skeleton.n_dofs <= BALL_TREE and isinstance(chosen, Spatial | Geodesic):
+        warn(
+            f"ball trees, chosen by scikit-learn for {BALL_TREE} columns or fewer, miss neighbors under "
+            f'"{chosen.name}"; pass algorithm="brute"'
+        )
     return _compile(chosen, skeleton)
 
 

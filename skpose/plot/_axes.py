@@ -50,6 +50,11 @@ def axes(ax, figsize=None, projection=None):
     return ax, ax.figure
 
 
+def plain(name):
+    """A name as matplotlib shows it literally: between dollar signs it expects formulas."""
+    return str(name).replace("$", r"\$")
+
+
 def label_style(i):
     """Colour and marker of a label: twenty colours; repeated and similar ones get other markers."""
     again, colour = divmod(i, len(PALETTE))
@@ -83,7 +88,7 @@ def draw_joint_map(ax, values, names, places, edges, label, style, bar_ax=None) 
     image = ax.imshow(values.T, extent=extent, **defaults | style)
     ax.figure.colorbar(image, ax=ax, cax=bar_ax, label=label)
     row = ax.get_window_extent().height / ax.figure.dpi * 72 / len(names)  # points
-    ax.set_yticks(np.arange(len(names)), places, fontsize=min(LARGEST_FONT, 0.8 * row))
+    ax.set_yticks(np.arange(len(names)), list(map(plain, places)), fontsize=min(LARGEST_FONT, 0.8 * row))
     for text, side in zip(ax.get_yticklabels(), sides(names), strict=True):
         text.set_color(SIDES[side] if side else "black")
     ax.tick_params(axis="y", length=0)

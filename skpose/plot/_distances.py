@@ -7,7 +7,7 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses
 from skpose.metrics import Metric, pose_distances
 from skpose.metrics._registry import resolve
-from skpose.plot._axes import axes
+from skpose.plot._axes import axes, plain
 from skpose.skeleton import Skeleton
 
 
@@ -72,7 +72,7 @@ class DistanceMatrixDisplay:
                 self.ax_.axvline(border - 0.5, color="white", linewidth=width)
             ends = np.array([0, *borders, len(self.sequence)])[[*first, -1]]
             centres = (ends[:-1] + ends[1:] - 1) / 2
-            labels = [""] * len(first) if self.names is None else [names[i] for i in first]
+            labels = [""] * len(first) if self.names is None else [plain(names[i]) for i in first]
             self.ax_.set_xticks(centres, labels, rotation=90)
             self.ax_.set_yticks(centres, labels)
         else:

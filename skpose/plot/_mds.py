@@ -5,7 +5,7 @@ import numpy as np
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_kind
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import PALETTE, add_legend, axes, label_style
+from skpose.plot._axes import PALETTE, add_legend, axes, label_style, plain
 
 MISSING = {"None", "nan", "NaT", "<NA>"}  # texts of labels that are not known
 
@@ -82,7 +82,9 @@ class MDSDisplay:
         else:
             for i, label in enumerate(np.unique(self.labels)):
                 chosen = self.labels == label
-                self.ax_.scatter(x[chosen], y[chosen], label=_visible(str(label)), **defaults | label_style(i) | style)
+                self.ax_.scatter(
+                    x[chosen], y[chosen], label=_visible(plain(label)), **defaults | label_style(i) | style
+                )
             add_legend(self.ax_, is_new=ax is None)
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"

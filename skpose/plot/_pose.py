@@ -9,7 +9,7 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_integer, check_kind, check_pose, check_poses, check_skeleton
 from skpose.geodesics import GeodesicResult
 from skpose.kinematics import forward_kinematics
-from skpose.plot._axes import COLOURS, SIDES, axes
+from skpose.plot._axes import COLOURS, SIDES, axes, plain
 from skpose.plot._volume import draw_ground, draw_volume, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._sides import sides
@@ -246,8 +246,8 @@ class PoseStripDisplay:
             draw_pose(self.ax_, pose, plane, self.skeleton, shape, centre - middle, style)
         if shape is not None and plane[1] == self._vertical:
             draw_ground(self.ax_, shape, self.positions, plane[1])
-        self.ax_.set_xticks(centres, self.labels)
-        self.ax_.set(xlabel=self.title, ylabel=f"{projection[1]} (m)")
+        self.ax_.set_xticks(centres, list(map(plain, self.labels)))
+        self.ax_.set(xlabel=plain(self.title), ylabel=f"{projection[1]} (m)")
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 

@@ -1,13 +1,15 @@
 """The skeleton of a robot from MuJoCo's model.
 
-Geometry, masses, motors and sensors do not move links. They are removed before MuJoCo compiles the model, so that
-missing meshes and masses do not matter.
+Geometry, masses, motors and sensors do not move links. They are cut from the text before MuJoCo reads it, so that
+missing meshes and masses do not matter. Files may come from strangers: MuJoCo reads a text without includes, of bounded
+size.
 
 MuJoCo places a link (its *body*) by a position and an orientation in the coordinate system of the parent link, and then
 applies its joints one after another, each about an axis through a point of the link. Each step becomes a bone whose
 dofs come last; bones between two joints at one point have length zero.
 """
 
+import math
 import os
 import re
 import warnings
@@ -15,6 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.parsers import expat
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -44,6 +47,14 @@ FIRST_ELEMENT = re.compile(
 MJCF, URDF = "mujoco", "robot"  # the first element
 HEAD = 1 << 18  # bytes, at most, before the end of the first element
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+TAG = re.compile(rb"""<(?:"[^"]*"|'[^']*'|[^'">])*>""")
+# Elements that are cut from the text: deleting them one by one from MuJoCo's model takes quadratic time.
+CUT = (
+    *("asset", "sensor", "actuator", "contact", "keyframe", "custom", "deformable", "flexcomp"),
+    *("geom", "site", "camera", "light", "visual", "collision"),
+)
+EXPANDED = "replicate", "composite"  # elements that MuJoCo repeats `count` times
+MOST = 100_000  # elements after that
 FREE, SPHERICAL, SLIDE_JOINT, HINGE_JOINT = range(4)  # mujoco.mjtJoint
 DOFS = {SPHERICAL: BALL, SLIDE_JOINT: SLIDE, HINGE_JOINT: HINGE}  # of a bone
 WORLD = 0  # MuJoCo's number of the world's body
@@ -108,7 +119,7 @@ def load_robot(
     Parameters
     ----------
     path : str, path-like, file or mujoco.MjModel
-        The file, an open file without includes, or a compiled model.
+        The file, an open file without includes, or a compiled model. A file includes files of its folder only.
     root : str, default=None
         The link that is the root of the skeleton; links that it does not carry are left out. None is the link with the
         free joint; without one, the first link of a URDF file, and "world" otherwise.
@@ -128,7 +139,8 @@ def load_robot(
         If MuJoCo is not installed.
     MocapFormatError
         If MuJoCo cannot read the file; if several links with joints move freely and `root` is None; if `root` or `held`
-        has an unknown name, or a held value is beyond the joint limits.
+        has an unknown name, or a held value is beyond the joint limits; if it includes a file outside its folder,
+        or has more than 100,000 elements after MuJoCo repeats them.
 
     Warns
     -----
@@ -143,7 +155,8 @@ def load_robot(
 
     Notes
     -----
-    Geometry, masses, motors and sensors are ignored, so that missing meshes do not matter. Links are not fused.
+    Geometry, masses, motors and sensors are ignored, so that missing meshes do not matter. Links are not fused. Models
+    that a file attaches (``<attach>``) are not read: compile them in MuJoCo and pass the `mujoco.MjModel`.
 
     A link without a name is "body_3", by its number in MuJoCo; a joint without a name is its link's with "_joint". A
     link with several joints has bones of length zero for all but the last. A joint that is not at the origin of its
@@ -197,12 +210,10 @@ def read_robot(path: Any) -> RobotFile:
     is_urdf = _is_urdf(name, text)
     if is_urdf and tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:2])) < READS_URDF:
         raise ImportError(f"URDF files need MuJoCo 4.0 or later, found {mujoco.__version__}")
+    simple = _Text(name, path).simplify(text).decode()
     with _collect_warnings(mujoco) as said:
         try:
-            if isinstance(path, str | os.PathLike):
-                spec = mujoco.MjSpec.from_file(os.fspath(path))  # which finds the files that this one includes
-            else:
-                spec = mujoco.MjSpec.from_string(text)
+            spec = mujoco.MjSpec.from_string(simple)
             equalities = [one for one in spec.equalities if one.active]
             constraints = [one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in equalities]
             notes = _notes(constraints, [one.name or "unnamed" for one in spec.tendons])
@@ -221,6 +232,82 @@ def _read_text(path: Any) -> tuple[str, str]:
         with Path(path).open("rb") as file:
             name, content = os.fspath(path), file.read()
     return name, content if isinstance(content, str) else content.decode("utf-8", errors="replace")
+
+
+class _Text:
+    """The text of a robot without geometry, motors and sensors, and with the files that it includes."""
+
+    def __init__(self, name: str, path: Any):
+        self.name = name
+        self.folder = Path(path).resolve().parent if isinstance(path, str | os.PathLike) else None
+        self.size, self.seen = 0, set[Path]()
+
+    def simplify(self, text: str, times: int = 1, is_included: bool = False) -> bytes:
+        """Cut elements, each for its line breaks, so that MuJoCo's messages have the lines of the file."""
+        data = text.removeprefix("\ufeff").encode()
+        parser = expat.ParserCreate("utf-8")
+        pieces: list[bytes] = []
+        open_elements: list[tuple[str, int]] = []  # and how often MuJoCo repeats their content
+        done = inside = cut_to = 0  # bytes in the pieces or cut; open elements around a cut; its end if it is empty
+
+        def start(tag: str, attributes: dict[str, str]) -> None:
+            nonlocal done, inside, cut_to
+            repeats = open_elements[-1][1] if open_elements else times
+            begin = parser.CurrentByteIndex
+            tag_end = TAG.match(data, begin).end()  # type: ignore[union-attr]  # expat has read it
+            if is_included and not open_elements:
+                done = tag_end
+            if not inside and (
+                tag == "include" or (tag in CUT and all(one[0] != "composite" for one in open_elements))
+            ):
+                pieces.append(data[done:begin])
+                done, inside = begin, len(open_elements) + 1
+                cut_to = tag_end if data.endswith(b"/>", begin, tag_end) else 0
+                if tag == "include":
+                    pieces.append(self._included(attributes.get("file", ""), repeats))
+            if tag in EXPANDED:
+                repeats *= math.prod(map(int, re.findall(r"\d+", attributes.get("count", ""))))
+            open_elements.append((tag, repeats))
+            self.size += 0 if inside else repeats
+            if self.size > MOST:
+                raise MocapFormatError(self.name, parser.CurrentLineNumber, f"the robot has more than {MOST} elements")
+
+        def end(tag: str) -> None:
+            nonlocal done, inside
+            begin = parser.CurrentByteIndex  # of an empty element its end
+            if inside == len(open_elements):
+                after = cut_to or TAG.match(data, begin).end()  # type: ignore[union-attr]
+                pieces.append(b"\n" * data.count(b"\n", done, after))
+                done, inside = after, 0
+            open_elements.pop()
+            if is_included and not open_elements:
+                pieces.append(data[done : max(done, begin)])
+
+        def refuse(*_: object) -> None:
+            raise MocapFormatError(self.name, parser.CurrentLineNumber, "expected no declarations of entities")
+
+        parser.StartElementHandler, parser.EndElementHandler, parser.EntityDeclHandler = start, end, refuse
+        try:
+            parser.Parse(data, True)
+        except expat.ExpatError as error:
+            raise MocapFormatError(self.name, error.lineno, f"expected XML: {expat.ErrorString(error.code)}") from None
+        return b"".join(pieces).replace(b"\n", b" ") if is_included else b"".join([*pieces, data[done:]])
+
+    def _included(self, file: str, times: int) -> bytes:
+        """The content of an included file, in one line."""
+        if self.folder is None:
+            raise MocapFormatError(self.name, None, f"an open file cannot include {file!r}: pass its path")
+        path = (self.folder / file).resolve()
+        if not path.is_relative_to(self.folder):
+            raise MocapFormatError(self.name, None, f"expected included files in the folder of this file, got {file!r}")
+        if path in self.seen:
+            raise MocapFormatError(self.name, None, f"{file!r} is included twice")
+        self.seen.add(path)
+        try:
+            text = path.read_bytes().decode("utf-8", errors="replace")
+        except OSError as error:
+            raise MocapFormatError(self.name, None, f"cannot read the included {file!r}: {error.strerror}") from None
+        return self.simplify(text, times, is_included=True)
 
 
 def _is_urdf(name: str, text: str) -> bool:

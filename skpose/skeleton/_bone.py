@@ -102,8 +102,8 @@ class Bone(NamedTuple):
 
 def check_bone(bone: Bone) -> Bone:
     """The bone with its numbers as tuples of floats, and an axis of length one."""
-    if not isinstance(bone.name, str) or not bone.name:
-        raise ValueError(f"a bone's name must be a non-empty string, got {bone.name!r}")
+    if not isinstance(bone.name, str) or not bone.name or "\0" in bone.name:
+        raise ValueError(f"a bone's name must be a non-empty string without NUL, got {bone.name!r}")
     has_axis = bone.dofs in (HINGE, SLIDE)
     if not (has_axis or bone.is_ball or is_axes(bone.dofs)):
         expected = 'letters of "xyz" or "XYZ", each at most once, or "rotvec", "hinge" or "slide"'

@@ -71,6 +71,19 @@ def test_frame_rates_of_amc_files(index, capsys):
     assert [line.split()[3] for line in lines] == ["30", "60", "50"]
 
 
+def test_only_an_index_near_the_file_counts_and_is_named(capsys):
+    Path("a/b/c").mkdir(parents=True)
+    shutil.copy(DATA / "arm.asf", "a/b/c/35.asf")
+    shutil.copy(DATA / "arm.amc", "a/b/c/35_01.amc")
+    text = INDEX.replace("subjects/35/", "")
+    for folder, is_read in (("a", False), ("a/b", True), ("a/b/c", True)):
+        path = Path(folder, "index.csv")
+        path.write_text(text.replace("35_01.amc", Path("a/b/c/35_01.amc").relative_to(folder).as_posix()))
+        assert main(["info", "a/b/c/35_01.amc", *(() if is_read else ("--file-frame-rate", "50"))]) == 0
+        assert (str(path) in capsys.readouterr().err) == is_read
+        path.unlink()
+
+
 def test_distances_of_an_index_are_those_of_load_cmu(index):
     dataset = load_cmu("cmu")
     X, _ = dataset.poses(60)

@@ -7,7 +7,7 @@ from scipy.sparse import csr_array
 from sklearn.datasets import make_blobs
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import adjusted_rand_score
-from sklearn.neighbors import KNeighborsTransformer
+from sklearn.neighbors import KNeighborsTransformer, RadiusNeighborsTransformer
 from sklearn.utils import get_tags
 
 from skpose import pose_distances
@@ -79,11 +79,20 @@ def test_a_graph_agrees_with_the_definition(bandwidth, n_neighbors):
     np.testing.assert_array_equal(shift.cluster_centers_indices_[shift.labels_], reference.medoid_shift(D, bandwidth))
 
 
-def test_predict_takes_the_nearest_mode(blobs):
+@pytest.mark.parametrize("bandwidth", [0.1, 0.5, 1.4])
+def test_a_new_pose_makes_the_step_of_a_sample(blobs, bandwidth):
     X, _ = blobs
-    shift = MedoidShift(bandwidth=1.4, metric="angle").fit(X[:200])
-    expected = pose_distances(X[200:], shift.cluster_centers_, metric="angle").argmin(axis=1)
-    np.testing.assert_array_equal(shift.predict(X[200:]), expected)
+    shift = MedoidShift(bandwidth=bandwidth, metric="angle").fit(X[:200])
+    np.testing.assert_array_equal(shift.predict(X[:200]), shift.labels_)
+    D = pose_distances(X, X[:200].copy(), metric="angle")
+    costs = np.exp(-(D[200:] ** 2) / (2 * bandwidth**2)) @ D[:200] ** 2
+    np.testing.assert_array_equal(shift.predict(X[200:]), shift.labels_[costs.argmin(axis=1)])
+    assert shift.predict(1e6 + X[:1]) == shift.labels_[X[:200].sum(axis=1).argmax()]  # no weight above zero in float64
+
+
+def test_predict_from_precomputed_distances(blobs):
+    X, _ = blobs
+    expected = MedoidShift(bandwidth=1.4, metric="angle").fit(X[:200]).predict(X[200:])
     D = pose_distances(X, X[:200].copy(), metric="angle")
     given = MedoidShift(bandwidth=1.4, metric="precomputed").fit(D[:200])
     np.testing.assert_array_equal(given.predict(D[200:]), expected)
@@ -92,6 +101,49 @@ def test_predict_takes_the_nearest_mode(blobs):
         given.predict(csr_array(D[200:]))
     with pytest.raises(ValueError, match="must be a square matrix to fit"):
         given.fit(D)
+
+
+def test_predict_from_graphs(blobs):
+    X, _ = blobs
+    neighbors = RadiusNeighborsTransformer(radius=2.0).fit(X[:200])
+    graph = neighbors.transform(X[:200])
+    shift = MedoidShift(bandwidth=0.4, metric="precomputed").fit(graph)
+    np.testing.assert_array_equal(shift.predict(graph), shift.labels_)
+    with pytest.raises(ValueError, match="neighbor"):
+        shift.predict(neighbors.transform(X[:2] + 100.0))
+    D = pose_distances(X, X[:200].copy(), metric="angle")
+    full = csr_array((D[:200].ravel(), np.divmod(np.arange(200 * 200), 200)))
+    of_graph = MedoidShift(bandwidth=0.4, metric="precomputed").fit(full).predict(D[200:])
+    of_matrix = MedoidShift(bandwidth=0.4, metric="precomputed").fit(D[:200]).predict(D[200:])
+    np.testing.assert_array_equal(of_graph, of_matrix)
+
+
+@pytest.mark.parametrize("form", ["poses", "matrix", "graph"])
+def test_a_weight_is_a_number_of_copies(form):
+    rng = np.random.default_rng(0)
+    X, weights = rng.normal(size=(60, 2)), rng.integers(0, 4, size=60)
+    copies = np.repeat(np.arange(60), weights)
+
+    def fit(rows, **options):
+        shift = MedoidShift(bandwidth=0.4, metric="angle" if form == "poses" else "precomputed")
+        D = pose_distances(rows, metric="angle")
+        n = len(rows)
+        graph = csr_array((D.ravel(), np.divmod(np.arange(n * n), n)))
+        return shift.fit({"poses": rows, "matrix": D, "graph": graph}[form], **options)
+
+    weighted, copied = fit(X, sample_weight=weights), fit(X[copies])
+    np.testing.assert_array_equal(weighted.labels_[copies], copied.labels_)
+    np.testing.assert_array_equal(weighted.cluster_centers_indices_, copies[copied.cluster_centers_indices_])
+    assert len(weighted.cluster_centers_indices_) > 3
+    if form == "poses":
+        np.testing.assert_array_equal(weighted.labels_, copied.predict(X))  # also of weight zero
+
+
+def test_a_default_bandwidth_with_a_single_cluster_warns():
+    X = np.random.default_rng(0).uniform(size=(100, 2))
+    with pytest.warns(UserWarning, match="n_clusters="):
+        assert not MedoidShift(metric="angle").fit_predict(X).any()
+    MedoidShift(metric="angle").fit(np.zeros((5, 2)))  # equal poses are one cluster
 
 
 def test_poses_of_a_skeleton():

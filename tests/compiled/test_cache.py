@@ -1,10 +1,10 @@
 """Files of compiled functions that several processes write: each process finds what it looks for, or nothing."""
 
-import numba
+import numpy as np
 import pytest
-from numba.core.caching import IndexDataCacheFile
+from numba import config, njit
 
-from skpose._compiled.simd.cache import KeyedFile
+from skpose._compiled.simd.cache import Cache, CodeFiles
 
 SINGLE, DOUBLE = "float32(float32)", "float64(float64)"
 
@@ -14,7 +14,7 @@ def process(tmp_path):
     """What a process has of the files of one function, for sources with this digest."""
 
     def files(digest="a"):
-        file = KeyedFile(str(tmp_path), "module.function-1.py3", 0)
+        file = CodeFiles(str(tmp_path), "module.function-1.py3", 0)
         file._version += digest
         return file
 
@@ -32,35 +32,32 @@ def test_what_is_saved_is_loaded(process):
     assert process().load(SINGLE) is None
 
 
-def test_processes_that_compile_for_other_types_at_a_time_never_load_each_others_code(process, monkeypatch):
-    """Both read the index before the other one writes it."""
-    one, other, third = process(), process(), process()
-    third.save("int64(int64)", "third")
-    before = one._load_index()
-    monkeypatch.setattr(one, "_load_index", lambda: dict(before))
-    monkeypatch.setattr(other, "_load_index", lambda: dict(before))
-    writes = one._save_data
-
-    def late(name, data):  # the index of one, all of the other, and then the data of one
-        other.save(DOUBLE, "double")
-        writes(name, data)
-
-    monkeypatch.setattr(one, "_save_data", late)
-    one.save(SINGLE, "single")
-    assert process().load(DOUBLE) == "double"
-    assert process().load(SINGLE) is None  # compiled again, as the index of the other has no place for it
-    process().save(SINGLE, "single")
-    found = [process().load(key) for key in (SINGLE, DOUBLE, "int64(int64)")]
-    assert found == ["single", "double", "third"]
+DAMAGE = {
+    "empty": lambda content: b"",
+    "truncated": lambda content: content[: len(content) // 2],
+    "zeroed": lambda content: bytes(len(content)),
+    "garbled": lambda content: content[:-1] + bytes([content[-1] ^ 1]),
+}
 
 
-def test_numbas_own_files_still_have_these_faults(tmp_path, monkeypatch):
-    """When this fails, numba has mended them, and `KeyedFile` can go."""
-    files = [IndexDataCacheFile(str(tmp_path), "module.function-1.py3", 0) for _ in range(2)]
-    for file in files:
-        monkeypatch.setattr(file, "_load_index", dict)
-    writes = files[0]._save_data
-    monkeypatch.setattr(files[0], "_save_data", lambda *data: (files[1].save(DOUBLE, "double"), writes(*data)))
-    files[0].save(SINGLE, "single")
-    found = IndexDataCacheFile(str(tmp_path), "module.function-1.py3", 0).load(DOUBLE)
-    assert found == "single", f"numba {numba.__version__} keeps them apart"
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_damaged_files_are_compiled_anew(process, tmp_path, damage):
+    process().save(SINGLE, "code")
+    (path,) = tmp_path.iterdir()
+    path.write_bytes(damage(path.read_bytes()))
+    assert process().load(SINGLE) is None
+    process().save(SINGLE, "code")
+    assert process().load(SINGLE) == "code"
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+@pytest.mark.filterwarnings("error")
+def test_a_cache_that_cannot_be_written_stops_no_call(tmp_path, monkeypatch):
+    def twice(x):
+        return 2.0 * x
+
+    compiled = njit(twice)
+    compiled._cache = Cache(twice, "digest", lambda function: None)
+    monkeypatch.setattr(compiled._cache._cache_file, "_cache_path", str(tmp_path / "missing"))
+    with pytest.warns(UserWarning, match="cache"):
+        assert compiled(np.float64(2.0)) == 4.0

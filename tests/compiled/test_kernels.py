@@ -49,6 +49,7 @@ def test_pairs_agree_with_the_definition(metric, dtype, small, some):
     np.testing.assert_allclose(distances, expected, rtol=tolerance, atol=10 * tolerance)
 
 
+@pytest.mark.filterwarnings("ignore:ball trees:UserWarning")
 @pytest.mark.parametrize(("metric", "small"), in_turns(WITH_FORMULA, list(SMALL)), indirect=["small"])
 def test_scalars_and_lanes_agree(metric, small, some):
     function = pose_metric(metric=metric, skeleton=small)

@@ -252,3 +252,11 @@ def test_paths_between_poses_far_apart_are_real_curves(trial, cmu):
         assert fine <= line
         shorter += fine < 0.9 * line
     assert shorter >= 2
+
+
+def test_more_starts_never_give_a_longer_path():
+    arm = Skeleton([(f"b{i}", f"b{i - 1}" if i else None, (1, 0, 0), "rotvec") for i in range(4)])
+    pairs = np.random.default_rng(0).normal(size=(25, 2, 12))
+    one, four = (np.array([geodesic(*pair, arm, n_starts=n).curve_length for pair in pairs]) for n in (1, 4))
+    assert (four <= one).all()
+    assert (four < 0.995 * one).any()

@@ -67,6 +67,16 @@ def test_names_of_points_that_would_be_others_are_refused(name, tmp_path):
         save_csv(tmp_path / "a.csv", seen((name, "knee")))
 
 
+def test_no_cell_is_a_formula(tmp_path):
+    names = ("=1+1", "-a", "+a", "@a", "'=a", "'a")
+    save_csv(tmp_path / "a.csv", seen(names))
+    header = (tmp_path / "a.csv").read_text().splitlines()[0].split(",")
+    assert not any(cell.startswith(("=", "+", "-", "@")) for cell in header)
+    assert load_keypoints(tmp_path / "a.csv").names == names
+    with pytest.raises(ValueError, match="frame"):
+        save_csv(tmp_path / "b.csv", seen(names)[:0])
+
+
 def test_no_file_is_replaced_and_nothing_else_is_written(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("mine")

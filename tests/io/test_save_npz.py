@@ -65,3 +65,13 @@ def test_keypoints_are_read_as_they_were(tmp_path):
     np.testing.assert_array_equal(again.confidences, seen.confidences)
     assert (again.names, again.frame_rate, again.up) == (seen.names, seen.frame_rate, seen.up)
     assert load_keypoints(tmp_path / "a.npz", up="x").up == "x"
+
+
+def test_what_could_not_be_read_is_refused(tmp_path):
+    chain = Skeleton.chain(1)
+    with pytest.raises(ValueError, match="frame_numbers"):
+        save_npz(tmp_path / "a.npz", Motion(chain, np.zeros((2, 1)), 30, frame_numbers=[0, 2**53]))
+    with pytest.raises(ValueError, match="name"):
+        Keypoints(np.zeros((1, 1, 3)), ["a\0"], 30)
+    with pytest.raises(ValueError, match="name"):
+        Skeleton([("a\0", None, (1, 0, 0), "x")])

@@ -93,6 +93,7 @@ def test_neighbours_are_those_of_the_matrix(metric, D):
     ]
 
 
+@pytest.mark.filterwarnings("ignore:the default bandwidth:UserWarning")
 def test_estimators_of_poses(metric, D):
     transformed = PoseDistanceTransformer(SKELETON, metric=metric).fit(X).transform(X)
     np.testing.assert_allclose(transformed, D, rtol=0, atol=ROUNDING)

@@ -1,6 +1,7 @@
 """`pose_metric`: one compiled function of two poses, for estimators and compiled code."""
 
 import pickle
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -72,9 +73,9 @@ def test_its_callers_are_not_cached_on_disk():
 
 
 def test_equal_arguments_give_the_same_function():
-    f = pose_metric(Skeleton.chain(2), metric="spatial")
-    assert pose_metric(Skeleton.chain(2), metric=Spatial()) is f
-    assert pose_metric(Skeleton.chain(2), metric=Spatial(9)) is not f
+    f = pose_metric(HUMANOID, metric="spatial")
+    assert pose_metric(HUMANOID, metric=Spatial()) is f
+    assert pose_metric(HUMANOID, metric=Spatial(9)) is not f
     assert pickle.loads(pickle.dumps(f)) is f
     assert clone(KNeighborsClassifier(metric=f)).metric is f
 
@@ -94,6 +95,13 @@ def test_true_metrics_work_in_a_ball_tree(X):
         f = pose_metric(HUMANOID, metric=metric)
         tree, brute = (KNeighborsClassifier(1, metric=f, algorithm=a).fit(X, range(12)) for a in ("ball_tree", "brute"))
         np.testing.assert_allclose(tree.kneighbors(X + 0.1)[0], brute.kneighbors(X + 0.1)[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("n_bones", [15, 16])
+def test_spatial_warns_where_scikit_learn_picks_a_ball_tree(n_bones):
+    with pytest.warns(UserWarning, match='algorithm="brute"') if n_bones == 15 else nullcontext():
+        pose_metric(Skeleton.chain(n_bones), metric="spatial")
+    pose_metric(Skeleton.chain(n_bones), metric="position")  # without a warning
 
 
 def test_other_lengths_are_refused():

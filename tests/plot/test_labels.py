@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skpose.plot import MDSDisplay
+from skpose.plot import DistanceMatrixDisplay, MDSDisplay
 from skpose.plot._axes import PALETTE
 
 pytestmark = pytest.mark.usefixtures("agg")
@@ -38,6 +38,14 @@ def test_floats_of_many_values_have_a_colour_bar():
 
 def test_labels_that_matplotlib_hides():
     assert entries(MDSDisplay.from_embedding(POINTS, ["", "_a", "b"] * 20)) == {'""': 20, '"_a"': 20, "b": 20}
+
+
+def test_dollar_signs_are_text():
+    names = [r"$\x$", "$1 and $2"]
+    display = MDSDisplay.from_embedding(POINTS[:2], names)
+    display.figure_.canvas.draw()  # where matplotlib would fail at the formula
+    D = DistanceMatrixDisplay(np.eye(2), np.arange(2), names).plot()
+    D.figure_.canvas.draw()
 
 
 @pytest.mark.parametrize("labels", [["a", None, None], [0.5, np.nan, np.nan], pd.Series(["a", None, pd.NA])], ids=repr)

@@ -75,9 +75,41 @@ def test_includes_are_read(tmp_path):
     (tmp_path / "robot.xml").write_text(mjcf('<include file="parts/arm.xml"/>'))
     assert load_robot(str(tmp_path / "robot.xml")).dof_names == ("i",)
     (tmp_path / "parts" / "arm.xml").unlink()
-    with pytest.raises(MocapFormatError, match=r"^robot\.xml: MuJoCo cannot read this file: .*parts/arm.xml") as caught:
+    with pytest.raises(MocapFormatError, match=r"^robot\.xml: .*parts/arm.xml") as caught:
         load_robot(tmp_path / "robot.xml")
     assert caught.value.filename == str(tmp_path / "robot.xml")
+
+
+def test_included_files_are_in_the_folder(tmp_path, monkeypatch):
+    (tmp_path / "arm.xml").write_text('<mujocoinclude><body name="a"><joint name="i"/></body></mujocoinclude>')
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "inner" / "link.xml").symlink_to(tmp_path / "arm.xml")
+    for file in ("../arm.xml", str(tmp_path / "arm.xml"), "link.xml"):
+        (tmp_path / "inner" / "robot.xml").write_text(mjcf(f'<include file="{file}"/>'))
+        with pytest.raises(MocapFormatError, match="in the folder"):
+            load_robot(tmp_path / "inner" / "robot.xml")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MocapFormatError, match="open file"):
+        load_robot(io.StringIO(mjcf('<include file="arm.xml"/>')))
+    (tmp_path / "self.xml").write_text(mjcf('<include file="self.xml"/>'))
+    with pytest.raises(MocapFormatError, match="twice"):
+        load_robot("self.xml")
+
+
+def test_sizes_are_bounded():
+    arm = '<body name="a"><joint name="i"/></body>'
+    few = f'<replicate count="3"><replicate count="2">{arm}</replicate></replicate>'
+    assert load_robot(io.StringIO(mjcf(few))).n_dofs == 6
+    with pytest.raises(MocapFormatError, match="elements"):
+        load_robot(io.StringIO(mjcf(few.replace('"3"', '"99999"'))))
+    cloth = '<flexcomp name="f" type="grid" count="900 900 900" spacing="1 1 1" dim="3"/>'
+    assert load_robot(io.StringIO(mjcf(f'<body name="b"><joint name="j"/>{cloth}</body>'))).dof_names == ("j",)
+
+
+def test_errors_have_the_line_of_the_file():
+    geoms = '<geom\n size="1"/><site name="s>"/>\n<camera name="c">\n</camera>'
+    with pytest.raises(MocapFormatError, match=r"line\D+5"):
+        load_robot(io.StringIO(mjcf(f'<body name="a">{geoms}\n<joint names="i"/></body>')))
 
 
 def test_the_root_without_a_free_joint():
@@ -159,7 +191,7 @@ def test_constraints_tendons_and_limits_that_are_not_kept():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("<mujoco><worldbody><body></worldbody></mujoco>", "MISMATCHED"),
+        ("<mujoco><worldbody><body></worldbody></mujoco>", "mismatched"),
         (mjcf('<body name="a"><freejoint/></body>'), "no joint that moves"),
         (mjcf('<body name="a" pos="nan 0 0"><joint name="i"/></body>'), "finite"),
         (urdf('<xacro:include filename="a"/>'), "xacro"),
@@ -169,7 +201,7 @@ def test_constraints_tendons_and_limits_that_are_not_kept():
 def test_damaged_files(text, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "robot.xml").write_text(text)
-    with pytest.raises(MocapFormatError, match=rf"^robot\.xml: .*{message}"):
+    with pytest.raises(MocapFormatError, match=rf"^robot\.xml(, line 1)?: .*{message}"):
         load_robot("robot.xml")
     assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]  # MuJoCo does not write a log
 

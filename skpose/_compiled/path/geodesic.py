@@ -162,14 +162,19 @@ def shorter_line(tree, free, start, end, n_steps):
 
 
 @jit
-def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol):
+def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol, bend):
     """Find the geodesic between two poses, the difference of angles wrapped already; return it as poses.
 
-    Joints of three angles turn freely if so asked, but those with bounds.
+    Joints of three angles turn freely if so asked, but those with bounds. The search starts at the line between the
+    poses, moved by `bend` in the middle.
     """
     free = free_tree(tree, frees_angles)
     keep_bounded(tree, free, bounds.lower, bounds.upper)
     line, _ = shorter_line(tree, free, start, end, n_steps)
+    for i in range(1, n_steps):
+        for d in range(end.shape[0]):
+            moved = line[i, d] + 4.0 * i * (n_steps - i) / n_steps**2 * bend[d]
+            line[i, d] = min(max(moved, bounds.lower[d]), bounds.upper[d]) if bend[d] != 0.0 else line[i, d]
     for d in range(end.shape[0]):
         if bounds.lower[d] > -math.inf or bounds.upper[d] < math.inf:
             line[n_steps, d] = end[d]  # without the rounding error of the line, which may be outside

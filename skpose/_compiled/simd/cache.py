@@ -3,8 +3,11 @@
 It rests on private parts of numba.
 """
 
+import glob
 import hashlib
+import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
@@ -24,19 +27,39 @@ def _can_cache() -> bool:
 
 
 CACHED = _can_cache()
+DIGEST_SIZE = hashlib.sha256().digest_size  # bytes
 
 
-class KeyedFile(IndexDataCacheFile):
-    """The files of a function's cache, where the data of each version and key have a name of their own.
+class CodeFiles(IndexDataCacheFile):
+    """The files of a function's cache: one for each version and key, which begins with a digest of the rest.
 
-    numba writes an index and then the data that it names, and chooses names by the index that it has read. So another
-    process that compiles for other types may choose the same name, or find data of older sources under a new index.
+    numba's own files share an index, which processes that compile for other types at a time overwrite, and what a crash
+    or a full disk has left of them stops every later process.
     """
 
+    def load(self, key: Any) -> Any:
+        """The data, None if there are none or they are damaged."""
+        try:
+            content = self._path(key).read_bytes()
+        except OSError:
+            return None
+        stored, data = content[:DIGEST_SIZE], content[DIGEST_SIZE:]
+        return pickle.loads(data) if hashlib.sha256(data).digest() == stored else None
+
     def save(self, key: Any, data: Any) -> None:
-        own = hashlib.sha256(repr((self._version, key)).encode()).hexdigest()[:16]
-        self._data_name_pattern = f"{self._index_name}.{own}.{{number}}.nbc"
-        super().save(key, data)
+        """Write the data in place of older ones, or leave those as they are."""
+        dumped = self._dump(data)
+        with self._open_for_write(self._path(key)) as file:
+            file.write(hashlib.sha256(dumped).digest() + dumped)
+
+    def flush(self) -> None:
+        """Delete the data of all versions and keys."""
+        for path in Path(self._cache_path).glob(f"{glob.escape(self._index_name)}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+    def _path(self, key: Any) -> Path:
+        own = hashlib.sha256(repr((self._version, self._source_stamp, key)).encode()).hexdigest()[:32]
+        return Path(self._cache_path, f"{self._index_name}.{own}.nbc")
 
 
 class Cache(FunctionCache):
@@ -48,9 +71,15 @@ class Cache(FunctionCache):
     def __init__(self, function: Callable, digest: str, prepare: Callable[[Callable], None]):
         super().__init__(function)
         self._prepare, stamp = prepare, self._impl.locator.get_source_stamp()
-        self._cache_file = KeyedFile(self.cache_path, self._impl.filename_base, stamp)
+        self._cache_file = CodeFiles(self.cache_path, self._impl.filename_base, stamp)
         self._cache_file._version += digest
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         self._prepare(self._py_func)
         return super().load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            warn(f"the compile cache cannot be written ({error.strerror}), so every process compiles skpose anew")
