@@ -52,7 +52,7 @@ def _print_skeleton(content: "skpose.Motion | skpose.Skeleton") -> None:
         length = sum(x * x for x in bone.offset) ** 0.5
         print(f"{bone.name:<{width}}  {bone.parent or root:<{width}}  {length:>8.3f}  {at:<{place}}  {_dofs(bone)}")
     if reason:
-        print(f"\nnot a person's: {reason}")
+        print(f"\nunlike a person: {reason}")
 
 
 def _dofs(bone: "skpose.Bone") -> str:

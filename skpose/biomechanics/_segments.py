@@ -1,4 +1,4 @@
-"""The segments of a person: which joint carries each, how it is turned, and whether positions show that.
+"""The segments of a person: which joint carries each, and its rotation.
 
 A segment is what is rigid between two joints: the thigh, the trunk. It is found by the landmarks of its skeleton, the
 joints with known names. Its *axes* follow the ISB: x forward, y up, z to the right, where the person

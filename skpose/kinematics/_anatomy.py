@@ -1,9 +1,9 @@
 """Where a person is in a skeleton: the joint at each knee, shoulder and so on, whatever the rig calls them.
 
-A person has two like legs that start near the root, two like arms that start high on the spine, and a head. The sides
-come from names. In each limb the three joints are those whose distances are a person's: a thigh is about as long as a
-shank, an upper arm as a forearm. So "LeftLeg" may be the thigh in one rig and the shank in another. Words in names
-decide where lengths leave a choice. Lengths are those of bones: the rest pose may be any.
+A person has a pair of equal legs that start near the root, a pair of equal arms higher on the spine, and a head. The
+sides come from names. In each limb the three joints are those whose distances are a person's: a thigh is about as long
+as a shank, an upper arm as a forearm. So "LeftLeg" may be the thigh in one rig and the shank in another. Words in names
+decide where lengths leave a choice. Only lengths of bones count, so any rest pose works.
 """
 
 import itertools
@@ -56,7 +56,7 @@ CONVENTIONS = ((BEGINS, ("", "leg", "arm"), 0.0), (ENDS, ("", "leg", "arm", COLL
 SURE = 2  # joints of a limb whose names state the part
 HEADS, TOPS = "head|頭", "end$|nub$|top"
 HEEL = "heel|hee$|calc"
-FINGERS = ("middle|finger2|fin$", "hand", "index", "")  # in this order
+FINGERS = ("middle|finger2|fin$|中指", "hand|finger|digit", "index|人指", "end$|nub$")  # in this order
 CENTERS = ("spineshoulder", "shouldercenter", "fhd")  # names of layouts whose head is its centre
 NO_PERSON = ("tail", "wing", "paw", "hoof")  # the first letters of names that animals have
 SIGNS = re.compile(r"[\W_]+")  # between words
@@ -96,9 +96,8 @@ def find_anatomy(skeleton: Skeleton, *, any_proportions: bool = False) -> Anatom
     if not joints:
         return NONE
     names = zip(skeleton.joint_names, tree.keys, strict=True)
-    if animal := [name for name, (_, rest) in names if rest.startswith(NO_PERSON)]:
-        return NONE._replace(reason=f"it has a joint {animal[0]!r}, as animals have")
-    odd = _find_disproportion(skeleton, joints)
+    animal = [name for name, (_, rest) in names if rest.startswith(NO_PERSON)]
+    odd = f"it has a joint {animal[0]!r}, as animals have" if animal else _find_disproportion(skeleton, joints)
     if odd and not any_proportions:
         return NONE._replace(reason=odd)
     are_points = _are_points(tree, joints)
@@ -238,14 +237,18 @@ def _find_limbs(tree: _Tree) -> dict[str, int]:
             depth = float(tree.lengths[path_up(tree.skeleton, parent)].sum())
             starts.append((sum(1 if part in OF_LEG else -1 for part in parts), depth, left))
     joints: dict[str, int] = {}
-    for limb, sign in (0, 1), (1, -1):  # by words; otherwise legs begin near the root
+    above = -1.0  # the distance from the root at which the legs begin
+    for limb, sign in (0, 1), (1, -1):  # by words; otherwise legs begin near the root, and arms next to them
         found = []
         for votes, depth, start in starts:
             chain, is_usual = _split_limb(tree, tree.chain(start), limb)
             if chain and sign * votes >= 0 and chain[0] not in joints.values():
-                found.append(((votes != 0, is_usual, -sign * depth * (votes == 0), tree.reach[start]), chain))
-        for mark, joint in zip((*LIMBS[limb], COLLAR), max(found)[1] if found else (), strict=False):
-            joints |= {f"left_{mark}": joint, f"right_{mark}": tree.partners[joint]}
+                order = votes != 0, is_usual, depth > above, -depth * (votes == 0), tree.reach[start]
+                found.append((order, chain, depth))
+        if found:
+            _, chain, above = max(found)
+            for mark, joint in zip((*LIMBS[limb], COLLAR), chain, strict=False):
+                joints |= {f"left_{mark}": joint, f"right_{mark}": tree.partners[joint]}
     return joints
 
 

@@ -41,6 +41,8 @@ HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the directi
 UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero; the foot of a more tilted shank is as tilted
 POINTED = np.cos(np.radians(15.0))  # of the largest angle to the shank of a foot that does not show forward
 BENT = np.sin(np.radians(15.0))  # of a bend that shows its axis
+AGREES = np.cos(np.radians(45.0))  # of the angle between the axis by the rest pose and in a motion, which counts beyond
+RAISED = np.cos(np.radians(45.0))  # of the angle to up of an arm that does not show by which path it was raised
 ONE_AXIS = 0.8  # length of the mean of the axes of bends, if they have one
 
 
@@ -54,6 +56,7 @@ def body_axes(at: Mapping[str, np.ndarray], across: str = SHOULDER) -> np.ndarra
     up = _snap(unit(middles[0] - (middles[1] if len(middles) > 1 else 0.0)))
     left, right = pairs.get(across, next(iter(pairs.values())))
     left = _snap(unit(left - right - ((left - right) @ up) * up))
+    left = unit(left - (left @ up) * up)
     return np.stack([np.cross(left, up), left, up], axis=1)
 
 
@@ -90,7 +93,7 @@ def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
     zero, carriers, movers = positions_at_zero(skeleton), find_carriers(skeleton), find_movers(skeleton)
     at, found = {mark: zero[joint] for mark, joint in person.joints.items()}, {}
     for name, mark in (("chest", SHOULDER), ("pelvis", HIP)):
-        if pair := pair_of(person.joints, mark):
+        if (pair := pair_of(person.joints, mark)) and (zero[pair[0]] != zero[pair[1]]).any():
             both = {carriers[joint] for joint in pair}
             joint = both.pop() if len(both) == 1 else movers[common_parent(skeleton, *pair)]
             found[name] = Segment(joint, body_axes(at, mark))
@@ -161,7 +164,7 @@ def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
             is_hinge = bone is not None and bone.n_dofs == 1 and not bone.is_slide and joint != carriers[middle]
             along, is_straight = unit(zero[middle] - zero[start]), True
             across = np.zeros(3)
-            if stands and body is not None:
+            if stands and body is not None and along @ body[:, 2] < RAISED:
                 across = np.cross(along, unit(zero[end] - zero[middle]))
                 is_straight = bool(np.linalg.norm(across) <= BENT)
                 across = np.cross(along, sign * body[:, 0]) if is_straight else across
@@ -181,7 +184,9 @@ def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
 def flexion_axis(bend: Bend, joint: int, poses: Poses | None) -> np.ndarray | None:
     """The flexion axis (3,) at angle zero, relative to the root, that a joint carries; None if nothing shows it."""
     shown = None if poses is None else _shown_axis(bend, joint, poses)
-    known = shown if bend.at_rest is None or (shown is not None and not bend.is_straight) else bend.at_rest
+    known = bend.at_rest
+    if shown is not None and (known is None or not bend.is_straight or shown @ known < AGREES):
+        known = shown
     if bend.hinge is None or known is None:
         return known
     return bend.hinge * np.sign(bend.hinge @ (known if shown is None else shown))

@@ -29,6 +29,7 @@ from skpose.kinematics._anatomy import (
     WRIST,
     Anatomy,
     find_anatomy,
+    find_misplaced,
     path_up,
     plain_names,
 )
@@ -123,6 +124,9 @@ def counterparts(
     given = {} if joints is None else _indices_of(source, target, joints)
     people = _with_given(theirs, ours, given)
     known = _are_known(names, people)
+    for skeleton, person, whose in zip((source, target), people, WHOSE, strict=True):
+        if given and (misplaced := find_misplaced(skeleton, person.joints)):
+            raise ValueError(f"joints do not fit {whose}: {misplaced}")
     for one, other, whose in zip(people, people[::-1], WHOSE, strict=True):
         if one.reason and other.joints and not one.joints:
             raise ValueError(f"the joints of {whose} may not be a person's: {one.reason}. Pass joints=")
@@ -342,7 +346,7 @@ def check_limbs(source: Skeleton, target: Skeleton, found: Counterparts, joints:
         out += [joint for joint in _long_parts(target, there) if sided[joint] or not ours]
     if out:
         names = list_names([target.joint_names[j] for j in dict.fromkeys(out)])
-        raise ValueError(f"limbs would stay at rest: {names} have no counterparts. Pass joints=, names to names")
+        raise ValueError(f"limbs would stay at rest: {names} have no counterparts. Pass joints={{...}}")
 
 
 def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:

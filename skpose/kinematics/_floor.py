@@ -3,6 +3,7 @@
 The root takes the mean shift of the standing feet, and each leg the rest, as far as its knee bends by `KNEE` for it.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -28,8 +29,8 @@ class Steps(NamedTuple):
     """How the feet of a result have to move."""
 
     root: np.ndarray  # (n_frames, 3) the shift of the root, m
-    feet: np.ndarray  # (n_frames, 2, 3) then of the left and the right foot
-    stands: np.ndarray  # (n_frames, 2) whether each stands
+    feet: np.ndarray  # (n_frames, n_sides, 3) then of the feet
+    stands: np.ndarray  # (n_frames, n_sides) whether each stands
 
 
 def leg_length(skeleton: Skeleton, person: Anatomy) -> float:
@@ -42,7 +43,13 @@ def leg_length(skeleton: Skeleton, person: Anatomy) -> float:
     return float(np.mean(found)) if all(found) else 0.0
 
 
-def find_steps(motion: Motion, positions: np.ndarray, people: tuple[Anatomy, Anatomy], factor: float) -> Steps:
+def find_steps(
+    motion: Motion,
+    positions: np.ndarray,
+    people: tuple[Anatomy, Anatomy],
+    factor: float,
+    sides: Sequence[str] = SIDES,
+) -> Steps:
     """How the feet of a result at some positions (n_frames, n_joints, 3) have to move to stand as the motion's.
 
     The shift of the root is the mean of both feet, weighted by how low and slow each is, and smoothed in time. In the
@@ -50,9 +57,9 @@ def find_steps(motion: Motion, positions: np.ndarray, people: tuple[Anatomy, Ana
     """
     leg, up = factor * leg_length(motion.skeleton, people[0]), "xyz".index(motion.up)
     both, joints = (factor * motion.positions(), positions), [person.joints for person in people]
-    stood = next(part for part in (BALL, ANKLE) if all(f"{side}_{part}" in each for each in joints for side in SIDES))
+    stood = next(part for part in (BALL, ANKLE) if all(f"{side}_{part}" in each for each in joints for side in sides))
     theirs, ours = (
-        each[:, [marks[f"{side}_{stood}"] for side in SIDES]] for each, marks in zip(both, joints, strict=True)
+        each[:, [marks[f"{side}_{stood}"] for side in sides]] for each, marks in zip(both, joints, strict=True)
     )
     step = float(np.median(np.diff(motion.times))) if len(motion) > 1 else 1.0
     heights = theirs[:, :, up] - theirs[:, :, up].min()
@@ -63,12 +70,18 @@ def find_steps(motion: Motion, positions: np.ndarray, people: tuple[Anatomy, Ana
     ]
     wider = np.linalg.norm(hips[1], axis=1) - np.linalg.norm(hips[0], axis=1)  # so are the feet apart
     left = unit(gaussian_filter1d(hips[0], AHEAD / step, axis=0, mode="nearest"))
-    theirs = theirs + np.multiply.outer([0.5, -0.5], wider[:, None] * left).swapaxes(0, 1)
+    theirs = theirs + np.multiply.outer(
+        [0.5 if side == SIDES[0] else -0.5 for side in sides], wider[:, None] * left
+    ).swapaxes(0, 1)
     apart = theirs - ours
     root = ((weights + LEAST) * apart).sum(axis=1) / (weights + LEAST).sum(axis=1)
     root = gaussian_filter1d(root, SMOOTH / step, axis=0, mode="nearest")
     lowest = [
-        each[:, [j for mark, j in marks.items() if mark.endswith((ANKLE, BALL, TOE))], up].min(axis=1)
+        each[
+            :,
+            [j for mark, j in marks.items() if mark.startswith(tuple(sides)) and mark.endswith((ANKLE, BALL, TOE))],
+            up,
+        ].min(axis=1)
         for each, marks in zip(both, joints, strict=True)
     ]
     on_floor = weights.max(axis=(1, 2)) >= min(STANDS, weights.max())

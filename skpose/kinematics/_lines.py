@@ -1,9 +1,8 @@
 """The lines of two skeletons that are made parallel: bones that are counterparts, or lines in their place.
 
 A bone's counterpart is the line between the counterparts of its ends, or, where its near end has none, the bone that
-ends at the counterpart of its far end. In people some bones are of the rig rather than of the person: the
-bones from the spine to the collarbones and from the pelvis to the hips are steep in one rig and level in another. There
-the line from side to side is the counterpart.
+ends at the counterpart of its far end. In people pelvis, chest, head and feet are aligned by their axes instead, see
+`_body`.
 """
 
 from collections.abc import Mapping
@@ -11,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.kinematics._anatomy import ANKLE, BALL, COLLAR, HIP, SHOULDER, SIDES, TOE, Anatomy, pair_of
+from skpose.kinematics._anatomy import COLLAR, HIP, SHOULDER, SIDES, Anatomy, pair_of
 from skpose.kinematics._forward import joint_positions
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
@@ -56,7 +55,6 @@ def find_lines(source: Skeleton, target: Skeleton, there: np.ndarray, people: tu
     if people is None:
         return Lines(lines, hips, directions, positions)
     _keep_straight(lines, target, there, people[1], positions)
-    _point_feet(lines, there, people)
     _adapt_girdles(lines, source, target, there, people[1].joints)
     for joint in people[1].trunk if None not in hips else ():  # the trunk begins in the middle between the hips
         line = lines.get(joint)
@@ -116,20 +114,6 @@ def _keep_straight(
             source_start = ROOT if above < 0 else int(there[above])
             for joint in path:
                 lines[joint] = Line(int(parents[joint]), joint, source_start, int(there[end]))
-
-
-def _point_feet(lines: dict[int, Line], there: np.ndarray, people: tuple[Anatomy, Anatomy]) -> None:
-    """Use the line from the ankle to the toe for a foot whose counterpart has no joint at the ball.
-
-    The foot points there as a whole, and its toes keep their rest pose.
-    """
-    theirs, ours = (person.joints for person in people)
-    for side in SIDES:
-        ankle, ball, toe = (f"{side}_{mark}" for mark in (ANKLE, BALL, TOE))
-        known = {ankle, ball, toe} <= ours.keys() and {ankle, toe} <= theirs.keys() and ball not in theirs
-        if known and [there[ours[mark]] for mark in (ankle, ball, toe)] == [theirs[ankle], -1, theirs[toe]]:
-            lines[ours[ball]] = Line(ours[ankle], ours[toe], theirs[ankle], theirs[toe])
-            lines.pop(ours[toe], None)
 
 
 def _adapt_girdles(

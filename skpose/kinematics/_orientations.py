@@ -12,6 +12,7 @@ joint that carries one direction, and least squares (Kabsch) for several.
 """
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -93,10 +94,12 @@ def by_orientations(
         if (shift := factor * theirs - ours).any() and np.abs(shift).max() > ROUNDING * np.abs(theirs).max():
             root_positions = root_positions + shift
     off = None
-    if on_feet and found.people is not None:
-        steps = find_steps(motion, positions_at_root + root_positions[:, None], found.people, factor)
+    joints = {} if found.people is None else found.people[1].joints
+    sides = [side for side in SIDES if all(f"{side}_{mark}" in joints for mark in LEG)]  # of legs that move
+    if on_feet and sides:
+        steps = find_steps(motion, positions_at_root + root_positions[:, None], found.landmarks, factor, sides)
         root_positions = root_positions + steps.root
-        off = _plant_feet(target, found.people[1], rotations, positions_at_root, steps, bends)
+        off = _plant_feet(target, found.landmarks[1], sides, rotations, positions_at_root, steps, bends)
     angles = _angles(motion, target, there, rotations, bones)
     result = replace(result, angles=angles, root_positions=root_positions)
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
@@ -118,6 +121,7 @@ def _positions(target: Skeleton, rotations: dict[int, Rotation], zero: np.ndarra
 def _plant_feet(
     target: Skeleton,
     person: Anatomy,
+    sides: Sequence[str],
     rotations: dict[int, Rotation],
     positions: np.ndarray,
     steps: Steps,
@@ -126,7 +130,7 @@ def _plant_feet(
     """Rotate thighs and shanks so that feet stand; return how far the farthest foot had to move, m, if any stands."""
     carriers = find_carriers(target)
     left = positions[:, person.joints[f"left_{HIP}"]] - positions[:, person.joints[f"right_{HIP}"]]
-    for i, side in enumerate(SIDES):
+    for i, side in enumerate(sides):
         hip, knee, ankle = leg = [person.joints[f"{side}_{mark}"] for mark in LEG]
         path = path_up(target, ankle)
         thigh, shank = (
@@ -251,7 +255,7 @@ def _bends(
                     unknown.append(f"{bend.name.replace('_', ' ')} of the {'target' if ours is None else 'motion'}")
     if unknown:
         names = list_names([*dict.fromkeys(unknown)])
-        warn(f"twists are arbitrary, as nothing shows how these bend: {names}. A motion in place of the skeleton does")
+        warn(f"twists are arbitrary, as nothing shows how these bend: {names}. A motion with bent limbs would show it")
     return found
 
 
@@ -263,15 +267,9 @@ def _turns(
     fixed: dict[int, Rotation],
 ) -> dict[int, Rotation]:
     """The constant rotation of the root and of each joint: A in the docstring of the module."""
-    at_root = np.flatnonzero(target.parents == ROOT)
-    # The joint that has the orientation of the root in the poses, as `Motion.with_root` makes it.
-    in_poses = len(at_root) == 1 and at_root[0] in leaders and not target.offsets[at_root[0]].any()
-    first = int(at_root[0]) if in_poses else ROOT
     turns: dict[int, Rotation] = {}
     for j in (ROOT, *range(target.n_joints)):
         turns[j] = Rotation.identity(1) if j == ROOT else turns[int(target.parents[j])]
-        if j == first:
-            turns[j] = _quarter_turns(bones)
         if j in fixed:
             turns[j] = fixed[j]
         elif j in bones.carried:
@@ -280,23 +278,6 @@ def _turns(
                 axis = turns[j].apply(bones.directions[carried])
                 turns[j] = _fit_twist(axis, turns[j].apply(bends[j][0][None]), bends[j][1][None]) * turns[j]
     return turns
-
-
-def _quarter_turns(bones: _Bones) -> Rotation:
-    """The quarter turns that bring the two rest poses nearest to each other.
-
-    Files differ in the axis that points up and in the one that points forward. Where the bones that the root carries do
-    not show it, as a root that carries none, the whole skeleton does.
-    """
-    known = sorted(k for carried in bones.carried.values() for k in carried)
-    product_of_both = bones.wished[0, known].T @ bones.directions[known]
-    if len(known) < 2 or np.linalg.svd(product_of_both, compute_uv=False)[1] < LINE * len(known):
-        return Rotation.identity(1)
-    quarter_turns = np.rint(Rotation.create_group("O").as_matrix())
-    agreements = (quarter_turns * product_of_both).sum(axis=(1, 2))
-    if agreements.max() <= np.trace(product_of_both) + 1e-9:  # stays where others are not nearer
-        return Rotation.identity(1)
-    return Rotation.from_matrix(quarter_turns[[agreements.argmax()]])
 
 
 def _fit_joint(

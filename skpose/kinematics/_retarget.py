@@ -67,7 +67,7 @@ def retarget(
         "auto" is the first of "numbers", "orientations" and "positions" that is possible. Skeletons of hinges, such as
         robots, need `skpose.robots.retarget_to_robot` instead.
     joints : mapping of str to str or None, default=None
-        Joints of `skeleton` to their counterparts in ``motion.skeleton``, or to None for joints that shall rest. The
+        Joints of `skeleton` to their counterparts in ``motion.skeleton``, or to None for joints to leave at rest. The
         others are found: joints at the same place of a person, else joints of equal names. The roots are always
         counterparts.
     scale : float or "lengths", default=None
@@ -106,11 +106,11 @@ def retarget(
 
     Notes
     -----
-    *People* are found by structure and by names, in any rig: two like legs that start near the root, two like arms
-    higher up, and a head. Names give the sides, such as "Left", "L_" or "左". In each limb the joints are those whose
-    distances are a person's, so "LeftLeg" may be the thigh or the shank; words in names decide if several would fit.
-    ``skpose info FILE`` prints which joint is where. Joints of trunk and neck are matched by their share of the length,
-    and joints of equal names attached to counterparts, such as fingers, by name.
+    *People* are found by structure and by names, in any rig: a pair of equal legs that start near the root, a pair of
+    equal arms higher up, and a head. Names give the sides, such as "Left", "L_" or "左". In each limb the joints are
+    those whose distances are a person's, so "LeftLeg" may be the thigh or the shank; words in names decide if several
+    would fit. ``skpose info FILE`` prints which joint is where. Joints of trunk and neck are matched by their share of
+    the length, and joints of equal names attached to counterparts, such as fingers, by name.
 
     *Orientations.* The axes of pelvis, chest, head and feet at angle zero are forward, left and up. A thigh, shank,
     upper arm or forearm has its own direction, and the axis about which the knee or elbow bends: that of a hinge; or by
@@ -118,7 +118,8 @@ def retarget(
     parallel to the line between the counterparts of their ends. Joints without counterparts rest.
 
     *Feet.* The root is moved so that the feet that stand are where the motion's are, times the ratio of the lengths of
-    the legs, and as far apart as the hips are wider. With "orientations" each knee bends by up to 1.8° for the rest.
+    the legs. The distance between the feet changes by the difference in the width of the hips. With "orientations",
+    knees bend by up to 1.8° to remove what is left.
 
     *Positions.* Bones of other lengths leave some centimetres and degrees; prefer orientations where possible. Twists
     at the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people,
@@ -168,7 +169,7 @@ def retarget_and_report(
         raise ValueError(f'method="{method}" matches dofs by name: use joints= with another method')
     if joints is None and method in ("numbers", "unchecked", "auto"):
         try:
-            return _by_numbers(motion, skeleton, method, scale, joint_limits), UNCHANGED
+            return _by_numbers(motion, skeleton, method, scale, joint_limits)
         except ValueError:
             if method != "auto":
                 raise
@@ -176,8 +177,7 @@ def retarget_and_report(
         raise ValueError('the skeleton has hinges: use skpose.robots.retarget_to_robot or method="positions"')
     found = counterparts(motion.skeleton, skeleton, joints)
     check_limbs(motion.skeleton, skeleton, found, joints)
-    people = found.people or found.landmarks
-    factor, on_feet = _size(motion.skeleton, skeleton, people, scale)
+    factor, on_feet = _size(motion.skeleton, skeleton, found.landmarks, scale)
     if scale == "lengths":
         factor = ratio_of_lengths(motion.skeleton, skeleton, found)
     by_positions = partial(_by_positions, motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
@@ -204,7 +204,7 @@ def _size(
 
 def _by_numbers(
     motion: Motion, skeleton: Skeleton, method: str, scale: float | Literal["lengths"] | None, joint_limits: str
-) -> Motion:
+) -> tuple[Motion, str]:
     """The angles of a motion in the order of the dofs of another skeleton with the same joints and dofs."""
     if difference := mismatch(motion.skeleton, skeleton):
         raise ValueError(
@@ -227,7 +227,11 @@ def _by_numbers(
         seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
     )
     result = _within_limits(result, joint_limits)
-    return keep_feet(motion, result, people, factor) if on_feet else result
+    return keep_feet(motion, result, people, factor) if on_feet else result, UNCHANGED + _scaled(factor)
+
+
+def _scaled(factor: float) -> str:
+    return f", scaled by {factor:.2f}" if abs(factor - 1.0) >= SHOWN_FACTOR else ""
 
 
 def _by_orientations(
@@ -242,13 +246,16 @@ def _by_orientations(
 ) -> tuple[Motion, str]:
     """Make bones parallel to their counterparts."""
     lines = find_lines(motion.skeleton, skeleton, found.there, found.people if found.by_landmarks else None)
-    result, apart, moving, off = by_orientations(motion, skeleton, found, lines, factor, on_feet, shown)
+    free = joint_limits == "ignore"  # to move the legs
+    result, apart, moving, off = by_orientations(motion, skeleton, found, lines, factor, on_feet and free, shown)
+    if on_feet and not free:
+        result = keep_feet(motion, result, found.landmarks, factor)
     at_rest = joints_at_rest(skeleton, moving)
     if joints is None and found.by_landmarks:
         _warn_of_ends(motion.skeleton, skeleton, found, at_rest)
     count = f"{(found.there >= 0).sum()} of {skeleton.n_joints} joints"
     report = f"orientations, {count}, directions within {round(apart, 2):g}°"
-    report += f", scaled by {factor:.2f}" if abs(factor - 1.0) >= SHOWN_FACTOR else ""
+    report += _scaled(factor)
     report += f", feet within {100.0 * off:.2g} cm" if off is not None and off >= SHOWN_DISTANCE else ""
     return _within_limits(result, joint_limits), report + at_rest_in_words(skeleton, at_rest)
 

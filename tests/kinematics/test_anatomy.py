@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rigs import NAMES, person_of
+from rigs import NAMES, motion_of, person_of, random_segments
 
 from skpose import Bone, Motion, Skeleton
 from skpose.kinematics import find_counterparts, retarget
@@ -47,3 +47,24 @@ def test_fingers_and_legs_of_chairs_are_not_people():
     for bones in (fingers, legs):
         with pytest.raises(ValueError, match="not both people"):
             find_counterparts(person_of("LAFAN1")[0], Skeleton(bones, "parent"))
+
+
+def test_hair_and_tails_and_props_are_not_limbs():
+    """Hair on the head is as long as an arm, and both hands hold something."""
+    skeleton, truth = person_of("letters")
+    extra = []
+    for side in "LR":
+        extra += [Bone(f"p{side}", "s4", (0.05, 0.1, 0), "ZXY"), Bone(f"q{side}", f"p{side}", (0, -0.3, 0), "ZXY")]
+        extra += [Bone(f"r{side}", f"q{side}", (0, -0.26, 0), "ZXY"), Bone(f"t{side}", f"r{side}", (0, -0.05, 0))]
+    found = find_counterparts(Skeleton([*skeleton.bones, *extra], "parent"), person_of("SMPL")[0])
+    expected = {"left_shoulder": truth["left shoulder"], "right_wrist": truth["right wrist"]}
+    assert {joint: found[joint] for joint in expected} == expected
+    armed = [Bone(f"{side}Gun", f"{side}Hand", (0, -0.3, 0.2)) for side in ("Left", "Right")]
+    armed = Skeleton([*person_of("LAFAN1")[0].bones, *armed], "parent")
+    assert "LeftGun" not in find_counterparts(armed, motion_of("Xsens as BVH", random_segments(2))[0].skeleton).values()
+    tail = [Bone("Tail", None, (0, 0, -0.2), "ZXY"), Bone("Tail1", "Tail", (0, 0, -0.2), "ZXY")]
+    cat = Skeleton([*person_of("LAFAN1")[0].bones, *tail], "parent")
+    still, other = Motion(cat, np.zeros((2, cat.n_dofs)), 30), person_of("SMPL")[0]
+    with pytest.raises(ValueError, match="Tail"):
+        retarget(still, other, method="orientations")
+    retarget(still, other, method="orientations", joints={"left_hip": "LeftUpLeg"})

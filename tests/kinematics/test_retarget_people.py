@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import in_space
-from rigs import motion_of, random_segments
+from rigs import motion_of, person_of, random_segments
 from robot_of_hinges import walk
 from scipy.spatial.transform import Rotation
 
@@ -112,3 +112,45 @@ def test_joint_angles_of_a_copy_on_another_rig_agree():
     for name in angles.names:
         if "flexion" in name and "wrist" not in name:
             np.testing.assert_allclose(copy[name], angles[name], atol=2.0)
+
+
+def test_a_joint_that_is_left_out_changes_neither_size_nor_floor():
+    motion = walk()[0]
+    small = smaller(motion.skeleton, 0.8)
+    expected = retarget(motion, small, method="orientations").root_positions
+    for joint in ("left_foot", "left_toes", "right_shank"):
+        found = retarget(motion, small, method="orientations", joints={joint: None})
+        assert np.abs(found.root_positions - expected).max() < 0.05
+
+
+@pytest.mark.parametrize("joints", [{"LeftLeg": "RightKnee"}, {"LeftUpLeg": "LeftToe"}])
+def test_joints_that_do_not_follow_each_other_are_refused(files, joints):
+    with pytest.raises(ValueError, match="does not come after"):
+        retarget(files[0], person_of("LAFAN1")[0], method="orientations", joints=joints)
+
+
+def test_rigs_whose_bones_all_point_along_one_axis_are_no_crash(files):
+    """Hips and shoulders of both sides are at one place at angle zero, which shows no left and right."""
+    with pytest.warns(UserWarning, match="twists"):
+        found = retarget(files[0], person_of("SOMA", collapsed=True)[0], method="orientations")
+    assert np.isfinite(found.angles).all()
+
+
+@pytest.mark.parametrize("turn", [90.0, 180.0])
+def test_the_motion_counts_where_the_rest_pose_shows_other_axes(files, turn):
+    """The arms of the rest pose are rotated about themselves, as with palms that face forward or up."""
+    motion, _ = files
+    bones, columns = [], []
+    axes = {name: Rotation.identity() for name in (None, *motion.skeleton.joint_names)}
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        rotation = Rotation.from_rotvec([sign * np.radians(turn), 0, 0])
+        axes |= {f"{side}{name}": rotation for name in ("Shoulder", "Elbow", "Wrist")}
+    for bone, rotations in zip(motion.skeleton.bones, angles_of(motion).values(), strict=True):
+        bones.append(bone._replace(offset=axes[bone.parent].inv().apply(bone.offset), dofs=bone.dofs and "rotvec"))
+        if rotations is not None:
+            columns.append((axes[bone.parent].inv() * rotations * axes[bone.name]).as_rotvec())
+    other = replace(motion, skeleton=Skeleton(bones, "parent"), angles=np.concatenate(columns, axis=1), seen=None)
+    np.testing.assert_allclose(in_space(other), in_space(motion), atol=1e-9)
+    found, expected = (angles_of(each) for each in (retarget(other, motion.skeleton, method="orientations"), motion))
+    for name in LIMBS:
+        assert np.degrees((found[name] * expected[name].inv()).magnitude().max()) < 5.0

@@ -125,14 +125,16 @@ function findLimbs(tree, parents) {
     starts.push({ votes, depth: pathUp(parents, parents[left]).reduce((sum, j) => sum + tree.lengths[j], 0), left });
   }
   const joints = {};
+  let above = -1; // the distance from the root at which the legs begin
   for (const [limb, sign] of [[0, 1], [1, -1]]) {
-    let best = { order: [-1], chain: [] };
+    let best = { order: [-1], chain: [], depth: above };
     for (const { votes, depth, left } of starts) {
       const { chain, isUsual } = splitLimb(tree, tree.chain(left), limb);
       if (!chain.length || sign * votes < 0 || Object.values(joints).includes(chain[0])) continue;
-      const order = [Number(votes !== 0), Number(isUsual), votes ? 0 : -sign * depth, tree.reach[left]];
-      if (isAbove(order, best.order)) best = { order, chain };
+      const order = [Number(votes !== 0), Number(isUsual), Number(depth > above), votes ? 0 : -depth, tree.reach[left]];
+      if (isAbove(order, best.order)) best = { order, chain, depth };
     }
+    above = best.depth;
     for (const [i, joint] of best.chain.entries()) {
       const mark = [...FINDER.LIMBS[limb], COLLAR][i];
       Object.assign(joints, { [`left_${mark}`]: joint, [`right_${mark}`]: tree.partners[joint] });
@@ -192,7 +194,7 @@ function addEnds(tree, joints, skeleton) {
     else if (first >= 0 && pointsForward(skeleton, first, joints)) joints[`${side}_${TOE}`] = first;
     const hands = ahead(WRIST, "thumb");
     const words = FINDER.FINGERS.find((one) => hands.some((j) => searched(one, tree.keys[j].rest)));
-    if (hands.length) joints[`${side}_${HAND}`] = tree.longest(hands.filter((j) => searched(words, tree.keys[j].rest)));
+    if (words) joints[`${side}_${HAND}`] = tree.longest(hands.filter((j) => searched(words, tree.keys[j].rest)));
   }
   const middle = tree.keys.map(({ side, rest }) => (side ? "" : rest));
   const head = middle.findIndex((rest) => searched(FINDER.HEADS, rest) && !searched(FINDER.TOPS, rest));
