@@ -41,7 +41,7 @@ HANGING = np.cos(np.radians(60.0))  # of the angle between a leg and the directi
 UPRIGHT = np.cos(np.radians(10.0))  # of a shank at angle zero; the foot of a more tilted shank is as tilted
 POINTED = np.cos(np.radians(15.0))  # of the largest angle to the shank of a foot that does not show forward
 BENT = np.sin(np.radians(15.0))  # of a bend that shows its axis
-AGREES = np.cos(np.radians(45.0))  # of the angle between the axis by the rest pose and in a motion, which counts beyond
+AGREES = np.cos(np.radians(60.0))  # of the angle between the axis by the rest pose and in a motion, which counts beyond
 RAISED = np.cos(np.radians(45.0))  # of the angle to up of an arm that does not show by which path it was raised
 ONE_AXIS = 0.8  # length of the mean of the axes of bends, if they have one
 

@@ -278,7 +278,7 @@ def test_people_of_two_collections(cmu, hdm05):
     motion = hdm05.motions[0].to_rotvec().resample(2)
     balls = (b._replace(dofs="rotvec" if b.dofs else "", limits=None) for b in cmu.motions[0].skeleton.bones)
     target = Skeleton(balls, "own")
-    there = retarget(motion, target, method="orientations")
+    there = retarget(motion, target, method="orientations", scale=1.0)
     single = ["lfemur", "ltibia", "rhumerus", "rradius", "lowerback"]
     np.testing.assert_allclose(bones_in_space(there, single), bones_in_space(motion, single), atol=1e-9)
 
