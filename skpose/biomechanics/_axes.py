@@ -12,9 +12,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.biomechanics._angles import degrees_between
-from skpose.biomechanics._segments import LIMBS, ROOT, SIDES, Segment, Turned
-from skpose.kinematics._anatomy import Anatomy, path_up
+from skpose.biomechanics._segments import LIMBS, Segment, Turned
+from skpose.kinematics._anatomy import SIDES, Anatomy, path_up
 from skpose.kinematics._body import find_bends, flexion_axis
+from skpose.kinematics._lines import ROOT
 from skpose.skeleton import Skeleton
 
 UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand in a rest pose

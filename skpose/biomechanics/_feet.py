@@ -15,11 +15,10 @@ from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._person import add_joints, check_joints, require
 from skpose.biomechanics._seen import find_shown
-from skpose.kinematics._anatomy import find_anatomy
+from skpose.kinematics._anatomy import SIDES, find_anatomy
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._upright import describe_up, find_up
 
-SIDES = ("left", "right")
 PARTS = ("hip", "ankle", "toe")
 MARKS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
 LEAST_RATE = 25.0  # Hz; the contact of a running foot then has some six frames

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skpose.biomechanics._feet import SIDES, check_recording, feet_of, find_feet, to_world
+from skpose.biomechanics._feet import check_recording, feet_of, find_feet, to_world
 from skpose.biomechanics._steps import Stance, Stride, find_stances, find_strides
+from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion
 
 if TYPE_CHECKING:

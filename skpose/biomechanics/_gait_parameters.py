@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from skpose._utils.warnings import warn
-from skpose.biomechanics._feet import SIDES
 from skpose.biomechanics._gait_events import OFF, GaitEvents, gait_events
+from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ from skpose.biomechanics._angles import (
 )
 from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation_onto
 from skpose.biomechanics._seen import find_seen
-from skpose.biomechanics._segments import LIMBS, SIDES, Segment, Turned, turn_segments
+from skpose.biomechanics._segments import LIMBS, Segment, Turned, turn_segments
+from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion
 
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from skpose._utils.validation import near_names
-from skpose.biomechanics._segments import LANDMARKS, LIMBS, SIDES, pair
-from skpose.kinematics._anatomy import Anatomy, find_anatomy, path_up
+from skpose.biomechanics._segments import LANDMARKS, LIMBS
+from skpose.kinematics._anatomy import SIDES, Anatomy, find_anatomy, pair_of, path_up
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._sides import split_sides
@@ -66,7 +66,7 @@ def check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str]) 
         for other in joints:
             if joints[other] == joints[mark] and _part(other) != _part(mark):
                 raise ValueError(f"{mark} and {other} are one joint, {given[mark]!r}: check joints=")
-    hips, shoulders = pair(person, "hip"), pair(person, "shoulder")
+    hips, shoulders = pair_of(person.joints, "hip"), pair_of(person.joints, "shoulder")
     if hips is not None and shoulders is not None:
         at_zero = positions_at_zero(skeleton)
         across, above = (at_zero[right] - at_zero[left] for left, right in (hips, shoulders))

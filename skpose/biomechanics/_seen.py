@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose.biomechanics._segments import ROOT, Segment
-from skpose.kinematics._lines import find_carriers
+from skpose.biomechanics._segments import Segment
+from skpose.kinematics._lines import ROOT, find_carriers
 from skpose.skeleton import Motion
 from skpose.skeleton._rest import positions_at_zero
 

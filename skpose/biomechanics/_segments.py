@@ -11,14 +11,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._anatomy import Anatomy, common_parent
-from skpose.kinematics._lines import find_carriers, find_movers
+from skpose.kinematics._anatomy import SIDES, Anatomy, pair_of
+from skpose.kinematics._body import find_segments as find_axes
+from skpose.kinematics._lines import find_carriers, find_movers, unit
 from skpose.kinematics._orientations import rotations_since_zero
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._root import root_orientations
 
-ROOT = -1
-SIDES = "left", "right"
 # Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.
 LIMBS = {
     "thigh": ("hip", ("knee",)),
@@ -60,16 +59,10 @@ def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
         points = tuple(sorted({*carried, *(int(skeleton.parents[j]) for j in carried)}))
         segments[name] = Segment(carrier, start, end, points, zero[list(points)] - zero[start], zero[end] - zero[start])
 
-    hips, shoulders = pair(person, "hip"), pair(person, "shoulder")
-    pelvis = ROOT
-    if hips is not None:
-        both = {carriers[hip] for hip in hips}
-        middle = common_parent(skeleton, *hips)
-        pelvis = both.pop() if len(both) == 1 else movers[middle] if middle >= 0 else ROOT
-        add("pelvis", pelvis, *hips)
-    if shoulders is not None:
-        chest = common_parent(skeleton, *shoulders)
-        add("trunk", movers[chest] if chest >= 0 else ROOT, *shoulders)
+    trunk = find_axes(skeleton, person)
+    for name, axes, mark in (("pelvis", "pelvis", "hip"), ("trunk", "chest", "shoulder")):
+        if axes in trunk and (both := pair_of(joints, mark)):
+            add(name, trunk[axes].joint, *both)
     for side in SIDES:
         for name, (begin, ends) in LIMBS.items():
             found = [joints[f"{side}_{end}"] for end in ends if f"{side}_{end}" in joints]
@@ -83,12 +76,6 @@ def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
     return segments
 
 
-def pair(person: Anatomy, mark: str) -> tuple[int, int] | None:
-    """The joints of a landmark on both sides, left first; None if one is not known."""
-    names = [f"{side}_{mark}" for side in SIDES]
-    return (person.joints[names[0]], person.joints[names[1]]) if all(name in person.joints for name in names) else None
-
-
 class Turned(NamedTuple):
     """The segments of a skeleton in each frame."""
 
@@ -97,9 +84,7 @@ class Turned(NamedTuple):
 
     def direction(self, segment: Segment) -> np.ndarray:
         """The directions (n_frames, 3) from the start of a segment to its end; zeros without length."""
-        along = self.positions[:, segment.end] - self.positions[:, segment.start]
-        sizes = np.linalg.norm(along, axis=1, keepdims=True)
-        return np.divide(along, sizes, out=np.zeros_like(along), where=sizes > 0.0)
+        return unit(self.positions[:, segment.end] - self.positions[:, segment.start])
 
     def choose(self, frames: np.ndarray) -> "Turned":
         """Some of the frames, (n_frames,) of bool."""

@@ -14,9 +14,9 @@ from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._axes import Reference, find_reference
 from skpose.biomechanics._measure import MIDDLE, OF_SIDES
 from skpose.biomechanics._seen import find_seen
-from skpose.biomechanics._segments import SIDES, Segment, Turned, turn_segments
+from skpose.biomechanics._segments import Segment, Turned, turn_segments
 from skpose.keypoints._fit import is_of_layout
-from skpose.kinematics._anatomy import Anatomy
+from skpose.kinematics._anatomy import SIDES, Anatomy
 from skpose.skeleton import Motion
 from skpose.skeleton._upright import describe_up, find_up
 

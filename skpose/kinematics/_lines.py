@@ -75,9 +75,9 @@ def with_root(positions: np.ndarray, hips: tuple[int, int] | None) -> np.ndarray
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Normalise vectors (..., 3); zeros stay zero."""
+    """Normalise vectors (..., 3); zeros stay zero, and NaN stays NaN."""
     sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, sizes, out=np.zeros_like(vectors), where=sizes > 0.0)
+    return np.divide(vectors, sizes, out=np.zeros_like(vectors), where=sizes != 0.0)
 
 
 def find_carriers(skeleton: Skeleton) -> list[int]:

@@ -13,11 +13,13 @@ import numpy as np
 
 from skpose.kinematics._anatomy import (
     ANKLE,
+    ARM,
     BALL,
     ELBOW,
     HAND,
     HIP,
     KNEE,
+    LEG,
     SHOULDER,
     SIDES,
     TOE,
@@ -40,7 +42,6 @@ from skpose.skeleton._sides import split_sides
 EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
-LEG, ARM = (HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST)
 LIMBS = {LEG: "legs", ARM: "arms"}
 
 

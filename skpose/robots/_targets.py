@@ -11,11 +11,11 @@ import numpy as np
 
 from skpose._utils.warnings import warn
 from skpose.kinematics import FittedPoses
-from skpose.kinematics._anatomy import ANKLE, ELBOW, HAND, HIP, KNEE, SHOULDER, SIDES, WRIST, path_up
+from skpose.kinematics._anatomy import ANKLE, ARM, ELBOW, HAND, HIP, KNEE, LEG, SHOULDER, SIDES, WRIST, path_up
 from skpose.kinematics._lines import ROOT, unit
 from skpose.robots._contacts import Contact, Held, find_contacts, find_floor, hold_foot
 from skpose.robots._solver import Target, hold_at_rest, positions_in, rest_pose, solve, targets_of_link
-from skpose.robots._stance import ARM, LEG, Place, Stance, positions_of, rolls_of, sole_of
+from skpose.robots._stance import Place, Stance, positions_of, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import positions_at_zero

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics._anatomy import find_anatomy
+from skpose.kinematics._lines import unit
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import size_of
 from skpose.view._person_shape import Part, Shift, Sphere, person_parts
@@ -122,19 +123,14 @@ def _centre(sphere: Sphere, points: np.ndarray) -> np.ndarray:
     centre = np.einsum("...pk,p->...k", points[..., list(sphere.at), :], np.array(weights))
     if sphere.along is None:
         return centre
-    along = _unit(_line(sphere.along, points))
+    along = unit(_line(sphere.along, points))
     centre = centre + sphere.along.length * along
     if sphere.across is None:
         return centre
     across = _line(sphere.across, points)
-    return centre + sphere.across.length * _unit(across - (across * along).sum(axis=-1, keepdims=True) * along)
+    return centre + sphere.across.length * unit(across - (across * along).sum(axis=-1, keepdims=True) * along)
 
 
 def _line(shift: Shift, points: np.ndarray) -> np.ndarray:
     start, end = (points[..., list(ends), :].mean(axis=-2) for ends in (shift.start, shift.end))
     return end - start
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths != 0.0)
