@@ -42,6 +42,4 @@ def run(args: argparse.Namespace) -> None:
         raise ValueError("--endpoint needs --cycle")
     if args.cycle:
         content = content.to_cycle(endpoint=args.endpoint)
-    outputs.save_motion(content, args.out, args.out_scale)
-    if args.out.suffix.lower() == ".bvh" and args.out_scale != 1.0:
-        print(f"BVH files do not state their unit: read this one with --scale {args.out_scale:g}")
+    outputs.save_motion(content, args.out, args.out_scale or 1.0)

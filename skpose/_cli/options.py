@@ -98,7 +98,7 @@ def add_out(parser: argparse.ArgumentParser, *suffixes: str, required: bool = Tr
     )
     if suffixes == MOTION_SUFFIXES:
         parser.add_argument(
-            "--out-scale", type=positive, default=1.0, metavar="M", help="unit of the BVH file; 0.01: centimetres"
+            "--out-scale", type=positive, metavar="M", help="unit of the BVH file; 0.01: centimetres; default: metres"
         )
 
 

@@ -16,6 +16,8 @@ def save_motion(content: Motion | Keypoints, out: Path, scale: float) -> None:
         save_bvh(out, content, scale=scale)
         if content.fitted:
             print("BVH files do not state that poses were fitted to positions; .npz files do")
+        if scale != 1.0:
+            print(f"BVH files do not state their unit: read this one with --scale {scale:g}")
     else:
         (save_npz if out.suffix.lower() == ".npz" else save_csv)(out, content)
     print(f"{out}: {content!r}")

@@ -39,9 +39,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         type=_pair,
         nargs="+",
         metavar="OTHER=FILE",
-        help="target=source, such as left_knee=LeftLeg",
+        help="target=source, such as left_knee=LeftLeg; left_hand= stays at rest",
     )
-    add("--factor", type=_factor, metavar="F", help="scale positions by F; lengths: by bone lengths")
+    add("--factor", type=_factor, metavar="F", help="scale positions by F; lengths: by bone lengths; default: by legs")
     options.add_frame_rate(parser)
     options.add_jobs(parser)
     options.add_reading(parser)
@@ -61,7 +61,8 @@ def run(args: argparse.Namespace) -> None:
         moved, report = _retarget(inputs.resample(motion, args.frame_rate), target, args)
         print(f"{name}: by {report}")
         if args.out is not None:
-            outputs.save_motion(moved, args.out, args.out_scale)
+            unit = args.scale if args.onto.suffix.lower() == ".bvh" else None  # the target's
+            outputs.save_motion(moved, args.out, args.out_scale or unit or 1.0)
 
 
 def _retarget(
@@ -80,11 +81,11 @@ def _retarget(
     return retarget_and_report(motion, target, args.method, joints, args.factor, "ignore", args.jobs, 0)
 
 
-def _pair(text: str) -> tuple[str, str]:
-    name, _, counterpart = text.partition("=")
-    if not (name and counterpart):
+def _pair(text: str) -> tuple[str, str | None]:
+    name, sign, counterpart = text.partition("=")
+    if not (name and sign):
         raise argparse.ArgumentTypeError(f"expected two joints, as left_knee=LeftLeg, got {text!r}")
-    return name, counterpart
+    return name, counterpart or None
 
 
 def _factor(text: str) -> float | str:

@@ -49,6 +49,15 @@ def test_retarget(capsys):
     assert main(["retarget", "anna.bvh", "ben.bvh", "--onto", "anna.bvh", "--out", "m.bvh"]) == 1
 
 
+def test_retargeted_files_have_the_unit_of_the_target(capsys):
+    assert main(["convert", "anna.bvh", "--out", "cm.bvh", "--out-scale", "0.01"]) == 0
+    assert main(["retarget", "cm.bvh", "--onto", "cm.bvh", "--scale", "0.01", "--out", "again.bvh"]) == 0
+    assert capsys.readouterr().out.endswith(
+        "read this one with --scale 0.01\nagain.bvh: " + repr(load_motion("anna.bvh")) + "\n"
+    )
+    assert_equal(load_motion("again.bvh", scale=0.01), load_motion("cm.bvh", scale=0.01))
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_counterparts(capsys):
     motion, other = save_arm("arm.npz"), save_arm("other.npz", ("upper", "lower"), "rotvec")
