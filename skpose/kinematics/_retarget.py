@@ -107,7 +107,7 @@ def retarget(
     Notes
     -----
     *People* are found by structure and by names, in any rig: a pair of equal legs that start near the root, a pair of
-    equal arms higher up, and a head. Names give the sides, such as "Left", ``"L_"`` or "左". In each limb the joints are
+    equal arms higher up, and a head. Names give the sides, such as "Left", "left" or "左". In each limb the joints are
     those whose distances are a person's, so "LeftLeg" may be the thigh or the shank; words in names decide if several
     would fit. ``skpose info FILE`` prints which joint is where. Joints of trunk and neck are matched by their share of
     the length, and joints of equal names attached to counterparts, such as fingers, by name.
