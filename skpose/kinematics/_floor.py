@@ -45,18 +45,18 @@ def leg_length(skeleton: Skeleton, person: Anatomy) -> float:
 
 def find_steps(
     motion: Motion,
-    positions: np.ndarray,
+    positions: tuple[np.ndarray, np.ndarray],
     people: tuple[Anatomy, Anatomy],
     factor: float,
     sides: Sequence[str] = SIDES,
 ) -> Steps:
-    """How the feet of a result at some positions (n_frames, n_joints, 3) have to move to stand as the motion's.
+    """How the feet of a result have to move to stand as the motion's, by the positions (n_frames, n_joints, 3) of both.
 
     The shift of the root is the mean of both feet, weighted by how low and slow each is, and smoothed in time. In the
     median, the lowest joint of a foot that stands is as high as the motion's, times the factor.
     """
     leg, up = factor * leg_length(motion.skeleton, people[0]), "xyz".index(motion.up)
-    both, joints = (factor * motion.positions(), positions), [person.joints for person in people]
+    both, joints = (factor * positions[0], positions[1]), [person.joints for person in people]
     stood = next(part for part in (BALL, ANKLE) if all(f"{side}_{part}" in each for each in joints for side in sides))
     theirs, ours = (
         each[:, [marks[f"{side}_{stood}"] for side in sides]] for each, marks in zip(both, joints, strict=True)
@@ -98,7 +98,7 @@ def keep_feet(motion: Motion, result: Motion, people: tuple[Anatomy, Anatomy], f
     """Move the root of a result such that the feet that stand are where the motion's are, times a factor."""
     if not len(motion):
         return result
-    steps = find_steps(motion, result.positions(), people, factor)
+    steps = find_steps(motion, (motion.positions(), result.positions()), people, factor)
     return replace(result, root_positions=result.root_positions + steps.root)
 
 

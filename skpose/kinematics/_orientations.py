@@ -72,6 +72,7 @@ def by_orientations(
     leaders = _leaders(motion.skeleton, target, there, bones)
     followed = rotations_since_zero(motion.skeleton, motion.angles, root)
     in_world = np.stack([root.apply(positions[:, j]) for j in range(motion.skeleton.n_joints)], axis=1)
+    in_world += motion.root_positions[:, None]
     bends = _bends(motion.skeleton, target, found.people, leaders, Poses(in_world, followed), shown)
     fixed = _fixed_turns(motion.skeleton, target, found.people)
     leaders |= {joint: leader for joint, (leader, _) in fixed.items()}
@@ -97,9 +98,11 @@ def by_orientations(
     joints = {} if found.people is None else found.people[1].joints
     sides = [side for side in SIDES if all(f"{side}_{mark}" in joints for mark in LEG)]  # of legs that move
     if on_feet and sides:
-        steps = find_steps(motion, positions_at_root + root_positions[:, None], found.landmarks, factor, sides)
+        both = in_world, positions_at_root + root_positions[:, None]
+        steps = find_steps(motion, both, found.landmarks, factor, sides)
         root_positions = root_positions + steps.root
-        off = _plant_feet(target, found.landmarks[1], sides, rotations, positions_at_root, steps, bends)
+        off, turned = _plant_feet(target, found.landmarks[1], sides, rotations, positions_at_root, steps, bends)
+        worst = max(worst, turned)
     angles, missed = _angles(motion, target, found, rotations, bones)
     result = replace(result, angles=angles, root_positions=root_positions)
     if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
@@ -126,9 +129,13 @@ def _plant_feet(
     positions: np.ndarray,
     steps: Steps,
     bends: dict[int, tuple[np.ndarray, np.ndarray]],
-) -> float | None:
-    """Rotate thighs and shanks so that feet stand; return how far the farthest foot had to move, m, if any stands."""
-    carriers = find_carriers(target)
+) -> tuple[float | None, float]:
+    """Rotate thighs and shanks so that feet stand.
+
+    The result is the largest distance of a standing foot from its place, m, None if none stands, and the largest angle
+    by which a thigh or a shank is rotated, degrees.
+    """
+    carriers, missed, angles = find_carriers(target), [], [0.0]
     left = positions[:, person.joints[f"left_{HIP}"]] - positions[:, person.joints[f"right_{HIP}"]]
     for i, side in enumerate(sides):
         hip, knee, ankle = leg = [person.joints[f"{side}_{mark}"] for mark in LEG]
@@ -144,11 +151,15 @@ def _plant_feet(
             bent = np.linalg.norm(np.cross(unit(u), unit(v)), axis=1, keepdims=True) > STRAIGHT
             axis = np.where(bent, np.cross(u, v), left)
         turns = move_ankle(positions[:, leg], steps.feet[:, i], axis)
+        moved = [turn.apply(bone) for turn, bone in zip(turns, (u, v), strict=True)]
+        missed.append(steps.feet[:, i] - (moved[0] - u) - (moved[1] - v))
+        for bone, after in zip((u, v), moved, strict=True):
+            angles.append(float(_degrees_between(unit(bone), unit(after)).max()))
         for turn, joints in zip(turns, (thigh, shank), strict=True):
             for joint in joints & rotations.keys():
                 rotations[joint] = turn * rotations[joint]
-    off = np.linalg.norm(steps.feet, axis=2)[steps.stands]
-    return float(off.max()) if len(off) else None
+    off = np.linalg.norm(missed, axis=2).T[steps.stands]
+    return (float(off.max()) if len(off) else None), max(angles)
 
 
 class _Bones(NamedTuple):

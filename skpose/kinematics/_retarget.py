@@ -59,8 +59,8 @@ def retarget(
         "unchecked" is the same without the limit of 45°.
 
         "orientations" converts the angles and the root's orientation. Limbs point in the world where their counterparts
-        do and bend about the same axes; pelvis, chest, head and feet are oriented as theirs. It is exact, or raises an
-        error.
+        do and bend about the same axes; pelvis, chest, head and feet are oriented as theirs. It is exact, except that
+        legs move a little so that feet stand, or raises an error.
 
         "positions" finds the poses whose joints are nearest to their counterparts, by `inverse_kinematics`.
 
@@ -119,7 +119,7 @@ def retarget(
 
     *Feet.* The root is moved so that the feet that stand are where the motion's are, times the ratio of the lengths of
     the legs. The distance between the feet changes by the difference in the width of the hips. With "orientations",
-    knees bend by up to 1.8° to remove what is left.
+    knees bend by up to 1.8° to remove what is left, and the report includes it.
 
     *Positions.* Bones of other lengths leave some centimetres and degrees; prefer orientations where possible. Twists
     at the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people,

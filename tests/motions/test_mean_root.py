@@ -78,8 +78,8 @@ def test_a_mean_that_travels_goes_straight_ahead_and_others_begin_with_heading_z
         motion = replace(stride, root_positions=length * stride.root_positions)
         found = mean_motion([motion, moved(motion, 2.0, np.ones(3))]).to_motion()
         x, _, z = found.root_positions[-1] - found.root_positions[0]
-        assert np.degrees(np.arctan2(x, z)) == pytest.approx(direction, abs=0.3)
-        assert np.degrees(heading_of(orientations(found)[0], "y")) == pytest.approx(begins, abs=0.3)
+        assert np.degrees(np.arctan2(x, z)) == pytest.approx(direction, abs=1e-6)
+        assert np.degrees(heading_of(orientations(found)[0], "y")) == pytest.approx(begins, abs=1e-6)
 
 
 def test_each_motion_counts_the_same_in_each_frame():
