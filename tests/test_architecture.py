@@ -250,7 +250,10 @@ def test_every_public_name_is_in_the_reference(module):
 
 @over([*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
 def test_links_between_pages_lead_somewhere(path):
-    for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8")):
+    text = path.read_text(encoding="utf-8")
+    for page in re.findall(r"skpose\.github\.io/skpose/(\w+)\.html", text):
+        assert (ROOT / "docs" / f"{page}.md").exists(), page
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", text):
         built = target.startswith("examples/") and path.parent.name == "docs"  # by the gallery
         assert built or (path.parent / target).exists(), target
 
