@@ -26,9 +26,7 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import with_columns
 
 Array: TypeAlias = Any  # of any library
-Plan: TypeAlias = Any  # a Tree of lists
 Numbers: TypeAlias = Sequence[Any]  # of a quaternion (w, x, y, z) or a point: floats or arrays
-CLASSES = {"torch": "Tensor", "cupy": "ndarray"}  # arrays that do not name their namespace
 TINY = 1e-16  # squared angle below which its sine is the angle, and its cosine 1
 
 
@@ -44,7 +42,7 @@ def namespace_of(*arrays: Any) -> Any:
 def _namespace(X: Any) -> Any:
     if isinstance(X, (np.ndarray, np.generic)):
         return None
-    for name, kind in CLASSES.items():
+    for name, kind in (("torch", "Tensor"), ("cupy", "ndarray")):  # these arrays do not name their namespace
         if name in sys.modules and isinstance(X, getattr(sys.modules[name], kind)):
             return sys.modules[name]
     return X.__array_namespace__() if hasattr(X, "__array_namespace__") else None
@@ -56,7 +54,7 @@ def _untraced(function: Callable) -> Callable:
     return function if dynamo is None else dynamo.disable(function)
 
 
-def _plan_for(xp: Any, skeleton: Skeleton, all_joints: bool, **poses: Array) -> Plan:
+def _plan_for(xp: Any, skeleton: Skeleton, all_joints: bool, **poses: Array) -> Any:
     """The plan of a skeleton, after a check of shapes and types; values are not read."""
     check_skeleton(skeleton)
     for name, X in poses.items():
@@ -68,7 +66,7 @@ def _plan_for(xp: Any, skeleton: Skeleton, all_joints: bool, **poses: Array) -> 
 
 
 @functools.lru_cache(maxsize=64)
-def _plan_of(skeleton: Skeleton, all_joints: bool) -> Plan:
+def _plan_of(skeleton: Skeleton, all_joints: bool) -> Any:
     """A tree as lists, `ball_axes` and `reference` of shape (..., n_balls, 1)."""
     tree = tree_of_all_joints(skeleton) if all_joints else tree_of(skeleton)
     axes = np.moveaxis(tree.ball_axes[tree.ball_frame], 0, -1)[..., None]
@@ -149,14 +147,14 @@ def _canonical(xp: Any, q: Numbers) -> Numbers:
 class _Dofs:
     """The parts of a code of `_encode_dofs`, joints first; `balls` are the four numbers of quaternions."""
 
-    def __init__(self, plan: Plan, code: Array):
+    def __init__(self, plan: Any, code: Array):
         n_angles, n_balls = len(plan.angle_dof), len(plan.ball_frame)
         ends = [n_angles + i * n_balls for i in range(5)]
         self.angles, self.slides = code[:n_angles, ...], code[ends[-1] :, ...]
         self.balls = [code[i:j, ...] for i, j in itertools.pairwise(ends)]
 
 
-def _encode_dofs(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
+def _encode_dofs(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
     """Angles, quaternions and slides of poses as one array (n_codes, n_poses)."""
 
     def rows(dofs: Iterable[int]) -> Array:
@@ -178,7 +176,7 @@ def _encode_dofs(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
 
 
 def _place(
-    xp: Any, plan: Plan, half: Callable[[int], Array], ball: Callable[[int], Numbers], slide: Callable[[int], Array]
+    xp: Any, plan: Any, half: Callable[[int], Array], ball: Callable[[int], Numbers], slide: Callable[[int], Array]
 ) -> tuple[list[Numbers], list[Numbers]]:
     """The world orientations of frames and the positions of joints; constant ones as floats.
 
@@ -208,7 +206,7 @@ def _place(
     return Q, P
 
 
-def _place_poses(xp: Any, X: Array, plan: Plan) -> tuple[list[Numbers], list[Numbers]]:
+def _place_poses(xp: Any, X: Array, plan: Any) -> tuple[list[Numbers], list[Numbers]]:
     """`_place` for poses, all as arrays (n_poses,)."""
     dofs, zero = _Dofs(plan, _encode_dofs(xp, X, plan, False)), xp.zeros_like(X[:, 0])
     Q, P = _place(
@@ -268,8 +266,7 @@ def array_distances(
     wrap: bool = True,
 ) -> Array:
     """`pose_distances` of arrays of another library, in tiles that take some `memory`, MiB, without gradients."""
-    poses = {"X": X} if Y is None else {"X": X, "Y": Y}
-    plan = _untraced(_plan_for)(xp, skeleton, False, **poses)
+    plan = _untraced(_plan_for)(xp, skeleton, False, X=X, Y=X if Y is None else Y)
     encode, measure = MEASURES[metric]
     A = encode(xp, X, plan, wrap)
     B = A if Y is None else encode(xp, Y, plan, wrap)
@@ -295,22 +292,22 @@ def _slices(n: int, step: int) -> list[slice]:
     return [slice(first, min(first + step, n)) for first in range(0, n, step)]
 
 
-def _encode_positions(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
+def _encode_positions(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
     P = _place_poses(xp, X, plan)[1]
     return xp.stack([scale * x for p, scale in zip(P, plan.scale, strict=True) for x in p if scale > 0.0], axis=0)
 
 
-def _measure_positions(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: bool) -> Array:
+def _measure_positions(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wrap: bool) -> Array:
     gap = b - a
     return root(xp, xp.sum(gap * gap, axis=0))
 
 
-def _encode_rotations(xp: Any, X: Array, plan: Plan, wrap: bool) -> Array:
+def _encode_rotations(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
     Q = _place_poses(xp, X, plan)[0]
     return xp.stack([xp.stack(Q[f], axis=0) for f, weight in enumerate(plan.weight) if f > 0 and weight > 0.0], axis=1)
 
 
-def _measure_rotations(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: bool) -> Array:
+def _measure_rotations(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wrap: bool) -> Array:
     """√Σ ℓ² φ², where two unit quaternions at a distance r, or one of them reversed, are φ = 4 arcsin(r/2) apart."""
     gap, sum_ = b - a, b + a
     square = xp.minimum(xp.sum(gap * gap, axis=0), xp.sum(sum_ * sum_, axis=0))
@@ -321,7 +318,7 @@ def _measure_rotations(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wr
     return root(xp, xp.sum(squares, axis=0))
 
 
-def _measure_lines(xp: Any, a: Array, b: Array, plan: Plan, n_steps: int, wrap: bool) -> Array:
+def _measure_lines(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wrap: bool) -> Array:
     """The lengths of straight lines in the dofs, sampled at u from −1 to 1 about their middles."""
     start, end = _Dofs(plan, a), _Dofs(plan, b)
     u = constant(xp, [2.0 * n / n_steps - 1.0 for n in range(n_steps + 1)], a)

@@ -37,13 +37,12 @@ def array_mpjpe(
     if align is not None:
         raise ValueError(f"align must be None for arrays of {xp.__name__}, got {align!r}")
     true, pred, weights = _read(xp, y_true, y_pred, (3,) if skeleton is None else (), sample_weight)
-    names: tuple[str, ...] = ()
     if skeleton is not None:
         unknown = xp.any(xp.isnan(true), axis=1)[:, None]
         true = array_positions(xp, xp.where(unknown, pred, true), skeleton)
         true, pred = xp.where(unknown[..., None], xp.nan, true), array_positions(xp, pred, skeleton)
-        names = skeleton.joint_names
     seen = xp.logical_not(xp.any(xp.isnan(true), axis=2))
+    names = () if skeleton is None else skeleton.joint_names
     points = Points(xp.where(seen[..., None], true, pred), pred, seen, seen, names)  # the weights are separate
     errors = pred - points.true
     if roots is not None:
@@ -110,9 +109,7 @@ def _mean(xp: Any, errors: Array, seen: Array, weights: Array | None, average: s
         return xp.where(seen, errors, xp.nan)
     one = xp.ones_like(errors)
     counted = xp.where(seen, one if weights is None else one * weights[:, None], 0.0)
-    if average == "points":
-        return xp.sum(errors * counted) / xp.sum(counted)
-    axis = 1 if average == "frames" else 0
+    axis = {"points": None, "frames": 1}.get(average, 0)
     totals = xp.sum(counted, axis=axis)
     means = xp.sum(errors * counted, axis=axis) / xp.where(totals > 0.0, totals, 1.0)
     shares = xp.where(totals > 0.0, xp.ones_like(totals), 0.0)
