@@ -40,7 +40,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
 
     def _check_X(self, X, *, reset):  # type: ignore[override]  # validate_data has no options for motions
         """Check X and convert it to rows for the metric, as `Sequences`; learn from it if `reset`."""
-        if _is_rows(X):
+        if is_rows(X):
             poses = super()._check_X(X, reset=reset, copy=reset)
             self._check_frame_rate(None, reset)
             sequences = Sequences(np.ascontiguousarray(poses), np.arange(len(poses) + 1))
@@ -78,7 +78,7 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
         return tags
 
 
-def _is_rows(X: Any) -> bool:
+def is_rows(X: Any) -> bool:
     """Whether X is for scikit-learn's checks: an array of two dimensions, or something they refuse as one."""
     if isinstance(X, Motion | MotionDataset | Skeleton):
         return False

@@ -13,8 +13,7 @@ from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
-from skpose.statistics._permutations import ROUNDING
-from skpose.statistics._unit_means import Distances, mean_distances
+from skpose.statistics._unit_means import ROUNDING, Distances, mean_distances
 from skpose.statistics._units import check_units
 
 

@@ -1,11 +1,14 @@
 """Permutation test of whether two sets of poses differ."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations, islice
+from math import comb
 from numbers import Integral
 from typing import Any
 
 import numpy as np
-from sklearn.utils import check_random_state
+from sklearn.utils import check_random_state, gen_batches
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.units import warn_of_degrees
@@ -14,9 +17,10 @@ from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
-from skpose.statistics._permutations import Design, permutation_test
-from skpose.statistics._unit_means import Distances, mean_kernel, negative_distances
+from skpose.statistics._unit_means import ROUNDING, Distances, mean_kernel, negative_distances
 from skpose.statistics._units import check_units
+
+VALUES_AT_ONCE = 2**21  # entries of a batch of splits: 16 MB, and as much for the products
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,15 +240,49 @@ def two_sample_test(
     distances = Distances(chosen, skeleton, n_jobs)
     mean = negative_distances if statistic == "energy" else mean_kernel
     matrix, unconverged, width, negative_share = mean(sequences, distances)
-    design = Design(units.n_x, units.n_y, paired)
-    outcome = permutation_test(matrix, design, n_permutations, check_random_state(random_state))
+    n_x, n_y, rng = units.n_x, units.n_y, check_random_state(random_state)
+    n_splits = 2**n_x if paired else comb(n_x + n_y, n_x)
+    exact = n_splits <= n_permutations
+    batches = _splits(n_x, n_y, paired, n_splits if exact else n_permutations, None if exact else rng)
+    null = np.concatenate([_values(splits, matrix) for splits in batches])
+    (observed,) = _values(_observed_split(n_x, n_y)[None], matrix)
+    n_as_large = int((null >= observed - ROUNDING * np.abs(matrix).max()).sum())
     n_poses = len(sequences.poses)
     warn_of_unconverged([unconverged], n_poses * (n_poses - 1) // 2)
     return TwoSampleTestResult(
-        **outcome,
-        n_x=units.n_x,
-        n_y=units.n_y,
+        statistic=float(observed),
+        pvalue=n_as_large / n_splits if exact else (n_as_large + 1) / (n_permutations + 1),
+        null_distribution=null,
+        least_pvalue=(2 if n_x == n_y else 1) / n_splits if exact else 1 / (n_permutations + 1),
+        exact=exact,
+        n_x=n_x,
+        n_y=n_y,
         paired=paired,
         width=width,
         negative_share=negative_share,
     )
+
+
+def _observed_split(n_x: int, n_y: int) -> np.ndarray:
+    """The vector c with 1 / n_x for the units in X and −1 / n_y for those in Y; the statistic is cᵀGc."""
+    return np.repeat([1.0 / n_x, -1.0 / n_y], [n_x, n_y])
+
+
+def _values(splits: np.ndarray, G: np.ndarray) -> np.ndarray:
+    return np.asarray(np.einsum("su,su->s", splits @ G, splits))
+
+
+def _splits(n_x: int, n_y: int, paired: bool, n: int, rng: np.random.RandomState | None) -> Iterator[np.ndarray]:
+    """Yield batches of n random splits, or all n splits without `rng`; scipy's test needs two units in each set."""
+    subsets = combinations(range(n_x + n_y), n_x)
+    for batch in gen_batches(n, max(1, VALUES_AT_ONCE // (n_x + n_y))):
+        size = batch.stop - batch.start
+        if paired:
+            numbers = np.arange(batch.start, batch.stop)[:, None]
+            flips = (numbers >> np.arange(n_x)) & 1 == 1 if rng is None else rng.random_sample((size, n_x)) < 0.5
+            yield np.tile(np.where(flips, -1.0, 1.0), 2) * _observed_split(n_x, n_y)
+        else:
+            drawn = list(islice(subsets, size)) if rng is None else rng.random_sample((size, n_x + n_y)).argsort(axis=1)
+            splits = np.full((size, n_x + n_y), -1.0 / n_y)
+            np.put_along_axis(splits, np.array(drawn)[:, :n_x], 1.0 / n_x, axis=1)
+            yield splits

@@ -18,6 +18,7 @@ from skpose.preprocessing._kernels import Kernel, repair_kernel
 from skpose.skeleton import Skeleton
 
 TILE = 4096  # frames per edge of a tile: 134 MB in float64
+ROUNDING = 100 * np.finfo(np.float64).eps  # relative to the largest entry of G; smaller differences are ties
 POSES_FOR_WIDTH = 500  # at least one per unit
 
 

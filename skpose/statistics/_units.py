@@ -8,6 +8,7 @@ from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.metrics import Metric
 from skpose.metrics._motion_metrics import MotionMetric
+from skpose.motions._base import is_rows
 from skpose.motions._inputs import CheckedMotions, Sequences, check_motions
 from skpose.skeleton import Skeleton
 
@@ -44,8 +45,8 @@ class Units(NamedTuple):
 
 def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Units:
     """Validate X and Y, and put them on one skeleton."""
-    rows = _are_rows(X)
-    if rows != _are_rows(Y):
+    rows = is_rows(X)
+    if rows != is_rows(Y):
         kinds = ("poses", "motions") if rows else ("motions", "poses")
         raise ValueError(
             f"X and Y must both be arrays of poses or both lists of motions, got {kinds[0]} and {kinds[1]}"
@@ -65,22 +66,6 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
     if rows:
         _warn_of_frames(X=a, Y=b)
     return units
-
-
-def _are_rows(X: Any) -> bool:
-    """Whether X is an array of poses, and not a list of motions."""
-    if isinstance(X, list | tuple):
-        return bool(X) and all(_is_row(row) for row in X)
-    n_dimensions = len(getattr(X, "shape", ()))
-    return n_dimensions == 2 or (
-        n_dimensions == 1 and getattr(X, "dtype", None) != np.dtype(object)
-    )  # an object array holds Motions
-
-
-def _is_row(row: Any) -> bool:
-    if isinstance(row, list | tuple):
-        return bool(row) and not hasattr(row[0], "__len__")
-    return len(getattr(row, "shape", ())) == 1
 
 
 def _warn_of_frames(**arrays: np.ndarray) -> None:

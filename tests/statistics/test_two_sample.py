@@ -12,7 +12,7 @@ from scipy import stats
 from skpose import Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics._registry import METRICS
-from skpose.statistics import _permutations, _unit_means, two_sample_test
+from skpose.statistics import _two_sample, _unit_means, two_sample_test
 
 TREE, CHAIN = random_tree(0), Skeleton.chain(2)
 STATISTICS = ["energy", "mmd"]
@@ -191,7 +191,7 @@ def test_tiles_and_chunks_change_nothing(of_motions, statistic, monkeypatch):
     options = {"skeleton": TREE, "statistic": statistic, "random_state": 0, "n_permutations": 50}
     whole = two_sample_test(X, Y, **options)
     monkeypatch.setattr(_unit_means, "POSES_FOR_WIDTH", 10**6 if statistic == "mmd" else 1)
-    monkeypatch.setattr(_permutations, "VALUES_AT_ONCE", 60)
+    monkeypatch.setattr(_two_sample, "VALUES_AT_ONCE", 60)
     monkeypatch.setattr(_unit_means, "TILE", 5)
     parts = two_sample_test(X, Y, **options)
     assert parts.pvalue == whole.pvalue
