@@ -5,11 +5,11 @@ import numpy as np
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
-from skpose import Motion
+from skpose import Motion, geodesic
 from skpose.datasets import make_actions, make_gait
 from skpose.motions import align_motions
 from skpose.statistics import PoseTangentPCA
-from skpose.view import explorer, geodesic_player, player
+from skpose.view import explorer, player
 
 RATE = 30  # Hz
 
@@ -51,7 +51,7 @@ def path():
     """Return the page of a shortest path next to the straight line."""
     shown = make_actions(1, 1, actions=["kick", "throw"], frame_rate=RATE, random_state=0)
     kick, throw = (motion.angles[len(motion) // 2] for motion in shown)
-    return geodesic_player(kick, throw, shown.skeleton)
+    return player(geodesic(kick, throw, shown.skeleton))
 
 
 def plane():

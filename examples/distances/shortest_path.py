@@ -18,7 +18,7 @@ import numpy as np
 from skpose import geodesic, pose_distances
 from skpose.datasets import load_cmu, make_gait
 from skpose.plot import GeodesicDisplay, PoseStripDisplay
-from skpose.view import geodesic_player
+from skpose.view import player
 
 folder = os.environ.get("SKPOSE_CMU")
 angles = "file"  # as in the paper: Euler angles instead of ball joints
@@ -59,5 +59,4 @@ plt.show()
 
 # %%
 # The path and the straight line in the player.
-start, end = pairs[worst]
-geodesic_player(X[start], X[end], skeleton)
+player(geodesics[worst])

@@ -16,6 +16,6 @@ Each function returns a `Page`, one HTML file without network access. No further
 
 from skpose.view._explorer import explorer
 from skpose.view._page import Page as Page
-from skpose.view._player import geodesic_player, player
+from skpose.view._player import player
 
-__all__ = ["explorer", "geodesic_player", "player"]
+__all__ = ["explorer", "player"]

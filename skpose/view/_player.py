@@ -6,18 +6,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from skpose._utils.typing import ArrayLike
-from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_kind, check_pose
-from skpose.geodesics import geodesic
+from skpose._utils.validation import check_kind
+from skpose.geodesics import GeodesicResult
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._layouts import check_layout
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._forward import weighted_positions
 from skpose.motions import Alignment
-from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton import Motion
 from skpose.skeleton._interpolation import straight_line
-from skpose.skeleton._limits import limited_dofs
 from skpose.skeleton._rotations import TWO_PI
 from skpose.view._pack import pack
 from skpose.view._page import Page, check_labels, page_of
@@ -51,21 +48,23 @@ ASSETS = (
 
 
 def player(
-    motions: Motion | Keypoints | Iterable[Any],
+    motions: Motion | Keypoints | GeodesicResult | Iterable[Any],
     *,
     labels: Sequence[str] | None = None,
     alignment: Alignment | None = None,
     layout: Layout | str | None = None,
     overlay: bool = False,
     title: str | None = None,
+    up: Literal["x", "y", "z"] = "y",
 ) -> Page:
     """Make a page that plays motions, to be turned and compared: one HTML file without network access.
 
     Parameters
     ----------
-    motions : Motion, Keypoints, or iterable of these
+    motions : Motion, Keypoints, iterable of these, or GeodesicResult
         One motion, or up to twelve, of any skeletons and frame rates. Keypoints, such as markers, are drawn in the
-        frames that have them.
+        frames that have them. A path of `skpose.geodesic` is played next to the straight line: both take two seconds at
+        constant speed, and colours show the distance of each joint from its place on the other path.
     labels : sequence of str, default=None
         A name for each; None is "motion 1", "motion 2" and so on.
     alignment : Alignment, default=None
@@ -79,6 +78,8 @@ def player(
         Whether several motions start in one picture instead of side by side; a control in the page changes it.
     title : str, default=None
         Title of the page; None is the labels.
+    up : {"x", "y", "z"}, default="y"
+        For a path: the axis of the root that points up, "z" for robots.
 
     Returns
     -------
@@ -96,7 +97,6 @@ def player(
     See Also
     --------
     skpose.Motion.play, skpose.Keypoints.play : The player of one motion, without options.
-    geodesic_player : The shortest path between two poses and the straight line.
     skpose.plot.PoseStripDisplay : Poses side by side with matplotlib.
 
     Notes
@@ -119,7 +119,13 @@ def player(
     >>> page = player([a, b], labels=["first", "second"], alignment=align_motions(a, b))
     >>> page.title
     'first and second'
+
+    >>> from skpose import Skeleton, geodesic
+    >>> player(geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], Skeleton.chain(3))).title
+    'shortest path, 7.17 m and straight line, 8.03 m'
     """
+    if isinstance(motions, GeodesicResult):
+        return _paths_page(motions, up, overlay, title)
     shown = _check_motions(motions)
     kinds = ["points" if isinstance(one, Keypoints) else "motion" for one in shown]
     names = check_labels(labels, [f"{kind} {i}" for i, kind in enumerate(kinds, 1)] if len(shown) > 1 else kinds)
@@ -134,70 +140,13 @@ def player(
     return page(data, aligned, overlay=overlay, title=" and ".join(names) if title is None else title)
 
 
-def geodesic_player(
-    start: ArrayLike,
-    end: ArrayLike,
-    skeleton: Skeleton,
-    *,
-    joint_limits: str = "ignore",
-    overlay: bool = False,
-    up: Literal["x", "y", "z"] = "y",
-) -> Page:
-    """Make a page that plays the shortest path between two poses next to the straight line.
-
-    Both take two seconds, at constant speed of all joints together. Colours show the distance of each joint
-    from its place on the other path.
-
-    Parameters
-    ----------
-    start, end : array-like of shape (n_dofs,)
-        The two poses: joint angles, rad.
-    skeleton : Skeleton
-        Their skeleton.
-    joint_limits : {"ignore", "enforce"}, default="ignore"
-        "enforce" keeps both paths inside ``skeleton.limits``, as `skpose.geodesic` does: no dof with limits goes over
-        from π to −π.
-    overlay : bool, default=False
-        Whether the two start in one picture instead of side by side.
-    up : {"x", "y", "z"}, default="y"
-        Which axis of the root points up: "z" for robots.
-
-    Returns
-    -------
-    Page
-        Its labels have the lengths of both paths, m, the metrics "geodesic" and "spatial" on a fine grid.
-
-    Raises
-    ------
-    ValueError
-        For poses of the wrong length, or not finite; for poses outside of limits that are enforced.
-
-    Warns
-    -----
-    ConvergenceWarning
-        If the geodesic did not converge, see `skpose.geodesic`.
-    UserWarning
-        If the poses look like degrees.
-
-    See Also
-    --------
-    skpose.geodesic : The shortest path as poses.
-    skpose.plot.GeodesicDisplay : The two paths in the plane of angles.
-
-    Examples
-    --------
-    >>> from skpose import Skeleton
-    >>> from skpose.view import geodesic_player
-    >>> geodesic_player([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], Skeleton.chain(3)).title
-    'shortest path, 7.17 m and straight line, 8.03 m'
-    """
-    first, last = check_pose(start, skeleton, "start"), check_pose(end, skeleton, "end")
-    warn_of_degrees(None, skeleton, start=first[None], end=last[None])
-    found = geodesic(first, last, skeleton, joint_limits=joint_limits)
+def _paths_page(found: GeodesicResult, up: Literal["x", "y", "z"], overlay: bool, title: str | None) -> Page:
+    """The page of a geodesic and the straight line between its ends, at constant speed."""
+    skeleton = found._skeleton
+    first, last = found.path[[0, -1]]
     straight = straight_line(skeleton.bones, first, last, FINE + 1, TWO_PI)
-    if joint_limits == "enforce":
-        limited = limited_dofs(skeleton.bones)
-        straight[:, limited] = np.linspace(first[limited], last[limited], FINE + 1)
+    if found._limited is not None:  # which do not pass half a turn
+        straight[:, found._limited] = np.linspace(first, last, FINE + 1)[:, found._limited]
     length = np.linalg.norm(np.diff(weighted_positions(straight, skeleton), axis=0), axis=1).sum()
     paths = {
         f"shortest path, {found.curve_length:.3g} m": found,
@@ -209,7 +158,7 @@ def geodesic_player(
     same = np.repeat(np.arange(n)[:, None], 2, axis=1)
     pairs = pairs_data(same, np.linalg.norm(F - G, axis=2), [range(skeleton.n_joints)] * 2)
     data = [motion_data(motion, label) for motion, label in zip(motions, paths, strict=True)]
-    return page(data, pairs, overlay=overlay, title=" and ".join(paths))
+    return page(data, pairs, overlay=overlay, title=" and ".join(paths) if title is None else title)
 
 
 def page(data: list[dict[str, Any]], alignment: dict[str, Any] | None, *, overlay: bool, title: str) -> Page:
