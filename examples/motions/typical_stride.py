@@ -19,7 +19,7 @@ import numpy as np
 from skpose import pose_distances
 from skpose.datasets import load_hdm05, make_gait
 from skpose.motions import align_motions, mean_motion, segment_repetitions
-from skpose.plot import DistanceMatrixDisplay, MeanMotionDisplay, PoseStripDisplay
+from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
 from skpose.view import player
 
 # %%
@@ -105,7 +105,19 @@ player(loop, title="the typical stride, three times")
 
 # %%
 # How much the strides vary: the joints at the ends of the limbs most.
-MeanMotionDisplay.from_mean(mean)
+
+
+def draw_variation(mean):
+    """Draw the standard deviation of every joint, cm, against the time of the mean."""
+    figure, ax = plt.subplots(figsize=(8, 5), layout="constrained")
+    image = ax.imshow(
+        100 * mean.joint_std.T, aspect="auto", extent=(0, len(mean) / mean.frame_rate, len(mean.skeleton), 0)
+    )
+    ax.set(xlabel="time of the mean (s)", yticks=np.arange(len(mean.skeleton)) + 0.5, yticklabels=mean.skeleton)
+    figure.colorbar(image, label="standard deviation (cm)")
+
+
+draw_variation(mean)
 plt.show()
 
 # %%
@@ -118,5 +130,5 @@ if folder:
     squat = mean_motion([motion.resample(30) for motion in dataset[chosen]])
     print(f"{chosen.sum()} squats: {squat}")
     PoseStripDisplay.from_motion(squat.to_motion(), n_poses=9, projection="zy")
-    MeanMotionDisplay.from_mean(squat)
+    draw_variation(squat)
     plt.show()

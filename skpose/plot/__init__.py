@@ -10,9 +10,7 @@ from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._joint_angles import JointAnglesDisplay
 from skpose.plot._mds import MDSDisplay
-from skpose.plot._mean_motion import MeanMotionDisplay
 from skpose.plot._pose import PoseDisplay, PoseStripDisplay
-from skpose.plot._tangent_pca import TangentPCADisplay
 
 __all__ = [
     "AlignmentDisplay",
@@ -20,8 +18,6 @@ __all__ = [
     "GeodesicDisplay",
     "JointAnglesDisplay",
     "MDSDisplay",
-    "MeanMotionDisplay",
     "PoseDisplay",
     "PoseStripDisplay",
-    "TangentPCADisplay",
 ]

@@ -8,10 +8,13 @@ from skpose._utils.validation import check_integer, check_kind
 from skpose.kinematics import forward_kinematics
 from skpose.motions import Alignment
 from skpose.motions._alignment import Quantity
-from skpose.plot._axes import ROW, axes, draw_joint_map
+from skpose.plot._axes import SIDES, axes, plain
 from skpose.plot._pose import GAP, check_projection, draw_pose
 from skpose.plot._volume import shape_of_person
+from skpose.skeleton._sides import sides
 
+ROW = 0.19  # inches: the height of a joint
+LARGEST_FONT = 9.0  # points
 WIDTH, STRIPS, LABELS = 10.0, 3.6, 0.5  # inches: the figure, all poses, labels of time
 # Shares of the height of the strips: for the poses of one motion, and where lines end. Between them is a little room.
 FIGURES, LINES = 0.4, 0.42
@@ -99,12 +102,21 @@ class AlignmentDisplay:
         return self
 
     def _draw_map(self, names, places, differences, quantity, style, bar_ax) -> None:
-        """Draw the joints against the frames of the first motion."""
+        """Draw the joints against the frames of the first motion, with names as small as the rows need."""
         factor, label = QUANTITIES[quantity]
         path, ax = self.alignment.path, self.map_ax_
         first_pairs = np.flatnonzero(np.diff(path[:, 0], prepend=-1))
         of_frames = factor * np.maximum.reduceat(differences, first_pairs, axis=0)
-        draw_joint_map(ax, of_frames, names, places, self._edges(), label, style, bar_ax)
+        defaults = {"cmap": "viridis", "interpolation": "nearest", "vmin": 0.0, "aspect": "auto"}
+        if not of_frames.any():
+            defaults["vmax"] = 1.0  # else matplotlib makes room below zero
+        image = ax.imshow(of_frames.T, extent=(*self._edges(), len(names) - 0.5, -0.5), **defaults | style)
+        self.figure_.colorbar(image, cax=bar_ax, label=label)
+        row = ax.get_window_extent().height / self.figure_.dpi * 72 / len(names)  # points
+        ax.set_yticks(np.arange(len(names)), list(map(plain, places)), fontsize=min(LARGEST_FONT, 0.8 * row))
+        for text, side in zip(ax.get_yticklabels(), sides(names), strict=True):
+            text.set_color(SIDES[side] if side else "black")
+        ax.tick_params(axis="y", length=0)
         ax.set_xlabel(self._label("a"))
         ax.locator_params(axis="x", **TICKS)
         ax.xaxis.set_major_formatter("{x:g}")
@@ -113,8 +125,6 @@ class AlignmentDisplay:
         """Draw pairs of poses, lines of the path between the two motions, and the time of the second."""
         from matplotlib.collections import LineCollection
         from matplotlib.ticker import MaxNLocator
-
-        from skpose.plot._pose_transform import PoseTransform
 
         found, ax = self.alignment, self.strips_ax_
         ax.set(xlim=self._edges(), ylim=(0.0, 1.0), xlabel=self._label("b"))
@@ -132,14 +142,19 @@ class AlignmentDisplay:
         low, high = (edge(positions[..., plane], axis=1, initial=0.0) for edge in (np.min, np.max))  # with the root
         middle = (low + high) / 2
         middle[:, 1] = (low[:, 1].min() + high[:, 1].max()) / 2  # of all, so that the roots have one height
-        size = ((high - low)[:, 0].max(), high[:, 1].max() - low[:, 1].min())
-        room = 1.0 / ((1.0 + GAP) * len(pairs)), FIGURES
+        half = np.array([(high - low)[:, 0].max(), high[:, 1].max() - low[:, 1].min()]) / 2
+        half[half == 0.0] = 1.0  # where all bones are seen end on
+        room = np.ptp(self._edges()) / ((1.0 + GAP) * len(pairs))
         points = [(x, height) for x_of, height in zip(where[pairs].T, HEIGHTS, strict=True) for x in x_of]
-        for pose, centre, point in zip(positions, middle, points, strict=True):
-            style = {"transform": PoseTransform(ax, centre, point, room, size), "clip_on": False}
-            if shape is None:
-                style |= {"linewidth": 1.5, "markersize": 2}
-            draw_pose(ax, pose, plane, skeleton, shape, 0.0, style)
+        style = {"clip_on": False} | ({"linewidth": 1.5, "markersize": 2} if shape is None else {})
+        for pose, (left, low_edge), (right, high_edge), (x, height) in zip(
+            positions, middle - half, middle + half, points, strict=True
+        ):
+            bounds = (x - room / 2, height - FIGURES / 2, room, FIGURES)
+            figure = ax.inset_axes(bounds, transform=ax.get_xaxis_transform())
+            figure.set_axis_off()
+            figure.set(xlim=(left, right), ylim=(low_edge, high_edge), aspect="equal")
+            draw_pose(figure, pose, plane, skeleton, shape, 0.0, style)
         first, last = self._times(found.path[[0, -1], 1])
         ticks = [t for t in MaxNLocator(**TICKS).tick_values(first, last) if first <= t <= last]
         rate = found.frame_rate or 1.0

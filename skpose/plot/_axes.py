@@ -1,10 +1,6 @@
-"""Shared parts of the displays: axes, legends, maps of joints, and colours that colour-blind people can distinguish."""
+"""Shared parts of the displays: axes, legends, and colours that colour-blind people can distinguish."""
 
 import math
-
-import numpy as np
-
-from skpose.skeleton._sides import sides
 
 # M. Okabe, K. Ito, "Color universal design", 2008; without its yellow, which is hard to see on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
@@ -32,8 +28,6 @@ OUTSIDE = {
     "handletextpad": 0.5,
     "columnspacing": 1.0,
 }
-ROW = 0.19  # inches: the height of a joint
-LARGEST_FONT = 9.0  # points
 
 
 def axes(ax, figsize=None, projection=None):
@@ -74,21 +68,3 @@ def add_legend(ax, *, is_new):
     if is_new:
         figure.set_figwidth(figure.get_figwidth() + legend.get_window_extent().width / figure.dpi)
     return legend
-
-
-def draw_joint_map(ax, values, names, places, edges, label, style, bar_ax=None) -> None:
-    """Draw values (n_frames, n_joints) from the left to the right edge, and a colour bar in `bar_ax` or next to it.
-
-    The places of the joints are as small as their rows need, and have the colours of their sides.
-    """
-    extent = (*edges, len(names) - 0.5, -0.5)
-    defaults = {"cmap": "viridis", "interpolation": "nearest", "vmin": 0.0, "aspect": "auto"}
-    if not values.any():
-        defaults["vmax"] = 1.0  # else matplotlib makes room below zero
-    image = ax.imshow(values.T, extent=extent, **defaults | style)
-    ax.figure.colorbar(image, ax=ax, cax=bar_ax, label=label)
-    row = ax.get_window_extent().height / ax.figure.dpi * 72 / len(names)  # points
-    ax.set_yticks(np.arange(len(names)), list(map(plain, places)), fontsize=min(LARGEST_FONT, 0.8 * row))
-    for text, side in zip(ax.get_yticklabels(), sides(names), strict=True):
-        text.set_color(SIDES[side] if side else "black")
-    ax.tick_params(axis="y", length=0)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from sklearn.utils.validation import check_is_fitted
 
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
@@ -13,6 +14,7 @@ from skpose.plot._axes import COLOURS, SIDES, axes, plain
 from skpose.plot._volume import draw_ground, draw_volume, shape_of_person, with_root
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._sides import sides
+from skpose.statistics import PoseTangentPCA
 from skpose.view._scene import vertical_of
 from skpose.view._shape import Shape
 
@@ -179,7 +181,7 @@ class PoseDisplay:
 
 
 class PoseStripDisplay:
-    """Poses side by side, such as those along a motion or a geodesic; left and right as in `PoseDisplay`.
+    """Poses side by side, along a motion, a geodesic or a principal component; left and right as in `PoseDisplay`.
 
     Parameters
     ----------
@@ -351,6 +353,47 @@ class PoseStripDisplay:
         labels = [f"{length:.2f}" for length in np.linspace(0, geodesic.curve_length, n_poses)]
         title = "arc length from the first pose (m)"
         return cls.from_poses(geodesic.resample(n_poses), skeleton, labels=labels, title=title, ax=ax, **options)
+
+    @classmethod
+    def from_estimator(
+        cls, pca: PoseTangentPCA, component: int = 0, *, n_poses: int = 5, extent: float = 2.0, ax=None, **options
+    ) -> "PoseStripDisplay":
+        """Draw poses along a component of a fitted `PoseTangentPCA`, the mean in the middle.
+
+        Parameters
+        ----------
+        pca : PoseTangentPCA
+            The fitted estimator.
+        component : int, default=0
+            Index of the component, the first is 0.
+        n_poses : int, default=5
+            Number of poses to draw.
+        extent : float, default=2.0
+            Score of the last pose, in standard deviations of the training poses; the first has its opposite.
+        ax : matplotlib Axes, default=None
+            The axes to draw into; None makes new ones.
+        **options
+            Projection and style, see `plot`.
+
+        Returns
+        -------
+        PoseStripDisplay
+            The display.
+        """
+        check_kind(pca, PoseTangentPCA, "pca", "PoseTangentPCA(skeleton).fit(X) is one")
+        check_is_fitted(pca, "n_components_")
+        check_integer(n_poses, 2, "n_poses")
+        if not 0 <= component < pca.n_components_:
+            raise ValueError(f"component must be from 0 to {pca.n_components_ - 1}, got {component}")
+        if (skeleton := pca.skeleton_) is None:
+            raise ValueError("pca must have a skeleton to be drawn, got PoseTangentPCA(None)")
+        deviations, scores = np.linspace(-extent, extent, n_poses), np.zeros((n_poses, pca.n_components_))
+        scores[:, component] = deviations * np.sqrt(pca.explained_variance_[component])
+        labels = [f"{deviation:+.3g}".replace("-", "−") if deviation else "0" for deviation in deviations]
+        share = pca.explained_variance_ratio_[component]
+        title = f"standard deviations along component {component + 1}, {share:.0%} of the variance"
+        poses = pca.inverse_transform(scores)
+        return cls.from_poses(poses, skeleton, labels=labels, title=title, ax=ax, **options)
 
 
 def _find_vertical(motion: Motion) -> int:

@@ -11,7 +11,7 @@ from skpose.view._shape import Shape, find_shape, outline
 
 TINT = 0.5  # share of a side's colour in its parts, mixed with the colour of the axes
 EDGE = 0.8  # points, of the edge that sets a part apart from those behind it
-SHARED = ("alpha", "transform", "clip_on", "zorder", "visible")  # what of the style of the lines areas have too
+SHARED = ("alpha", "clip_on", "zorder", "visible")  # what of the style of the lines areas have too
 GROUND: dict[str, Any] = {"color": "0.75", "linewidths": 1.0, "zorder": 0.5}
 
 
@@ -53,7 +53,7 @@ def draw_volume(
         widths += [2.0 * EDGE, 0.0]
     options: dict[str, Any] = {"zorder": 2} | {key: style[key] for key in SHARED if key in style}
     drawn = PathCollection(paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **options)
-    ax.add_collection(drawn, autolim="transform" not in style)
+    ax.add_collection(drawn)
 
 
 def draw_ground(ax, shape: Shape, positions: np.ndarray, axis: int) -> None:

@@ -44,12 +44,11 @@ def test_the_map_has_the_largest_difference_of_each_frame(quantity, factor):
 
 def figures(display):
     """The points of each figure in the display's pixels, as they are drawn: a list of (n, 2)."""
-    found = {}
-    for line in display.strips_ax_.lines:
-        points = np.stack(line.get_data(), axis=1)
-        where = line.get_transform().transform(points[~np.isnan(points[:, 0])])
-        found.setdefault(id(line.get_transform()), []).append(where)
-    return [np.concatenate(parts) for parts in found.values()]
+    found = []
+    for ax in display.strips_ax_.child_axes:
+        points = np.concatenate([np.stack(line.get_data(), axis=1) for line in ax.lines])
+        found.append(ax.transData.transform(points[~np.isnan(points[:, 0])]))
+    return found
 
 
 def test_poses_keep_their_shape_and_stand_at_their_times():

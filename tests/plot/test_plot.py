@@ -10,17 +10,15 @@ from skpose import Motion, Skeleton, forward_kinematics, geodesic, plot, pose_di
 from skpose.biomechanics import JointAngles
 from skpose.manifold import SpatialMDS
 from skpose.metrics import Spatial
-from skpose.motions import align_motions, mean_motion
+from skpose.motions import align_motions
 from skpose.plot import (
     AlignmentDisplay,
     DistanceMatrixDisplay,
     GeodesicDisplay,
     JointAnglesDisplay,
     MDSDisplay,
-    MeanMotionDisplay,
     PoseDisplay,
     PoseStripDisplay,
-    TangentPCADisplay,
 )
 from skpose.plot._axes import SIDES
 from skpose.skeleton._sides import sides
@@ -49,10 +47,6 @@ def aligned():
 
 
 @functools.cache
-def mean_of_motions():
-    return mean_motion([Motion(ARM, np.linspace(START, END, n), 10) for n in (6, 8)])
-
-
 def drawn_bones(line):
     """Segments of a line with gaps, (n, 2, 2)."""
     points = np.stack(line.get_data(), axis=1).reshape(-1, 3, 2)
@@ -74,9 +68,8 @@ DISPLAYS = {
     "matrix": lambda ax: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.repeat([0, 1], 10), ax=ax),
     "geodesic": lambda ax: GeodesicDisplay.from_geodesic(shortest_path(), ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_alignment(aligned(), ax=ax),
-    "mean": lambda ax: MeanMotionDisplay.from_mean(mean_of_motions(), ax=ax),
     "angles": lambda ax: JointAnglesDisplay.from_angles(some_angles(), [(0, 10), (10, 20)], ax=ax),
-    "component": lambda ax: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
+    "component": lambda ax: PoseStripDisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
 }
 
 
@@ -277,8 +270,7 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
         (lambda: AlignmentDisplay.from_alignment(X), "alignment"),
         (lambda: AlignmentDisplay.from_alignment(aligned(), quantity="angle"), "quantity"),
         (lambda: JointAnglesDisplay.from_angles(X), "angles"),
-        (lambda: MeanMotionDisplay.from_mean(X), "mean"),
-        (lambda: TangentPCADisplay.from_estimator(PoseTangentPCA(ARM).fit(X), 3), "component"),
+        (lambda: PoseStripDisplay.from_estimator(PoseTangentPCA(ARM).fit(X), 3), "component"),
         (lambda: PoseStripDisplay.from_poses(X, ARM, ax=plt.figure().add_subplot(projection="3d")), "ax"),
     ],
 )
