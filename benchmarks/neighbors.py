@@ -15,11 +15,10 @@ from sklearn.neighbors import NearestNeighbors
 
 from skpose import (
     PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
     forward_kinematics,
     pose_distances,
 )
-from skpose.neighbors import _cost
+from skpose.neighbors import PoseRadiusNeighborsTransformer, _cost
 from skpose.neighbors._queries import Request, find
 
 KS = (1, 5, 15, 50)

@@ -18,7 +18,6 @@ __all__ = [
     "Motion",
     "PoseDistanceTransformer",
     "PoseKNeighborsTransformer",
-    "PoseRadiusNeighborsTransformer",
     "Skeleton",
     "forward_kinematics",
     "geodesic",
@@ -54,7 +53,7 @@ if TYPE_CHECKING:
     from skpose.kinematics import forward_kinematics, inverse_kinematics
     from skpose.metrics import pose_distances, pose_metric
     from skpose.motions import motion_distances
-    from skpose.neighbors import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer
+    from skpose.neighbors import PoseKNeighborsTransformer
     from skpose.preprocessing import PoseDistanceTransformer
     from skpose.skeleton import Bone, Motion, Skeleton
 
@@ -71,7 +70,7 @@ else:
         "manifold": [],
         "metrics": ["pose_distances", "pose_metric"],
         "motions": ["motion_distances"],
-        "neighbors": ["PoseKNeighborsTransformer", "PoseRadiusNeighborsTransformer"],
+        "neighbors": ["PoseKNeighborsTransformer"],
         "plot": [],
         "preprocessing": ["PoseDistanceTransformer"],
         "robots": [],

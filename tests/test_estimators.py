@@ -16,7 +16,6 @@ from sklearn.pipeline import make_pipeline
 from skpose import (
     PoseDistanceTransformer,
     PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
     Skeleton,
     forward_kinematics,
     geodesic,
@@ -28,6 +27,7 @@ from skpose.geodesics import frechet_mean
 from skpose.manifold import SpatialMDS
 from skpose.metrics import Angle, pose_distances_chunked
 from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
+from skpose.neighbors import PoseRadiusNeighborsTransformer
 from skpose.preprocessing import PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 

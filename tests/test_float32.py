@@ -6,13 +6,13 @@ import pytest
 from skpose import (
     PoseDistanceTransformer,
     PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
     Skeleton,
     forward_kinematics,
 )
 from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.manifold import SpatialMDS
 from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
+from skpose.neighbors import PoseRadiusNeighborsTransformer
 from skpose.preprocessing import PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 

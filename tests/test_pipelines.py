@@ -13,7 +13,6 @@ from sklearn.svm import SVC
 from skpose import (
     PoseDistanceTransformer,
     PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
     forward_kinematics,
     pose_distances,
 )
@@ -21,6 +20,7 @@ from skpose._cli.studies.compare import COMPARED
 from skpose.cluster import MedoidShift
 from skpose.datasets import make_gait
 from skpose.keypoints import Layout, fit_skeleton
+from skpose.neighbors import PoseRadiusNeighborsTransformer
 from skpose.preprocessing import PoseFromPositions
 
 

@@ -75,7 +75,8 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
     --------
     >>> from sklearn.cluster import DBSCAN
     >>> from sklearn.pipeline import make_pipeline
-    >>> from skpose import PoseRadiusNeighborsTransformer, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.neighbors import PoseRadiusNeighborsTransformer
     >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
     >>> neighbors = PoseRadiusNeighborsTransformer(Skeleton.chain(2), radius=0.5)
     >>> neighbors.fit_transform(X).toarray().round(2)

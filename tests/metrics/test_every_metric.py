@@ -16,7 +16,6 @@ from sklearn.neighbors import KNeighborsClassifier
 from skpose import (
     PoseDistanceTransformer,
     PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
     motion_distances,
     pose_distances,
     pose_metric,
@@ -33,6 +32,7 @@ from skpose.motions import (
     find_motion,
     mean_motion,
 )
+from skpose.neighbors import PoseRadiusNeighborsTransformer
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 
 X = np.random.default_rng(0).normal(0.0, 0.5, size=(12, SKELETON.n_dofs))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from conftest import SKELETONS
 
-from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances
+from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.metrics import Spatial
-from skpose.neighbors import _cost
+from skpose.neighbors import PoseRadiusNeighborsTransformer, _cost
 from skpose.neighbors._queries import Request, find
 
 RNG = np.random.default_rng(0)

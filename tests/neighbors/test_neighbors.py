@@ -10,14 +10,13 @@ from sklearn.neighbors import KNeighborsTransformer, RadiusNeighborsTransformer
 
 from skpose import (
     PoseKNeighborsTransformer,
-    PoseRadiusNeighborsTransformer,
     forward_kinematics,
     pose_distances,
 )
 from skpose.datasets import make_gait
 from skpose.metrics import Geodesic
 from skpose.metrics._registry import METRICS
-from skpose.neighbors import _cost
+from skpose.neighbors import PoseRadiusNeighborsTransformer, _cost
 
 HUMANOID = SKELETONS["humanoid"]
 

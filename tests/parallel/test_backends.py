@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from conftest import random_tree
 
-from skpose import PoseKNeighborsTransformer, PoseRadiusNeighborsTransformer, pose_distances
+from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose._utils import backends
 from skpose._utils.backends import from_workers, in_processes
 from skpose.metrics import pose_distances_chunked
+from skpose.neighbors import PoseRadiusNeighborsTransformer
 
 TREE = random_tree(0)
 TASKS = [(i, i + 1) for i in range(30)]
