@@ -74,7 +74,7 @@ def pose_distances(
         Array for the result, of the dtype of the result: an ndarray, ``numpy.memmap``, h5py dataset, zarr array, or any
         other object that supports ``out[i:j, k:l] = block``. Each tile is written once it is computed.
     verbose : int, default=0
-        Whether to show the progress: a bar if rich is installed, else some lines on stderr.
+        Whether to show the progress, as some lines on stderr.
 
     Returns
     -------
