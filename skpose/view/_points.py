@@ -50,25 +50,7 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
 
 
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
-    """Data of keypoints in a page, as an object of JSON; see `motion_data` of `_scene`."""
-    figure, scene, seen, shape = points_scene(keypoints, layout)
-    return scene_data(scene) | {
-        "label": label,
-        "names": figure.names,
-        "parents": figure.parents,
-        "sides": sides(figure.names),
-        "shape": shape.data(),
-        "rate": keypoints.frame_rate,
-        "start": 0.0,
-        "numbers": None,
-        "headings": None,  # nothing is known of where points face
-        "seen": pack(seen.astype(float), 1.0),
-        "layout": figure.layout,
-    }
-
-
-def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, Scene, np.ndarray, Shape]:
-    """Keypoints in space: points with their bones, positions, visibility (n_frames, n_points), and a shape.
+    """Data of keypoints in a page, as an object of JSON; see `motion_data` of `_scene`.
 
     Missing points are interpolated linearly over time, so that the middle of all points, which the view follows instead
     of a root, does not jump.
@@ -83,8 +65,19 @@ def points_scene(keypoints: Keypoints, layout: Layout | None) -> tuple[Figure, S
     height, standing = find_ground(positions, times, size)
     joints = np.where(seen.any(axis=0)[:, None], filled - middle[:, None], 0.0)
     axes, root = "".join("xyz"[axis] for axis in order), middle - [0.0, height, 0.0]
-    scene = Scene(joints, root, np.zeros(len(middle)), axes, size, standing)
-    return figure, scene, seen, _shape_of(figure, size)
+    return scene_data(Scene(joints, root, np.zeros(len(middle)), axes, size, standing)) | {
+        "label": label,
+        "names": figure.names,
+        "parents": figure.parents,
+        "sides": sides(figure.names),
+        "shape": _shape_of(figure, size).data(),
+        "rate": keypoints.frame_rate,
+        "start": 0.0,
+        "numbers": None,
+        "headings": None,  # nothing is known of where points face
+        "seen": pack(seen.astype(float), 1.0),
+        "layout": figure.layout,
+    }
 
 
 def _shape_of(figure: Figure, size: float) -> Shape:
