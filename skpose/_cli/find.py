@@ -1,7 +1,6 @@
 """`skpose find`: search files for a motion or a single pose."""
 
 import argparse
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     add("--pose", type=float, metavar="S", help="search for the pose at this time, s")
     add("--k", type=int, default=10, metavar="K", help="number of places; default: 10")
     add("--exclude-query", action="store_true", help="exclude places that overlap the query")
-    add("--one-per-file", action="store_true", help="print only the best place of each file")
     options.add_metric(parser)
     options.add_jobs(parser)
     options.add_preparing(parser)
@@ -65,20 +63,18 @@ def _find_motion(
     for i, recording in enumerate(recordings):
         bounds = [(0, here.start), (here.stop, len(recording))] if i in own else [(0, len(recording))]
         parts += [(i, start, recording[start:stop]) for start, stop in bounds if start < stop]
+    found = skpose.motions.find_motion(
+        whole[here],
+        [motion for *_, motion in parts],
+        k=args.k,
+        skeleton=whole.skeleton,
+        metric=args.metric,
+        n_jobs=args.jobs,
+    )
     places = []
-    for _, some in groupby(parts, key=lambda part: part[0] if args.one_per_file else None):
-        group = list(some)
-        found = skpose.motions.find_motion(
-            whole[here],
-            [motion for *_, motion in group],
-            k=1 if args.one_per_file else args.k,
-            skeleton=whole.skeleton,
-            metric=args.metric,
-            n_jobs=args.jobs,
-        )
-        for match in found:
-            i, first, _ = group[match.motion]
-            places.append((match.distance, i, first + match.start, first + match.stop))
+    for match in found:
+        i, first, _ = parts[match.motion]
+        places.append((match.distance, i, first + match.start, first + match.stop))
     return places
 
 
@@ -95,8 +91,6 @@ def _find_pose(
         rows = find_minima(distances, recording.frame_numbers, recording.frame_rate)
         if i in own:
             rows = rows[np.abs(recording.times[rows] - whole.times[row]) > APART]
-        if args.one_per_file:
-            rows = rows[np.argsort(distances[rows], kind="stable")[:1]]
         places += [(float(distances[r]), i, r, r + 1) for r in rows.tolist()]
     return places
 
