@@ -110,11 +110,18 @@ def _world_positions(motion):
     return world_positions(motion)
 
 
+def _mass_weights(skeleton):
+    from skpose.kinematics._mass import mass_weights
+
+    return mass_weights(skeleton)
+
+
 def _keypoints(*arguments):
     from skpose.keypoints import Keypoints
 
     return Keypoints(*arguments)
 
 
-# Methods of motions and keypoints that need what comes after them in the flow of data.
+# Methods of skeletons, motions and keypoints that need what comes after them in the flow of data.
 _upper_layers.player, _upper_layers.world_positions, _upper_layers.keypoints = _player, _world_positions, _keypoints
+_upper_layers.mass_weights = _mass_weights

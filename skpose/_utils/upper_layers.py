@@ -1,4 +1,4 @@
-"""Functions of the layers above motions and keypoints that their methods call, filled in by `skpose`."""
+"""Functions of the layers above skeletons, motions and keypoints that their methods call, filled in by `skpose`."""
 
 from collections.abc import Callable
 from typing import Any, TypeAlias
@@ -8,11 +8,12 @@ Keypoints: TypeAlias = Any  # `skpose.keypoints.Keypoints`
 
 
 class UpperLayers:
-    """Functions that methods of motions and keypoints call."""
+    """Functions that methods of skeletons, motions and keypoints call."""
 
     player: Callable[..., Page]  # `skpose.view.player`
     world_positions: Callable[..., Any]  # `skpose.kinematics._forward.world_positions`
     keypoints: Callable[..., Keypoints]
+    mass_weights: Callable[..., Any]  # `skpose.kinematics._mass.mass_weights`
 
 
 upper_layers = UpperLayers()

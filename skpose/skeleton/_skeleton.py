@@ -286,14 +286,14 @@ class Skeleton:
         ------
         ValueError
             For an unknown joint, a weight that is negative or not finite, weights that are all zero; for "mass", if a
-            segment of the person is not found by the names of the joints.
+            segment of the person is not found.
 
         Notes
         -----
         By default every joint has weight 1. Among joints always at one point only the first has weight.
 
-        "mass" finds thighs, shanks, feet, upper arms, forearms, hands and the head by name. The trunk, without the
-        pelvis, is spread evenly over the length of the spine. The mass at the root is left out, as the root does not
+        "mass" finds the person as `skpose.kinematics.retarget` does. The trunk, without the pelvis, is spread evenly
+        over the length of the spine. The mass at the root is left out, as the root does not
         move.
 
         References

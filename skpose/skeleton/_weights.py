@@ -7,10 +7,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.typing import ArrayLike
+from skpose._utils.upper_layers import upper_layers
 from skpose._utils.validation import SkeletonLike, check_choice
 from skpose.skeleton._bone import Bone
 from skpose.skeleton._joint_positions import joint_positions
-from skpose.skeleton._mass import mass_weights
 from skpose.skeleton._selection import check_joints
 
 SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joints in one place
@@ -22,7 +22,7 @@ def weight_bones(
     """The bones of a skeleton with weights, see `Skeleton.with_weights`."""
     if isinstance(weights, str):
         check_choice("weights", weights, ("mass",))
-        weights = mass_weights(skeleton)
+        weights = upper_layers.mass_weights(skeleton)
     by_name: dict[Any, Any] = dict(weights.items()) if hasattr(weights, "items") else {}  # pandas Series have items too
     if isinstance(weights, Mapping) or any(isinstance(name, str) for name in by_name):
         check_joints(skeleton, by_name, "weights")

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics
 from skpose.kinematics._anatomy import find_anatomy
-from skpose.skeleton._mass import ARM, LEG
+from skpose.kinematics._mass import ARM_SEGMENTS as ARM
+from skpose.kinematics._mass import LEG_SEGMENTS as LEG
 from skpose.skeleton._proportions import PROPORTIONS
 from skpose.view._person_shape import R_SKULL
 from skpose.view._shape import find_shape, outline
