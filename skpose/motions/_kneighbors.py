@@ -1,27 +1,21 @@
 """The k nearest motions as a sparse graph."""
 
-from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
-from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
-from sklearn.utils.validation import check_is_fitted
 
-from skpose._base import POSE_CONSTRAINTS
-from skpose._utils.sklearn import Interval, StrOptions, fit_context
-from skpose._utils.validation import check_choice
+from skpose._utils.sklearn import fit_context
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.metrics._registry import OF_MOTIONS
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._search import Request, find
-from skpose.neighbors._graph import check_k, sparse_graph
+from skpose.neighbors import PoseKNeighborsTransformer
+from skpose.neighbors._results import Neighbors
 
 
-class MotionKNeighborsTransformer(
-    MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
-):
+class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransformer):
     """Transform motions into the sparse graph of their exact k nearest training motions.
 
     The counterpart of scikit-learn's ``KNeighborsTransformer`` under dynamic time warping with a distance of poses.
@@ -126,11 +120,8 @@ class MotionKNeighborsTransformer(
     """
 
     _parameter_constraints: ClassVar[dict] = {
-        **POSE_CONSTRAINTS,
+        **PoseKNeighborsTransformer._parameter_constraints,
         "metric": OF_MOTIONS,
-        "mode": [StrOptions(["distance", "connectivity"])],
-        "n_neighbors": [Interval(Integral, 1, None, closed="left")],
-        "algorithm": [StrOptions(["auto", "brute"])],
         "window": ALIGNMENT_CONSTRAINTS["window"],
     }
 
@@ -146,14 +137,16 @@ class MotionKNeighborsTransformer(
         n_jobs=None,
         verbose=0,
     ):
-        self.skeleton = skeleton
-        self.mode = mode
-        self.n_neighbors = n_neighbors
-        self.algorithm = algorithm
-        self.metric = metric
+        super().__init__(
+            skeleton,
+            mode=mode,
+            n_neighbors=n_neighbors,
+            algorithm=algorithm,
+            metric=metric,
+            n_jobs=n_jobs,
+            verbose=verbose,
+        )
         self.window = window
-        self.n_jobs = n_jobs
-        self.verbose = verbose
 
     @fit_context(prefer_skip_nested_validation=True)
     def fit(self, X, y=None):
@@ -176,95 +169,7 @@ class MotionKNeighborsTransformer(
         self.n_samples_fit_ = X.n_motions
         return self
 
-    def fit_transform(self, X, y=None):
-        """Index the training motions and compute the graph of neighbours among them.
-
-        Parameters
-        ----------
-        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions
-            Motions, as for `fit`.
-        y : Ignored
-            Not used, present for API consistency by convention.
-
-        Returns
-        -------
-        sparse matrix of shape (n_samples_fit, n_samples_fit)
-            As from `transform`: every motion is among its own neighbours.
-        """
-        return self.fit(X).transform(X)
-
-    def transform(self, X):
-        """Compute the graph of the nearest training motions.
-
-        Parameters
-        ----------
-        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions
-            Motions, as for `fit`.
-
-        Returns
-        -------
-        sparse matrix of shape (n_samples, n_samples_fit)
-            In CSR format, each row by distance; zero distances are stored explicitly.
-        """
-        check_is_fitted(self, "n_samples_fit_")
-        return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
-
-    def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
-        """Find the k nearest training motions.
-
-        Parameters
-        ----------
-        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions, default=None
-            Motions, as for `fit`. None is the training motions; a motion is then not its own neighbour.
-        n_neighbors : int, default=None
-            Number of neighbours; None takes the constructor's.
-        return_distance : bool, default=True
-            Whether to return the distances too.
-
-        Returns
-        -------
-        distances : ndarray of shape (n_queries, n_neighbors)
-            In m, or rad for "angle", divided by the frames as in `motion_distances`; float64, also for float32 poses.
-            Only if requested.
-        indices : ndarray of shape (n_queries, n_neighbors)
-            Sorted by distance, then by index.
-
-        Raises
-        ------
-        ValueError
-            For more neighbours than there are training motions.
-        """
-        check_is_fitted(self, "n_samples_fit_")
-        found = self._find(X, n_neighbors)
-        return (found.distances, found.indices) if return_distance else found.indices
-
-    def kneighbors_graph(self, X=None, n_neighbors=None, mode="connectivity"):
-        """Compute the graph of the k nearest training motions.
-
-        Parameters
-        ----------
-        X : list of array-like, list of Motion, MotionDataset, or array of three dimensions, default=None
-            Motions, as for `kneighbors`.
-        n_neighbors : int, default=None
-            Number of neighbours; None takes the constructor's.
-        mode : {"connectivity", "distance"}, default="connectivity"
-            Whether the graph holds ones or distances.
-
-        Returns
-        -------
-        sparse matrix of shape (n_queries, n_samples_fit)
-            In CSR format, each row by distance.
-        """
-        check_is_fitted(self, "n_samples_fit_")
-        check_choice("mode", mode, ("connectivity", "distance"))
-        found = self._find(X, n_neighbors)
-        n_queries, k = found.indices.shape
-        data = found.distances.ravel() if mode == "distance" else np.ones(n_queries * k)
-        indptr = np.arange(0, n_queries * k + 1, k)
-        return sparse_graph(data, found.indices.ravel(), indptr, (n_queries, self.n_samples_fit_))
-
-    def _find(self, X, n_neighbors):
-        k = check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)
+    def _find(self, X, *, k):
         if X is None:
             queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)
         else:
@@ -272,8 +177,5 @@ class MotionKNeighborsTransformer(
             excluded = np.full(queries.n_motions, -1)
         found = find(Request(self._index, queries, excluded, k, self.window_), self.n_jobs, self.verbose)
         warn_of_unconverged(found.unconverged, found.n_cells)
-        return found
-
-    @property
-    def _n_features_out(self):
-        return self.n_samples_fit_
+        rows = np.repeat(np.arange(queries.n_motions), k)
+        return Neighbors(rows, found.indices.ravel(), found.distances.ravel()), queries.n_motions

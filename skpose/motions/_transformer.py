@@ -2,20 +2,17 @@
 
 from typing import ClassVar
 
-from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from skpose._utils.sklearn import fit_context
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
 from skpose.motions._matrix import MotionMatrix
-from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS, KernelMixin
+from skpose.preprocessing import PoseDistanceTransformer
+from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS
 
 
-class MotionDistanceTransformer(
-    KernelMixin, MotionEstimatorMixin, ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator
-):
+class MotionDistanceTransformer(MotionEstimatorMixin, PoseDistanceTransformer):
     r"""Transform motions to their distances from the training motions, or to a kernel of these distances.
 
     Any estimator that takes precomputed distances or a precomputed kernel then works on motions of different lengths::
@@ -137,54 +134,9 @@ class MotionDistanceTransformer(
         n_jobs=None,
         verbose=0,
     ):
-        self.skeleton = skeleton
-        self.metric = metric
+        super().__init__(skeleton, metric=metric, kernel=kernel, gamma=gamma, psd=psd, n_jobs=n_jobs, verbose=verbose)
         self.alignment = alignment
         self.window = window
-        self.kernel = kernel
-        self.gamma = gamma
-        self.psd = psd
-        self.n_jobs = n_jobs
-        self.verbose = verbose
-
-    @fit_context(prefer_skip_nested_validation=True)
-    def fit(self, X, y=None):
-        """Store the training motions.
-
-        Parameters
-        ----------
-        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array
-            Motions: joint angles, and rotation vectors of ball joints, rad.
-        y : Ignored
-            Not used, present for API consistency by convention.
-
-        Returns
-        -------
-        MotionDistanceTransformer
-            The fitted transformer.
-        """
-        self._learn(X)
-        return self
-
-    @fit_context(prefer_skip_nested_validation=True)
-    def fit_transform(self, X, y=None):
-        """Compute distances among the training motions, or their kernel; each pair is computed once.
-
-        Parameters
-        ----------
-        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array
-            Motions: joint angles, and rotation vectors of ball joints, rad.
-        y : Ignored
-            Not used, present for API consistency by convention.
-
-        Returns
-        -------
-        ndarray of shape (n_samples_fit, n_samples_fit)
-            Exactly symmetric with a zero diagonal, except for "subsequence"; float32 for float32 motions if the metric
-            compares poses, else float64.
-        """
-        kernel = self._learn(X)
-        return self._similarity(self._distances(self._motions, None)) if kernel is None else kernel
 
     def transform(self, X):
         """Compute distances from motions to the training motions, or their kernel.
@@ -201,22 +153,22 @@ class MotionDistanceTransformer(
         """
         check_is_fitted(self, "n_samples_fit_")
         motions = self._check_X(X, reset=False)
-        check_alignment(self.alignment_, self.window_, self.metric_, X=motions, X_fit=self._motions)
-        return self._similarity(self._distances(motions, self._motions))
+        check_alignment(self.alignment_, self.window_, self.metric_, X=motions, X_fit=self._X)
+        return self._similarity(self._distances(motions, self._X))
 
     def _learn(self, X):
         """Learn from the training motions; return their kernel if that computes it, else None."""
         self._check_kernel()
-        self._motions = self._check_X(X, reset=True)
-        check_alignment(self.alignment, self.window, self.metric_, X=self._motions)
+        self._X = self._check_X(X, reset=True)
+        check_alignment(self.alignment, self.window, self.metric_, X=self._X)
         if self.kernel is not None and self.alignment == "subsequence":
             raise ValueError('alignment="subsequence" is not symmetric and has no kernel: use kernel=None')
 
         def among(rows):
-            return self._distances(self._motions if rows is None else self._motions.take(rows), None)
+            return self._distances(self._X if rows is None else self._X.take(rows), None)
 
-        kernel = self._learn_kernel(self._motions.n_motions, among)
-        self.n_samples_fit_ = self._motions.n_motions
+        kernel = self._learn_kernel(self._X.n_motions, among)
+        self.n_samples_fit_ = self._X.n_motions
         return kernel
 
     def _distances(self, X, Y, verbose=None):
@@ -224,12 +176,3 @@ class MotionDistanceTransformer(
         distances, unconverged = matrix.write(None, self.n_jobs, self.verbose if verbose is None else verbose)
         warn_of_unconverged(unconverged, matrix.n_cells)
         return distances
-
-    @property
-    def _n_features_out(self):
-        return self.n_samples_fit_
-
-    def __sklearn_tags__(self):
-        tags = super().__sklearn_tags__()
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
-        return tags

@@ -160,7 +160,7 @@ class PoseDistanceTransformer(
             Exactly symmetric; distances have an exactly zero diagonal. float32 for float32 poses, else float64.
         """
         kernel = self._learn(X)
-        return self._similarity(self._distances(self.X_fit_, None)) if kernel is None else kernel
+        return self._similarity(self._distances(self._X, None)) if kernel is None else kernel
 
     def transform(self, X):
         """Distances from poses to the training poses, or their kernel.
@@ -181,7 +181,7 @@ class PoseDistanceTransformer(
     def _learn(self, X):
         """Learn from the training poses; the result is their kernel if it had to be computed, else None."""
         self._check_kernel()
-        self.X_fit_ = self._check_X(X, reset=True, copy=True)
+        self.X_fit_ = self._X = self._check_X(X, reset=True, copy=True)
 
         def among(rows):
             return self._distances(self.X_fit_ if rows is None else self.X_fit_[rows], None)
