@@ -30,10 +30,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--embedding",
         nargs="+",
-        choices=["mds", "tsne", "isomap"],
+        choices=["mds", "tsne"],
         default=["mds"],
         metavar="NAME",
-        help="mds, tsne, isomap, or several; default: mds",
+        help="mds, tsne, or both; default: mds",
     )
     options.add_jobs(parser)
     options.add_preparing(parser, frame_rate=12.0)

@@ -7,13 +7,13 @@ from itertools import count
 from typing import Any
 
 import numpy as np
-from sklearn.manifold import TSNE, Isomap
+from sklearn.manifold import TSNE
 
 from skpose._utils.validation import check_kind
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.manifold import SpatialMDS
-from skpose.metrics import Metric, Spatial, pose_distances
+from skpose.metrics import Metric, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.neighbors import PoseKNeighborsTransformer
 from skpose.skeleton import Motion, Skeleton
@@ -23,10 +23,9 @@ from skpose.view._scene import AXES, vertical_of
 from skpose.view._skeleton import NUMBERS, skeleton_data
 
 MILLISECOND = 1e-3
-EMBEDDINGS = ("mds", "tsne", "isomap")
+EMBEDDINGS = ("mds", "tsne")
 ALL, LANDMARKS = 2000, 1000  # of more poses than ALL only the distances to so many landmarks are computed
-PERPLEXITY, NEIGHBORS = 30, 10  # of t-SNE and of Isomap
-MOST_OF_ISOMAP = 4000  # poses
+PERPLEXITY = 30  # of t-SNE
 ASSETS = (
     "page.css",
     "panels.css",
@@ -78,9 +77,9 @@ def explorer(
         The motions. Their subjects and actions, if known, are choices of colour.
     metrics : sequence of str or Metric, default=("spatial", "position", "rotation", "angle")
         The metrics whose embeddings are in the page, see `skpose.pose_distances`; the page starts with the first.
-    embeddings : sequence of {"mds", "tsne", "isomap"}, default=("mds",)
-        How the plane follows from the distances under each metric: `SpatialMDS`, scikit-learn's `TSNE` of the nearest
-        neighbours, or its `Isomap`. The page starts with the first.
+    embeddings : sequence of {"mds", "tsne"}, default=("mds",)
+        How the plane follows from the distances under each metric: `SpatialMDS`, or scikit-learn's `TSNE` of the
+        nearest neighbours. The page starts with the first.
     frame_rate : float, default=12.0
         Poses a second, Hz, see `Motion.resample`; None takes every frame.
     labels : sequence of str, default=None
@@ -102,8 +101,8 @@ def explorer(
     TypeError
         If `dataset` is not a `MotionDataset`.
     ValueError
-        For fewer than two poses, unknown metrics and embeddings, another number of labels, more than 4,000 poses for
-        "isomap", whose memory is quadratic, and motions whose poses are not comparable, see `MotionDataset.poses`.
+        For fewer than two poses, unknown metrics and embeddings, another number of labels, and motions
+        whose poses are not comparable, see `MotionDataset.poses`.
 
     See Also
     --------
@@ -119,7 +118,7 @@ def explorer(
 
     "mds" is `SpatialMDS` with two components; of more than 2,000 poses 1,000 are landmarks, so that the cost is one
     distance for each pose and landmark. "tsne" has perplexity 30 and starts from "mds"; distances between its groups
-    mean nothing, so that the page shows no scale. "isomap" takes 10 neighbours. The metric "geodesic" takes an hour for
+    mean nothing, so that the page shows no scale. The metric "geodesic" takes an hour for
     a million distances. 10,000 poses of 56 numbers make a page of some 1 MB.
 
     A small figure shows the pose in the middle of each group, and single poses as one zooms in. Points are smaller and
@@ -239,8 +238,6 @@ def _embed(
     verbose: int,
 ) -> list[dict[str, Any]]:
     """Data of each method and metric; all planes are flipped like the first."""
-    if "isomap" in methods and len(X) > MOST_OF_ISOMAP:
-        raise ValueError(f"embeddings 'isomap' takes at most {MOST_OF_ISOMAP:,} poses, got {len(X):,}")
     found: list[dict[str, Any]] = []
     first = None
     for metric in metrics:
@@ -257,12 +254,7 @@ def _embed(
         first = scaled if first is None else first
         scaled = _flip(scaled, first)
         for method in methods:
-            if method == "mds":
-                points = scaled
-            elif method == "tsne":
-                points = _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
-            else:
-                points = _flip(_isomap(X, skeleton, metric, n_jobs), first)
+            points = scaled if method == "mds" else _flip(_tsne(X, skeleton, metric, scaled, n_jobs), first)
             found.append(
                 {
                     "metric": metric.label,
@@ -289,9 +281,3 @@ def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, 
         metric="precomputed", perplexity=perplexity, init=small.astype(np.float32), random_state=0, n_jobs=n_jobs
     )
     return tsne.fit_transform(graph)
-
-
-def _isomap(X: np.ndarray, skeleton: Skeleton, metric: Metric, n_jobs: int | None) -> np.ndarray:
-    D = pose_distances(X, skeleton=skeleton, metric=metric, n_jobs=n_jobs)
-    isomap = Isomap(n_neighbors=min(NEIGHBORS, len(X) - 1), n_components=2, metric="precomputed", n_jobs=n_jobs)
-    return isomap.fit_transform(D)
