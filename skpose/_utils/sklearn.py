@@ -25,15 +25,9 @@ else:
     from sklearn.utils._param_validation import validate_params
 
 
-class StrOptions(_StrOptions):
-    """A constraint: one of some words, listed in errors in their order; scikit-learn lists them as a set."""
-
-    def __init__(self, words: Iterable[str]):
-        self.words = tuple(words)
-        super().__init__(set(self.words))
-
-    def __str__(self) -> str:
-        return f"a str among {{{', '.join(map(repr, self.words))}}}"
+def StrOptions(words: Iterable[str]) -> _StrOptions:
+    """A constraint: one of some words."""
+    return _StrOptions(set(words))
 
 
 # Newer versions of scikit-learn refuse weights that are all zero; older ones let them pass.

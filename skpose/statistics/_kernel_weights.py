@@ -3,7 +3,6 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
-FARTHEST = 1e150  # distances are clipped here, so that squares are finite
 NEGLIGIBLE = 1e-6  # weight, relative to the largest, that counts as zero
 
 
@@ -34,18 +33,16 @@ class KernelWeights:
     def _scott(self, X, shares):
         """The γ of Scott's rule, from the mean variance of the columns and the number of distinct rows."""
         mean = np.average(X, axis=0, weights=shares)
-        with np.errstate(over="ignore"):
-            variance = np.average((X - mean) ** 2, axis=0, weights=shares).mean()
-            squared_width = variance * len(self.rows) ** (-2.0 / (X.shape[1] + 4))
-        return float(0.5 / squared_width) if 0.0 < squared_width < np.inf else 1.0
+        variance = np.average((X - mean) ** 2, axis=0, weights=shares).mean()
+        squared_width = variance * len(self.rows) ** (-2.0 / (X.shape[1] + 4))
+        return float(0.5 / squared_width) if squared_width > 0.0 else 1.0
 
     def of(self, queries, n_neighbors):
         """Weights (n_queries, n_samples) around queries; the largest distinct row of each query has weight 1."""
-        distances = np.minimum(cdist(queries, self.rows), FARTHEST)
+        distances = cdist(queries, self.rows)
         nearest = distances.min(axis=1, keepdims=True)
-        with np.errstate(over="ignore"):
-            # d² − d₀², with d₀ the distance of the nearest row, so that its kernel is 1 and never underflows.
-            logarithms = self.log_weights - (self.gamma * (distances - nearest)) * (distances + nearest)
+        # d² − d₀², with d₀ the distance of the nearest row, so that its kernel is 1 and never underflows.
+        logarithms = self.log_weights - (self.gamma * (distances - nearest)) * (distances + nearest)
         if n_neighbors is not None and n_neighbors < len(self.rows):
             last = np.partition(distances, n_neighbors - 1, axis=1)[:, n_neighbors - 1, np.newaxis]
             logarithms[distances > last] = -np.inf
