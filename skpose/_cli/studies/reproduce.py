@@ -43,7 +43,7 @@ from skpose.plot._axes import COLOURS
 
 N_DRAWS, N_PAIRS, N_SEQUENCES, N_STEPS = 20, 100, 10, 10
 METRICS = ("angle", "spatial")  # the paper's two
-HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "sequences", "poses", "test")
+HEAD = ("section", "quantity", "paper", "here", f"{N_DRAWS} draws", "test")
 SHORTEST = 3  # frames of a sequence below which its share of variance has no meaning
 
 DIFFERENCES = (
@@ -72,8 +72,6 @@ class Row(NamedTuple):
     paper: str
     first: str  # value of the first draw; the only value where nothing is drawn
     draws: str  # mean and standard deviation over all draws
-    n_sequences: int
-    n_poses: int
     test: str = ""
 
 
@@ -87,6 +85,12 @@ class Findings:
     draws: list[dict[str, np.ndarray]] = field(default_factory=list)  # walks and runs of 3.3 and 3.4
     walkers: dict = field(default_factory=dict)  # metric → (embedding, labels, shares), figure 4 (a, b)
     shares: dict = field(default_factory=dict)  # metric → share of each sequence, figure 4 (c)
+
+    def add(
+        self, section: str, quantity: str, paper: str, values: Sequence[Any] | np.ndarray, form: str, test: str = ""
+    ) -> None:
+        """Add the values of all draws."""
+        self.rows.append(Row(section, quantity, paper, f"{values[0]:{form}}", _spread(values, form), test))
 
 
 def reproduce(dataset: MotionDataset, seed: int = 0, *, n_jobs: int | None = None) -> Findings:
@@ -140,15 +144,9 @@ def _ratios(
 
     ratios, converged = zip(*_in_threads(measure, pairs, n_jobs), strict=True)
     draws = np.reshape(ratios, (N_DRAWS, N_PAIRS))
-    size = len(walks), len(X)
     unconverged = f"{converged.count(False)} of {len(pairs)} geodesics unconverged"
-    for quantity, paper, values in (
-        ("r, lowest of 100 pairs", "0.94", draws.min(axis=1)),
-        ("r, median of 100 pairs", "", np.median(draws, axis=1)),
-    ):
-        findings.rows.append(
-            Row("3.1, fig. 3 (b)", quantity, paper, f"{values[0]:.3f}", _spread(values, ".3f"), *size, unconverged)
-        )
+    findings.add("3.1, fig. 3 (b)", "r, lowest of 100 pairs", "0.94", draws.min(axis=1), ".3f", unconverged)
+    findings.add("3.1, fig. 3 (b)", "r, median of 100 pairs", "", np.median(draws, axis=1), ".3f", unconverged)
     findings.ratios = draws[0]
     findings.pair = walks.skeleton, *X[pairs[int(draws[0].argmin())]]
 
@@ -175,7 +173,6 @@ def _components(
     """3.2, figure 4 (c): how much of a sequence's variance is in one component?"""
     motions = [motion.resample(FRAME_RATE) for motion in dataset]
     motions = [motion for motion in motions if len(motion) >= SHORTEST]
-    size = len(motions), sum(map(len, motions))
     for metric in METRICS:
         findings.shares[metric] = np.array(
             [
@@ -190,10 +187,10 @@ def _components(
         mode = grid[gaussian_kde(shares)(grid).argmax()]
         median = f"median {np.median(shares):.0%}"
         quantity = f"share of variance in the first component, mode, {metric}"
-        findings.rows.append(Row("3.2, fig. 4 (c)", quantity, paper, f"{mode:.0%}", median, *size))
+        findings.rows.append(Row("3.2, fig. 4 (c)", quantity, paper, f"{mode:.0%}", median))
     quantity = "share with spatial is greater than with angle, p"
     statistic = f"Mann–Whitney U = {test.statistic:.0f}, one-sided"
-    findings.rows.append(Row("3.2, fig. 4 (c)", quantity, "< 1e-6", f"{test.pvalue:.1e}", "", *size, statistic))
+    findings.rows.append(Row("3.2, fig. 4 (c)", quantity, "< 1e-6", f"{test.pvalue:.1e}", "", statistic))
 
 
 def _gait_distances(gait: MotionDataset, metric: str, n_jobs: int | None) -> tuple[np.ndarray, np.ndarray]:
@@ -216,20 +213,17 @@ def _classification(
             of = np.flatnonzero(np.isin(sequence, chosen))
             by_draw[metric].append(classify(D[np.ix_(of, of)], y[of], sequence[of]))
         by_subject[metric] = classify(D, y, subject)
-    first = {metric: values[0] for metric, values in by_draw.items()}
-    test = _mcnemar(first)
+    test = _mcnemar({metric: values[0] for metric, values in by_draw.items()})
     for metric, paper in zip(METRICS, ("90 %", "100 %"), strict=True):
-        means = [values.mean() for values in by_draw[metric]]
         quantity = f"poses classified right, leave one sequence out, {metric}"
-        size = len(draws[0]), len(first[metric])
-        findings.rows.append(Row("3.3", quantity, paper, f"{means[0]:.1%}", _spread(means, ".1%"), *size, test))
+        findings.add("3.3", quantity, paper, [values.mean() for values in by_draw[metric]], ".1%", test)
     people = np.unique(subject)
     test = _mcnemar(by_subject)
     for metric, right in by_subject.items():
         means = [right[subject == person].mean() for person in people]
         by_person = f"{len(people)} people: {_spread(means, '.1%')}"
         quantity = f"poses classified right, leave one person out, {metric}"
-        findings.rows.append(Row("3.3", quantity, "", f"{right.mean():.1%}", by_person, len(gait), len(y), test))
+        findings.rows.append(Row("3.3", quantity, "", f"{right.mean():.1%}", by_person, test))
 
 
 def _mcnemar(right: dict[str, np.ndarray]) -> str:
@@ -259,15 +253,11 @@ def _clustering(
         shares = dict(zip(pairs, _in_threads(cluster, pairs, n_jobs), strict=True))
         by_draw[metric] = [np.array([shares[pair] for pair in of_draw]) for of_draw in of_draws]
     n_poses = np.bincount(sequence)
-    chosen = np.concatenate(list(findings.draws[0].values()))
-    size = len(chosen), int(n_poses[chosen].sum())
     for metric, paper in zip(METRICS, ("60 %", "65 %"), strict=True):
         means = [np.nanmean(values) for values in by_draw[metric]]
-        quantity = f"poses in the right cluster, {metric}"
-        findings.rows.append(Row("3.4", quantity, paper, f"{means[0]:.1%}", _spread(means, ".1%"), *size))
+        findings.add("3.4", f"poses in the right cluster, {metric}", paper, means, ".1%")
     alone = [np.mean(n_poses[of_draw].max(axis=1) / n_poses[of_draw].sum(axis=1)) for of_draw in of_draws]
-    quantity = "poses in the larger class, as if all were one cluster"
-    findings.rows.append(Row("3.4", quantity, "", f"{alone[0]:.1%}", _spread(alone, ".1%"), *size))
+    findings.add("3.4", "poses in the larger class, as if all were one cluster", "", alone, ".1%")
 
 
 STUDIES = _ratios, _walkers, _components, _classification, _clustering
@@ -275,7 +265,7 @@ STUDIES = _ratios, _walkers, _components, _classification, _clustering
 
 def table(findings: Findings) -> str:
     """The findings as a table, and the differences from the paper."""
-    rows = [HEAD, *((*row[:5], str(row.n_sequences), f"{row.n_poses:,}", row.test) for row in findings.rows)]
+    rows = [HEAD, *findings.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     notes = (f"- {note}" for note in DIFFERENCES)
