@@ -15,11 +15,10 @@ PALETTE = (
 SIDES = {"": "#606060", "left": COLOURS[0], "right": COLOURS[1]}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 INSIDE = 7  # labels in a legend inside the axes; longer legends stand next to them
-LINE = 1.5  # height of one in a legend, font sizes
-GAP = 0.01  # between the axes and the legend, of their widths
+LINES = 20  # of a legend next to the axes
 OUTSIDE = {
     "loc": "upper left",
-    "bbox_to_anchor": (1.0 + GAP, 1.0),
+    "bbox_to_anchor": (1.01, 1.0),
     "borderaxespad": 0.0,
     "borderpad": 0.0,
     "frameon": False,
@@ -56,15 +55,7 @@ def label_style(i):
     return {"color": PALETTE[colour], "marker": MARKERS[marker % len(MARKERS)]}
 
 
-def add_legend(ax, *, is_new):
-    """Add the legend of labels, next to the axes if they are many; a new figure becomes wider by it."""
+def add_legend(ax):
+    """Add the legend of labels, next to the axes if they are many."""
     n = len(ax.get_legend_handles_labels()[1])
-    if n <= INSIDE:
-        return ax.legend()
-    figure = ax.figure
-    points = 72.0 * ax.get_window_extent().height / figure.dpi
-    size = ax.legend(**OUTSIDE).get_texts()[0].get_fontsize()
-    legend = ax.legend(**OUTSIDE, ncols=math.ceil(n / max(int(points / (LINE * size)), 1)))
-    if is_new:
-        figure.set_figwidth(figure.get_figwidth() + legend.get_window_extent().width / figure.dpi)
-    return legend
+    ax.legend(**({} if n <= INSIDE else OUTSIDE | {"ncols": math.ceil(n / LINES)}))

@@ -85,7 +85,7 @@ class MDSDisplay:
                 self.ax_.scatter(
                     x[chosen], y[chosen], label=_visible(plain(label)), **defaults | label_style(i) | style
                 )
-            add_legend(self.ax_, is_new=ax is None)
+            add_legend(self.ax_)
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
             set_label(f"component {axis + 1} ({self.unit}){share}")
