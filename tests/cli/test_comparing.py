@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from skpose import pose_distances
-from skpose._cli.find import find_minima
 from skpose._cli.main import main
 from skpose.datasets import MotionDataset
 from skpose.io import load_bvh
@@ -67,9 +66,8 @@ def test_find_a_part_of_a_motion(dataset, capsys):
     for place, match in zip(found, find_motion(a[4:12], [b], k=2, metric="spatial"), strict=True):
         expected = match.start / RATE, match.stop / RATE, match.distance
         assert place == ("ben.bvh", *(pytest.approx(value, abs=1e-2) for value in expected))
-    for option in ("--from", "--pose"):
-        assert main(["find", *FILES, option, "3"]) == 1
-        assert "no frame" in capsys.readouterr().err
+    assert main(["find", *FILES, "--from", "3"]) == 1
+    assert "no frame" in capsys.readouterr().err
 
 
 def test_find_without_the_query_itself(dataset, capsys):
@@ -83,21 +81,3 @@ def test_find_without_the_query_itself(dataset, capsys):
         (best.start + [0, 12, 0][best.motion]) / RATE,
     )
     assert distance == pytest.approx(best.distance, abs=1e-4)
-
-
-def test_find_a_pose(dataset, capsys):
-    a, b = dataset.motions
-    found = places(["anna.bvh", *FILES, "--pose", "0.26", "--k", "1"], capsys)
-    assert found == [("anna.bvh", 0.25, 0.0)]
-    ((name, time, distance),) = places([*FILES, "--pose", "0.26", "--k", "1"], capsys)
-    (distances,) = pose_distances(a.angles[5:6], b.angles, skeleton=dataset.skeleton)
-    assert (name, time) == ("ben.bvh", pytest.approx(distances.argmin() / RATE))
-    assert distance == pytest.approx(distances.min(), abs=1e-4)
-    found = places(["anna.bvh", *FILES, "--pose", "0.26", "--exclude-query"], capsys)
-    assert all(abs(time - 0.25) > 0.5 for name, time, _ in found if name == "anna.bvh")
-
-
-def test_minima_are_half_a_second_apart():
-    distances = np.array([3.0, 1, 2, 2, 2, 0.5, 0.5, 2])
-    assert find_minima(distances, np.arange(8), 4.0).tolist() == [1, 5]
-    assert find_minima(distances, np.arange(8) * 3, 4.0).tolist() == list(range(8))  # frames are missing between
