@@ -151,13 +151,6 @@ def is_motion(value: object) -> bool:
     return hasattr(type(value), "root_axes") and hasattr(type(value), "frame_numbers")
 
 
-def check_up(up: Any) -> str:
-    """Refuse a value that is not an axis of the world."""
-    if up not in ("x", "y", "z"):
-        raise ValueError(f'up must be "x", "y" or "z", got {up!r}')
-    return str(up)
-
-
 def check_frame_rate(frame_rate: Any) -> float:
     """The frame rate as a float; refuse it unless positive and finite."""
     is_number = isinstance(frame_rate, Real) or (isinstance(frame_rate, np.ndarray) and frame_rate.ndim == 0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from skpose._utils.typing import ArrayLike
 from skpose._utils.upper_layers import Page, upper_layers
-from skpose._utils.validation import as_numbers, check_frame_rate, check_positions, check_up, near_names
+from skpose._utils.validation import as_numbers, check_choice, check_frame_rate, check_positions, near_names
 from skpose._utils.warnings import is_called_by_user, warn
 from skpose.keypoints._checks import complaints_of
 from skpose.keypoints._pictures import refuse_pictures
@@ -100,7 +100,7 @@ class Keypoints:
         ):
             raise ValueError(f"names must be different, non-empty strings without NUL, got {names}")
         check_frame_rate(self.frame_rate)
-        check_up(self.up)
+        check_choice("up", self.up, ("x", "y", "z"))
         positions = check_positions(self.positions, len(names), "positions")
         seen = ~np.isnan(positions).any(axis=2)
         confidences = np.ones(seen.shape)

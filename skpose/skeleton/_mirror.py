@@ -10,7 +10,6 @@ bring the mean pose of the joint nearest to the mirror image of its partner's.
 """
 
 from itertools import permutations, product
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,20 +32,13 @@ SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for
 REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
 
 
-class Mirrored(NamedTuple):
-    """The mirror image of poses, and of the root."""
-
-    poses: np.ndarray
-    root_angles: np.ndarray
-    root_axes: str
-    world: np.ndarray  # (3,) -1 for the mirrored axis of the world, 1 for the others
-    partners: list[int]  # the joint on the other side of each
-
-
 def mirror_poses(
     skeleton: Skeleton, poses: np.ndarray, root_angles: np.ndarray, root_axes: str, axis: str, up: str
-) -> Mirrored:
-    """The mirror image of poses in time, see `Motion.mirrored`."""
+) -> tuple[np.ndarray, np.ndarray, str, np.ndarray, list[int]]:
+    """The mirror image of poses in time, see `Motion.mirrored`: poses, angles of the root, and their axes.
+
+    Also the signs (3,), -1 for the mirrored axis of the world, and the joint on the other side of each.
+    """
     check_choice("axis", axis, ("x", "y", "z"))
     other = partners(skeleton.joint_names)
     for j, parent in enumerate(skeleton.parents):
@@ -67,7 +59,7 @@ def mirror_poses(
         before, after = (rest[k].T @ reflections[i] @ rest[j] for i in (int(skeleton.parents[j]), j))
         columns.append(_reflect(partner, bone, poses[:, at], before, after))
     root = _mirror_root(root_angles, root_axes, _mirror_of(world), reflections[ROOT])
-    return Mirrored(np.concatenate(columns, axis=1), *root, _mirror_of(world), other)
+    return np.concatenate(columns, axis=1), *root, _mirror_of(world), other
 
 
 def _mirror_root(angles: np.ndarray, axes: str, world: np.ndarray, reflection: np.ndarray) -> tuple[np.ndarray, str]:

@@ -15,7 +15,6 @@ from skpose._utils.validation import (
     check_frame_rate,
     check_integer,
     check_skeleton,
-    check_up,
 )
 from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes
@@ -152,7 +151,7 @@ class Motion:
             raise ValueError(
                 f'root_axes must be letters such as "xyz" or "ZXY", each at most once, got {self.root_axes!r}'
             )
-        check_up(self.up)
+        check_choice("up", self.up, ("x", "y", "z"))
         check_column_names(self.angles, self.skeleton, "angles")
         n_frames = len(self.angles)
         widths = {"angles": self.skeleton.n_dofs, "root_positions": 3, "root_angles": len(self.root_axes)}
@@ -566,14 +565,16 @@ class Motion:
         >>> other[["left_upper_arm_rz", "right_upper_arm_rz"]].to_numpy() + 0.0
         array([[ 0. , -2.5]])
         """
-        image = mirror_poses(self.skeleton, self.angles, self.root_angles, self.root_axes, axis, self.up)
+        angles, root_angles, root_axes, signs, partners = mirror_poses(
+            self.skeleton, self.angles, self.root_angles, self.root_axes, axis, self.up
+        )
         return replace(
             self,
-            angles=image.poses,
-            root_positions=self.root_positions * image.world,
-            root_angles=image.root_angles,
-            root_axes=image.root_axes,
-            seen=None if self.seen is None else self.seen[:, image.partners],
+            angles=angles,
+            root_positions=self.root_positions * signs,
+            root_angles=root_angles,
+            root_axes=root_axes,
+            seen=None if self.seen is None else self.seen[:, partners],
         )
 
     def select(self, joints: str | Iterable[str] | None = None, *, drop: str | Iterable[str] = ()) -> "Motion":
@@ -752,7 +753,8 @@ class Motion:
         """
         check_choice("part", part, ("tilt", "whole"))
         up = self.up if up is None else up
-        stand = upright_turn(self.skeleton, check_up(up))
+        check_choice("up", up, ("x", "y", "z"))
+        stand = upright_turn(self.skeleton, up)
         vectors, left, axes = root_parts(self.root_angles, self.root_axes, part, up, stand)
         skeleton = with_root_joint(self.skeleton)
         return replace(

@@ -2,14 +2,14 @@
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import count
 from typing import Any
 
 import numpy as np
 from sklearn.manifold import TSNE
 
-from skpose._utils.validation import check_kind
+from skpose._utils.validation import check_choice, check_kind
 from skpose.datasets import MotionDataset
 from skpose.kinematics import forward_kinematics
 from skpose.manifold import SpatialMDS
@@ -136,7 +136,11 @@ def explorer(
     names = check_labels(labels, _default_labels(dataset))
     skeleton, motions = _prepare_motions(dataset, frame_rate)
     numbers = skeleton_data(skeleton)  # which refuses slides
-    chosen, methods = _check_metrics(metrics, skeleton), _check_embeddings(embeddings)
+    chosen, methods = dict.fromkeys(resolve(metric, skeleton) for metric in metrics), dict.fromkeys(embeddings)
+    for method in methods:
+        check_choice("embeddings", method, EMBEDDINGS)
+    if not (chosen and methods):
+        raise ValueError("metrics and embeddings must not be empty")
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, ANGLE)
     positions = forward_kinematics(X, skeleton)
@@ -162,20 +166,6 @@ def explorer(
         "embeddings": _embed(X, skeleton, chosen, methods, n_jobs, verbose),
     }
     return page_of(heading, f"{note}, positions within {error:.2g} mm", data, "explorer.html", ASSETS)
-
-
-def _check_metrics(metrics: Sequence[str | Metric], skeleton: Skeleton) -> list[Metric]:
-    if isinstance(metrics, str) or not len(metrics):
-        raise ValueError(f"metrics must be a list of metrics, got {metrics!r}")
-    if unknown := [one for one in metrics if isinstance(one, str) and one not in METRICS]:
-        raise ValueError(f"metrics must be among {', '.join(METRICS)}, got {unknown[0]!r}")
-    return list(dict.fromkeys(resolve(one, skeleton) for one in metrics))
-
-
-def _check_embeddings(embeddings: Sequence[str]) -> list[str]:
-    if isinstance(embeddings, str) or not embeddings or not set(EMBEDDINGS).issuperset(embeddings):
-        raise ValueError(f"embeddings must be a list of {', '.join(EMBEDDINGS)}, got {embeddings!r}")
-    return list(dict.fromkeys(embeddings))
 
 
 def _default_labels(dataset: MotionDataset) -> list[str]:
@@ -232,8 +222,8 @@ def _motions_data(dataset: MotionDataset, motions: Sequence[Motion], names: Sequ
 def _embed(
     X: np.ndarray,
     skeleton: Skeleton,
-    metrics: Sequence[Metric],
-    methods: Sequence[str],
+    metrics: Iterable[Metric],
+    methods: Iterable[str],
     n_jobs: int | None,
     verbose: int,
 ) -> list[dict[str, Any]]:
