@@ -136,11 +136,11 @@ def explorer(
     names = check_labels(labels, _default_labels(dataset))
     skeleton, motions = _prepare_motions(dataset, frame_rate)
     numbers = skeleton_data(skeleton)  # which refuses slides
+    for given, choices, name in ((metrics, METRICS, "metrics"), (embeddings, EMBEDDINGS, "embeddings")):
+        for one in given or ("",):
+            if isinstance(one, str):
+                check_choice(name, one, tuple(choices))
     chosen, methods = dict.fromkeys(resolve(metric, skeleton) for metric in metrics), dict.fromkeys(embeddings)
-    for method in methods:
-        check_choice("embeddings", method, EMBEDDINGS)
-    if not (chosen and methods):
-        raise ValueError("metrics and embeddings must not be empty")
     X = np.concatenate([motion.angles for motion in motions])
     packed = pack(X, ANGLE)
     positions = forward_kinematics(X, skeleton)
