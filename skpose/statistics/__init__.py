@@ -3,7 +3,7 @@
 | module              |                                                                     |
 |---------------------|---------------------------------------------------------------------|
 | `_tangent_pca`      | principal components; `_spaces` has the tangent vectors by metric   |
-| `_kernel_regressor` | poses as targets; `_kernel_weights` has the kernel                  |
+| `_kernel_regressor` | poses as targets                                                    |
 | `_two_sample`       | test of two sets: `_units` validates them, `_unit_means` averages   |
 |                     | distances                                                           |
 | `_outliers`         | test of single motions against a set                                |

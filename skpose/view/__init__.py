@@ -8,7 +8,6 @@ Each function returns a `Page`, one HTML file without network access. No further
 | `_explorer` | all poses of a collection of motions as points in the plane                            |
 | `_scene`  | motions in space, as pages draw them; `_pack` is their numbers as text                   |
 | `_points` | keypoints in space, with the bones of a layout                                           |
-| `_skeleton` | a skeleton for the scripts that compute poses and distances                            |
 | `_shape`  | the parts of figures; `_person_shape` has the head, trunk and limbs of people            |
 | `_page`   | one HTML file of markup, styles, scripts and data                                        |
 | `assets`  | markup, styles and scripts: `page.js`, `figure.js` and `orbit.js` are for any page       |

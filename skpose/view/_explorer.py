@@ -7,6 +7,7 @@ from itertools import count
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from sklearn.manifold import TSNE
 
 from skpose._utils.validation import check_choice, check_kind
@@ -16,16 +17,19 @@ from skpose.manifold import SpatialMDS
 from skpose.metrics import Metric, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.neighbors import PoseKNeighborsTransformer
-from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton._sides import sides
 from skpose.view._pack import ANGLE, pack, unpack
 from skpose.view._page import Page, check_labels, page_of
 from skpose.view._scene import AXES, vertical_of
-from skpose.view._skeleton import NUMBERS, skeleton_data
+from skpose.view._shape import find_shape
 
 MILLISECOND = 1e-3
 EMBEDDINGS = ("mds", "tsne")
 ALL, LANDMARKS = 2000, 1000  # of more poses than ALL only the distances to so many landmarks are computed
 PERPLEXITY = 30  # of t-SNE
+# Scripts that compute without a page, in the order of their dependencies.
+NUMBERS = ("rotations.js", "kinematics.js", "distances.js")
 ASSETS = (
     "page.css",
     "panels.css",
@@ -271,3 +275,51 @@ def _tsne(X: np.ndarray, skeleton: Skeleton, metric: Metric, start: np.ndarray, 
         metric="precomputed", perplexity=perplexity, init=small.astype(np.float32), random_state=0, n_jobs=n_jobs
     )
     return tsne.fit_transform(graph)
+
+
+def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
+    """A skeleton as an object of JSON, for `new Skeleton(data)` of assets/kinematics.js.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The skeleton.
+
+    Returns
+    -------
+    dict
+        Of each joint: `names`, `parents` (−1 for the root), `offsets` (m), `dofs`, `axes` (of hinges), `rests`,
+        `weights` and `sides` ("left", "right" or ""). A rest rotation is a unit quaternion (w, x, y, z), or
+        None for the identity. The names of the columns of a pose are `columns`. `offsetFrame` is "own" or "parent",
+        and `shape` has the parts of the figure.
+
+    Examples
+    --------
+    >>> from skpose import Bone, Skeleton
+    >>> from skpose.view._explorer import skeleton_data
+    >>> arm = Skeleton([Bone("left_arm", None, (0.3, 0, 0), "rotvec"), Bone("left_hand", "left_arm", (0.2, 0, 0), "z")])
+    >>> data = skeleton_data(arm)
+    >>> data["parents"], data["dofs"]
+    ([-1, 0], ['rotvec', 'z'])
+    """
+    if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
+        raise ValueError(f"skeleton must not slide, got {slides[0]!r}; player shows motions with slides")
+    return {
+        "names": list(skeleton.joint_names),
+        "parents": skeleton.parents.tolist(),
+        "offsets": skeleton.offsets.tolist(),
+        "dofs": [bone.dofs for bone in skeleton.bones],
+        "axes": [bone.axis for bone in skeleton.bones],
+        "rests": [_rest(bone) for bone in skeleton.bones],
+        "weights": skeleton.weights.tolist(),
+        "sides": sides(skeleton.joint_names),
+        "shape": find_shape(skeleton).data(),
+        "columns": list(skeleton.dof_names),
+        "offsetFrame": skeleton.offset_frame,
+    }
+
+
+def _rest(bone: Bone) -> list[float] | None:
+    if bone.rest_rotation is None:
+        return None
+    return Rotation.from_matrix(np.array(bone.rest_rotation)).as_quat()[[3, 0, 1, 2]].tolist()

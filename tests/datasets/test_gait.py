@@ -5,7 +5,7 @@ import pytest
 
 from skpose import forward_kinematics
 from skpose.datasets import humanoid, make_gait
-from skpose.datasets._curves import CURVES, evaluate, series_of
+from skpose.datasets._gait import CURVES, evaluate, series_of
 
 DOFS = humanoid().dof_names
 

@@ -7,9 +7,9 @@ import pytest
 from conftest import MIXED, SKELETONS, random_tree, weighted
 
 from skpose import forward_kinematics, pose_distances
+from skpose.view._explorer import NUMBERS, skeleton_data
 from skpose.view._page import asset
 from skpose.view._shape import find_shape, outline
-from skpose.view._skeleton import NUMBERS, skeleton_data
 
 pytestmark = pytest.mark.slow
 

@@ -11,12 +11,12 @@ from skpose.metrics._registry import METRICS
 from skpose.skeleton import _sides
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
 from skpose.view import _person_shape
+from skpose.view._explorer import NUMBERS
 from skpose.view._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.view._page import Page, page_of
 from skpose.view._player import page as player_page
 from skpose.view._scene import AXES
 from skpose.view._shape import OF_LENGTH, OF_POINT, THICKEST, THINNEST
-from skpose.view._skeleton import NUMBERS
 
 HERE = Path(__file__).parent
 MARKER = "data of the motions"

@@ -144,7 +144,7 @@ function rootOf(file) {
 
 /**
  * The motion of a file, in units of its lengths times a scale: `skeleton` as `skeleton_data` of
- * skpose/view/_skeleton.py has it, poses (Float64Array each), positions and orientations of the root, and the rate.
+ * skpose/view/_explorer.py has it, poses (Float64Array each), positions and orientations of the root, and the rate.
  */
 function motionOf(file, scale) {
   const { joints, numbers, width, count } = file;

@@ -1,6 +1,6 @@
 // A skeleton's poses: where its joints are, and the straight line from a pose to another. Lengths are m, angles rad.
 
-/** A skeleton, as written by `skeleton_data` of skpose/view/_skeleton.py. A pose is a Float64Array of `width` columns. */
+/** A skeleton, as written by `skeleton_data` of skpose/view/_explorer.py. A pose is a Float64Array of `width` columns. */
 class Skeleton {
   constructor(data) {
     Object.assign(this, data);
