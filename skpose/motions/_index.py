@@ -22,7 +22,7 @@ import numpy as np
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warp_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate_from, warp_pairs
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.motions._inputs import Sequences
@@ -115,7 +115,7 @@ class Bounds:
         sums = np.empty((1, n_motions))
         query, pairs = Encoded(self.points.coordinates, np.array([0, self.n])), MotionPairs(0, 1, 0, n_motions, False)
         lanes = loops.in_lanes(rows.astype(FLOAT32, copy=False))
-        warp_loop(FLOAT32)(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
+        warp_pairs(query, Encoded(lanes, starts), pairs, paths, measure, NO_TREE, NO_WRAP, sums)
         return self._in_units(sums[0], self.n + np.diff(starts))
 
     def of_frames(self, start: int, stop: int) -> np.ndarray:
@@ -131,7 +131,7 @@ class Bounds:
         distances = np.empty((self.n, len(rows)), FLOAT32)
         n_groups = -(-len(rows) // lanes.shape[1])
         pairs = loops.PairRange(0, self.n, 0, n_groups, triangle=False)
-        loops.pair_distances_loop(FLOAT32)(points, lanes, pairs, measure, NO_TREE, NO_WRAP, distances)
+        loops.pair_distances(points, lanes, pairs, measure, NO_TREE, NO_WRAP, distances)
         bounds = distances.astype(np.float64)
         bounds -= self.points.slack[:, np.newaxis]
         np.maximum(bounds, 0.0, out=bounds)

@@ -18,7 +18,7 @@ from sklearn.utils import gen_batches
 
 from skpose._compiled.pose import loops
 from skpose._compiled.warping.paths import Paths
-from skpose._compiled.warping.within import Ends, Within, warp_within_loop
+from skpose._compiled.warping.within import Ends, Within, warp_within
 from skpose._utils.backends import from_workers, in_processes
 from skpose._utils.parallel import TASKS_PER_WORKER, in_threads
 from skpose._utils.progress import progress
@@ -69,7 +69,7 @@ class Aligner:
         n_columns = stop - start
         ends = Ends(np.empty(n_columns), np.empty(n_columns, np.int64))
         lanes = loops.in_lanes(self.encode(self.index.sequences.poses[start:stop]))
-        n_cells, *unconverged = warp_within_loop(FLOAT64)(
+        n_cells, *unconverged = warp_within(
             codes, lanes, self.paths, within, self.metric.measure, self._tree, self.metric.steps, ends
         )
         self.n_cells += n_cells

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.candidates import Batch, Boxes, Known, nearest_of_boxes_loop
+from skpose._compiled.pose.candidates import Batch, Boxes, Known, nearest_of_boxes
 from skpose._compiled.pose.measure import measure_euclidean
-from skpose._compiled.pose.nearest import bounds_of_groups_loop
+from skpose._compiled.pose.nearest import bounds_of_groups
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose._utils.parallel import over_rows
@@ -118,9 +118,9 @@ class ChordFilter:
         groups = self.groups if groups is None else groups
         n_queries, n_groups = len(points.slack), len(groups) // self.n_coordinates
         bounds, limits = np.zeros((n_queries, n_groups), FLOAT32), np.zeros(n_queries, FLOAT32)
-        loop, tail = bounds_of_groups_loop(), (limits, measure_euclidean, NO_TREE, NO_WRAP, bounds)
+        tail = limits, measure_euclidean, NO_TREE, NO_WRAP, bounds
         over_rows(
-            lambda first, last: loop(points.coordinates, groups, first, last, *tail),
+            lambda first, last: bounds_of_groups(points.coordinates, groups, first, last, *tail),
             n_queries,
             FILTER_WORK * n_queries * groups.size / self.n_coordinates,
             n_jobs,
@@ -154,10 +154,12 @@ class ChordFilter:
 
         They are in order of their bounds if `sort`, else a row that is full is a heap.
         """
-        near, loop = NearestSoFar(limits, n, FLOAT32), nearest_of_boxes_loop()
+        near = NearestSoFar(limits, n, FLOAT32)
         boxes = Boxes(self.groups, indices, *self.boxes)
         over_rows(
-            lambda first, last: loop(points.coordinates, boxes, Batch(first, last, 1, sort), known, near.heaps),
+            lambda first, last: nearest_of_boxes(
+                points.coordinates, boxes, Batch(first, last, 1, sort), known, near.heaps
+            ),
             len(limits),
             FILTER_WORK * len(limits) * (256 * n),
             n_jobs,

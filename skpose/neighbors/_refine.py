@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from skpose._compiled.pose.candidates import Batch, Candidates, nearest_of_candidates_loop
+from skpose._compiled.pose.candidates import Batch, Candidates, nearest_of_candidates
 from skpose._compiled.pose.loops import encode_poses, in_lanes
-from skpose._compiled.pose.nearest import Groups, bounds_of_groups_loop, nearest_of_groups_loop
+from skpose._compiled.pose.nearest import Groups, bounds_of_groups, nearest_of_groups
 from skpose._compiled.simd.lanes import lanes
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose.metrics import Metric
@@ -101,11 +101,11 @@ class Refinement:
         if len(indices) == 0:
             return
         codes = in_lanes(self.encode(poses, self.metric.encode, queries.codes))
-        groups, loop = Groups(codes, indices, near, slack), nearest_of_groups_loop(FLOAT64)
+        groups = Groups(codes, indices, near, slack)
         tail = queries.excluded, self.measure, self.tree, self.steps, best.heaps
         self.n_measured += sum(
             over_rows(
-                lambda first, last: loop(queries.codes, groups, first, last, *tail),
+                lambda first, last: nearest_of_groups(queries.codes, groups, first, last, *tail),
                 len(queries),
                 self._work(near, queries.codes.shape[1]),
                 self.n_jobs,
@@ -181,10 +181,12 @@ class Refinement:
         sort: bool,
     ) -> list:
         """Measure candidates that are encoded."""
-        loop, width = nearest_of_candidates_loop(codes.dtype), lanes(codes.dtype)
+        width = lanes(codes.dtype)
         tail = measure, tree, self.steps, best.heaps
         return over_rows(
-            lambda first, last: loop(queries, codes, candidates, Batch(first, last, width, sort), *tail),
+            lambda first, last: nearest_of_candidates(
+                queries, codes, candidates, Batch(first, last, width, sort), *tail
+            ),
             len(queries),
             float(candidates.counts.sum()) * codes.shape[1] * self.metric.measure_work,
             self.n_jobs,
@@ -193,11 +195,11 @@ class Refinement:
 
     def _bound(self, coarse: CoarseBound, codes: np.ndarray, poses: np.ndarray, near: np.ndarray) -> None:
         """Replace zeros by coarse bounds."""
-        groups, loop = in_lanes(self.encode(poses, coarse.encode, codes)), bounds_of_groups_loop()
+        groups = in_lanes(self.encode(poses, coarse.encode, codes))
         tail: Any = (coarse.measure, self.metric.tree_for(self.index.skeleton, FLOAT32), self.steps, near)
         limits = np.zeros(len(codes), FLOAT32)
         over_rows(
-            lambda first, last: loop(codes, groups, first, last, limits, *tail),
+            lambda first, last: bounds_of_groups(codes, groups, first, last, limits, *tail),
             len(codes),
             self._work(near, codes.shape[1]) / 4,
             self.n_jobs,

@@ -19,7 +19,7 @@ from typing import cast
 
 import numpy as np
 
-from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates_loop
+from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
@@ -100,13 +100,12 @@ class Search:
 
     def refine(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
-        index, loop = self.index, nearest_of_candidates_loop(codes.dtype)
         used, rows = np.unique(candidates.indices, return_inverse=True)
-        poses = self._groups.encode(index.poses[used], self.metric.encode, codes)
+        poses = self._groups.encode(self.index.poses[used], self.metric.encode, codes)
         candidates = candidates._replace(rows=rows.reshape(candidates.rows.shape))
         tail = self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
         for n_measured, n_unconverged, worst in over_rows(
-            lambda first, last: loop(codes, poses, candidates, Batch(first, last, 1, False), *tail),
+            lambda first, last: nearest_of_candidates(codes, poses, candidates, Batch(first, last, 1, False), *tail),
             len(codes),
             self._cost.work_of_pairs(candidates.counts.sum()),
             self.n_jobs,

@@ -6,7 +6,7 @@ from conftest import MIXED, random_tree
 
 from skpose import Skeleton, pose_distances
 from skpose._compiled.pose.loops import encode_poses, in_lanes
-from skpose._compiled.pose.nearest import bounds_of_groups_loop
+from skpose._compiled.pose.nearest import bounds_of_groups
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
@@ -32,7 +32,7 @@ def two_chords(X, Y, skeleton):
     groups = in_lanes(np.repeat(others, LANES, axis=0).astype(FLOAT32))
     bounds, limits = np.zeros((len(X), len(Y)), FLOAT32), np.zeros(len(X), FLOAT32)
     tail = limits, COARSE.measure, tree_of(skeleton, FLOAT32), steps, bounds
-    bounds_of_groups_loop()(codes.astype(FLOAT32), groups, 0, len(X), *tail)
+    bounds_of_groups(codes.astype(FLOAT32), groups, 0, len(X), *tail)
     return bounds
 
 

@@ -9,7 +9,7 @@ from reference import distances as reference_distances
 
 from skpose import Skeleton
 from skpose._compiled.pose.loops import FLOAT64_LANES, in_lanes
-from skpose._compiled.pose.nearest import Groups, Heaps, nearest_of_groups_loop
+from skpose._compiled.pose.nearest import Groups, Heaps, nearest_of_groups
 from skpose._compiled.simd.lanes import lanes
 from skpose.kinematics._tree import tree_of
 from skpose.metrics._registry import METRICS
@@ -43,7 +43,7 @@ def search_groups(X, Y, found, *, metric="angle", skeleton=None, measure=None):
     indices = np.append(np.arange(len(Y)), np.full(n_groups * lanes(dtype) - len(Y), -1))
     groups = Groups(in_lanes(others), indices, np.zeros((len(X), n_groups), np.float32), np.zeros(len(X)))
     tail = np.full(len(X), -1), measure or chosen.measure, tree_of(skeleton, dtype), chosen.steps, found
-    return nearest_of_groups_loop(dtype)(codes, groups, 0, len(X), *tail)
+    return nearest_of_groups(codes, groups, 0, len(X), *tail)
 
 
 def entries(found, i):

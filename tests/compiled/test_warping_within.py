@@ -60,6 +60,6 @@ def test_distances_to_boxes(n_coordinates, dtype):
     found = np.empty((4, 21), dtype)
     pairs = loops.PairRange(0, 4, 0, len(lanes) // (2 * n_coordinates), triangle=False)
     tree, steps = tree_of(None, np.dtype(dtype)), Steps.of(1, wrap=False)
-    loops.pair_distances_loop(np.dtype(dtype))(points, lanes, pairs, measure_boxes, tree, steps, found)
+    loops.pair_distances(points, lanes, pairs, measure_boxes, tree, steps, found)
     np.testing.assert_allclose(found, expected, rtol=1e-5 if dtype is np.float32 else 1e-12, atol=1e-30)
     assert found[0, 3] == 0.0

@@ -7,29 +7,24 @@ in it. A query takes the nodes in order, the nearest first, until the next one i
 Candidates are gathered into lanes from rows of codes.
 """
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import measure_type
 from skpose._compiled.pose.measure import to_boxes, to_points
 from skpose._compiled.pose.nearest import (
     comes_before,
     current_limit,
-    heaps_type,
     keep,
     make_heap,
     rounding_of,
     sift_down,
 )
-from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import shared_types
+from skpose._compiled.pose.results import add_gaps, results_of
+from skpose._compiled.pose.signatures import Loop
 from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import VECTOR_BYTES, empty_aligned, flat, least, rows
-from skpose._compiled.simd.signatures import array_type, tuple_type
 
 # The distance to a box may exceed by rounding that to a point in it: each of some twenty squares and sums by 2⁻²⁴.
 ROUNDING_OF_BOXES = 1e-5
@@ -82,7 +77,12 @@ def _sort(heaps, i):
         sift_down(values, indices, i, 0, end, value, j)
 
 
-def _nearest_of_boxes(queries, boxes, batch, known, heaps):
+@jit
+def nearest_of_boxes(queries, boxes, batch, known, heaps):
+    """Keep the nearest points, in float32.
+
+    `queries` holds points as rows. What queries first:last keep of the Boxes is sorted by value, then by index.
+    """
     n, width = queries.shape[1], boxes.codes.shape[1]
     n_groups, n_nodes, n_tops = (
         len(boxes.indices) // width,
@@ -131,7 +131,14 @@ def _nearest_of_boxes(queries, boxes, batch, known, heaps):
             _sort(heaps, i)
 
 
-def _nearest_of_candidates(queries, codes, candidates, batch, measure, tree, steps, heaps):
+@Loop
+def nearest_of_candidates(queries, codes, candidates, batch, measure, tree, steps, heaps):
+    """Keep the nearest candidates.
+
+    `queries` and `codes` hold codes as rows. The Candidates of each query of the Batch are measured in order, except
+    those whose bound is above the largest distance that the query would still keep. Returns the number of pairs
+    measured, the number of geodesics that did not converge and the largest of their gaps.
+    """
     n_codes, width = codes.shape[1], VECTOR_BYTES // queries.itemsize
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     code = empty_aligned(n_codes, width, queries.dtype)
@@ -152,7 +159,7 @@ def _nearest_of_candidates(queries, codes, candidates, batch, measure, tree, ste
                 break
             results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
             for w in range(width):
-                results.skip[0, w], results.gap[0, w] = w >= n, 0.0
+                results.skip[0, w] = w >= n
                 row = taken_rows[min(w, n - 1)] * n_codes
                 for k in range(n_codes):
                     lanes_of_code[k * width + w] = numbers[row + k]
@@ -160,60 +167,7 @@ def _nearest_of_candidates(queries, codes, candidates, batch, measure, tree, ste
             n_measured += n * (1 - results.n_ruled_out[0])
             for w in range(n):
                 keep(results.distances[0, w], taken[w], heaps, i)
-                if results.gap[0, w] > 0.0:
-                    n_unconverged += 1
-                    worst = max(worst, results.gap[0, w])
+            n_unconverged, worst = add_gaps(results, 1, n_unconverged, worst)
         if batch.sort:
             _sort(heaps, i)
     return n_measured, n_unconverged, worst
-
-
-def _batch_type():
-    return tuple_type(Batch, types.int64, types.int64, types.int64, types.boolean)
-
-
-# Compiled when first requested, see `skpose._compiled.pose.loops`.
-
-
-@functools.cache
-def nearest_of_boxes_loop():
-    """``loop(queries, boxes, batch, known, heaps)``: keep the nearest points.
-
-    `queries` holds points as rows. What queries first:last keep of the Boxes is sorted by value, then by index. In
-    float32.
-    """
-    real, integer = types.float32, types.int64
-    queries = array_type(real, 2, readonly=True)
-    boxes = tuple_type(
-        Boxes, *(array_type(*kind, readonly=False) for kind in ((real, 2), (integer, 1), (real, 2), (real, 2)))
-    )
-    known = tuple_type(Known, *(array_type(kind, 1, readonly=False) for kind in (integer, real, integer)))
-    signature = types.void(queries, boxes, _batch_type(), known, heaps_type(real))
-    return jit(_nearest_of_boxes, signatures=[signature])
-
-
-@functools.cache
-def nearest_of_candidates_loop(dtype):
-    """``loop(queries, codes, candidates, batch, measure, tree, steps, heaps)``: keep the nearest candidates.
-
-    `queries` and `codes` hold codes as rows. The Candidates of each query of the Batch are measured in order, except
-    those whose bound is above the largest distance that the query would still keep. Returns the number of pairs
-    measured, the number of geodesics that did not converge and the largest of their gaps.
-    """
-    real, integer, float64 = from_dtype(dtype), types.int64, types.float64
-    tree, steps = shared_types(dtype)
-    codes = array_type(real, 2, readonly=True)
-    kinds = (integer, 2), (integer, 2), (float64, 2), (integer, 1)
-    candidates = tuple_type(Candidates, *(array_type(*kind, readonly=False) for kind in kinds))
-    counts = types.Tuple((integer, integer, float64))
-    signature = counts(
-        codes,
-        codes,
-        candidates,
-        _batch_type(),
-        measure_type(dtype),
-        tree,
-        steps,
-        heaps_type(real),
-    )
-    return jit(_nearest_of_candidates, signatures=[signature])

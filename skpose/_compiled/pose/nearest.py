@@ -4,26 +4,23 @@ What is found is kept in `Heaps`, one row for each query. Equal values are order
 neither on the order in which poses come nor on the number of threads.
 
 Poses are measured in groups of lanes, and only groups whose lower bound is within the limit of the query: the loop of
-`bounds_of_groups_loop` makes the bounds, or replaces them by sharper ones.
+`bounds_of_groups` makes the bounds, or replaces them by sharper ones.
 
 The loops that keep pass a limit to the measure, in ``results.limit``: a distance above it is not needed. A measure that
 uses the limit writes any lower bound above it instead, for a whole group of lanes at once, and adds the number of such
 groups to ``results.n_ruled_out``. These poses are then not kept.
 """
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import GROUPS_IN_CACHE, measure_type
+from skpose._compiled.pose.loops import GROUPS_IN_CACHE
 from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import shared_types
-from skpose._compiled.simd.jit import inlined, jit
+from skpose._compiled.pose.signatures import Loop
+from skpose._compiled.simd.jit import inlined
 from skpose._compiled.simd.lanes import any_greater, empty_aligned, least, rows
-from skpose._compiled.simd.signatures import array_type, tuple_type
 
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
 
@@ -130,7 +127,13 @@ def _n_together(n_codes):
     return max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
 
 
-def _bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps, bounds):
+@Loop
+def bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps, bounds):
+    """Compute the least distances of groups, in float32.
+
+    `queries` holds codes as rows, `codes` groups of lanes. Each bound (n_queries, n_groups) of a query first:last that
+    is within its limit becomes the least distance to the poses of the group.
+    """
     n_codes, width = queries.shape[1], codes.shape[1]
     n_groups, n_together = bounds.shape[1], _n_together(n_codes)
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
@@ -147,7 +150,13 @@ def _bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps,
                 start, stop = _run(bounds, i, limits[i], stop, end, 1)
 
 
-def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, steps, heaps):
+@Loop
+def nearest_of_groups(queries, groups, first, last, excluded, measure, tree, steps, heaps):
+    """Keep the nearest poses of groups.
+
+    `queries` holds codes as rows. Only Groups within reach of a query first:last are measured. Query i does not keep
+    pose excluded[i]. Returns the number of pairs measured. For measures that always converge.
+    """
     n_codes, width = queries.shape[1], groups.codes.shape[1]
     n_groups, n_together = len(groups.indices) // width, _n_together(n_codes)
     per_bound = n_groups // max(1, groups.bounds.shape[1])
@@ -178,44 +187,3 @@ def _nearest_of_groups(queries, groups, first, last, excluded, measure, tree, st
                     limit = current_limit(heaps, i)
                 start, stop = _run(groups.bounds, i, limit + groups.slack[i], stop, end, per_bound)
     return n_measured
-
-
-def heaps_type(real):
-    """Numba's type of Heaps."""
-    integer = types.int64
-    kinds = ((real, 1), (real, 2), (integer, 2), (integer, 1))
-    return tuple_type(Heaps, *(array_type(kind, ndim, readonly=False) for kind, ndim in kinds))
-
-
-# Compiled when first requested, see `skpose._compiled.pose.loops`.
-
-
-@functools.cache
-def bounds_of_groups_loop():
-    """``loop(queries, codes, first, last, limits, measure, tree, steps, bounds)``: the least distances of groups.
-
-    `queries` holds codes as rows, `codes` groups of lanes. Each bound (n_queries, n_groups) of a query first:last that
-    is within its limit becomes the least distance to the poses of the group. In float32.
-    """
-    real, integer, float32 = types.float32, types.int64, np.dtype(np.float32)
-    tree, steps = shared_types(float32)
-    queries, codes = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    limits, bounds = array_type(real, 1, readonly=True), array_type(real, 2, readonly=False)
-    signature = types.void(queries, codes, integer, integer, limits, measure_type(float32), tree, steps, bounds)
-    return jit(_bounds_of_groups, signatures=[signature])
-
-
-@functools.cache
-def nearest_of_groups_loop(dtype):
-    """``loop(queries, groups, first, last, excluded, measure, tree, steps, heaps)``: keep the nearest poses of groups.
-
-    `queries` holds codes as rows. Only Groups within reach of a query first:last are measured. Query i does not keep
-    pose excluded[i]. Returns the number of pairs measured. For measures that always converge.
-    """
-    real, integer = from_dtype(dtype), types.int64
-    tree, steps = shared_types(dtype)
-    kinds = (real, 2), (integer, 1), (types.float32, 2), (types.float64, 1)
-    groups = tuple_type(Groups, *(array_type(*kind, readonly=False) for kind in kinds))
-    queries, excluded = array_type(real, 2, readonly=True), array_type(integer, 1, readonly=True)
-    tail = excluded, measure_type(dtype), tree, steps, heaps_type(real)
-    return jit(_nearest_of_groups, signatures=[integer(queries, groups, integer, integer, *tail)])

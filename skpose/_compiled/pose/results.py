@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.simd.jit import inlined
-from skpose._compiled.simd.lanes import empty_aligned
+from skpose._compiled.simd.lanes import any_greater, empty_aligned, rows
 
 
 class Results(NamedTuple):
@@ -33,3 +33,30 @@ def results_of(n_groups, width, dtype):
         for w in range(width):
             gap[k, w], skip[k, w] = 0.0, False
     return Results(distances, skip, gap, limit, n_ruled_out)
+
+
+@inlined
+def skip_outside(results, group, end, start, stop):
+    """Request the frames start:stop, and no others, of the groups group:end."""
+    width = results.skip.shape[1]
+    for k in range(group, end):
+        if k == group or k == end - 1:
+            for w in range(width):
+                results.skip[k - group, w] = not start <= k * width + w < stop
+        else:
+            for w in range(width):
+                results.skip[k - group, w] = False
+
+
+@inlined
+def add_gaps(results, n_groups, count, worst):
+    """Add the requested geodesics of the groups that did not converge; clear their gaps."""
+    gaps = rows(results.gap, 0)
+    for k in range(n_groups):
+        if any_greater(gaps[k], 0.0):
+            for w in range(results.gap.shape[1]):
+                if results.gap[k, w] > 0.0 and not results.skip[k, w]:
+                    count += 1
+                    worst = max(worst, results.gap[k, w])
+                results.gap[k, w] = 0.0
+    return count, worst

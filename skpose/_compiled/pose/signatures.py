@@ -1,13 +1,21 @@
-"""numba's types of a Tree and of Steps, spelled out."""
+"""numba's types of a Tree, of Steps and of metrics, spelled out; loops that take a metric as an argument."""
 
 import functools
+import inspect
+import threading
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from numba import from_dtype, types
+from numba import config, from_dtype, typeof, types
 
+from skpose._compiled.pose.results import Results
 from skpose._compiled.pose.tree import Steps, Tree
+from skpose._compiled.simd.jit import jit
 from skpose._compiled.simd.shared import shared_type
-from skpose._compiled.simd.signatures import array_type
+from skpose._compiled.simd.signatures import array_type, tuple_type
+
+FLOAT64 = np.dtype(np.float64)
 
 
 @functools.cache
@@ -22,4 +30,58 @@ def shared_types(dtype):
     return shared_type(Tree, fields), types.NamedTuple(steps, Steps)
 
 
-TREE, _ = shared_types(np.dtype(np.float64))
+TREE, _ = shared_types(FLOAT64)
+
+
+def results_type(dtype):
+    """Numba's type of Results."""
+    real = from_dtype(dtype)
+    kinds = (real, 2), (types.boolean, 2), (real, 2), (real, 1), (types.int64, 1)
+    return tuple_type(Results, *(array_type(*kind, readonly=False) for kind in kinds))
+
+
+def encode_type(dtype=FLOAT64):
+    """Numba's type of a function that encodes lanes."""
+    tree, steps = shared_types(dtype)
+    rows_of_lanes = array_type(from_dtype(dtype), 2, readonly=False)
+    return types.FunctionType(types.void(rows_of_lanes, tree, steps, rows_of_lanes, rows_of_lanes))
+
+
+def measure_type(dtype):
+    """Numba's type of a measure on lanes."""
+    real = from_dtype(dtype)
+    tree, steps = shared_types(dtype)
+    x, Y = array_type(real, 1, readonly=True), array_type(real, 2, readonly=True)
+    scratch = array_type(real, 2, readonly=False)
+    return types.FunctionType(types.void(x, Y, types.intp, types.intp, tree, steps, scratch, results_type(dtype)))
+
+
+class Loop:
+    """A compiled function with a metric's `encode` or `measure` as an argument, compiled at its first call.
+
+    Such an argument keeps a function from numba's disk cache unless its type is spelled out, and what is spelled out is
+    compiled at once. Arrays are read-only, but for the last argument, which is written.
+    """
+
+    def __init__(self, function: Callable):
+        self.function, self.names = function, list(inspect.signature(function).parameters)
+        self.compiled: dict[np.dtype, Any] = {}
+        self.compiling = threading.Lock()
+
+    def __call__(self, *args: Any) -> Any:
+        if config.DISABLE_JIT:
+            return self.function(*args)
+        dtype = args[self.names.index("tree")].scale.dtype
+        with self.compiling:
+            if dtype not in self.compiled:
+                kinds = tuple(self._type_of(name, arg, dtype) for name, arg in zip(self.names, args, strict=True))
+                self.compiled[dtype] = jit(self.function, signatures=[kinds])
+        return self.compiled[dtype](*args)
+
+    def _type_of(self, name: str, arg: Any, dtype: np.dtype) -> types.Type:
+        if name in ("encode", "measure"):
+            return encode_type(dtype) if name == "encode" else measure_type(dtype)
+        if not isinstance(arg, np.ndarray):
+            return typeof(arg)
+        is_written = name == self.names[-1]
+        return array_type(from_dtype(arg.dtype), arg.ndim, readonly=not is_written, layout="A" if is_written else "C")

@@ -5,7 +5,7 @@ c(i, j) the distance of a cell, the least sum of all paths to it is S(i, j) = c(
 S(i − 1, j − 1)) (H. Sakoe, S. Chiba, 1978, doi:10.1109/TASSP.1978.1163055). A *closed* path goes from the first cell
 to the last one. An *open* one takes all rows and begins and ends at any column: the one motion inside the other.
 
-`warp_loop` has no matrix of distances. The columns are the frames of many motions, one after another in groups of
+`warp_pairs` has no matrix of distances. The columns are the frames of many motions, one after another in groups of
 lanes, so that no lane is left empty between two of them. A block of groups that fits into the cache is taken for one
 row after the other: distances by the measure, then the sums, of which only those of the row above and those of the last
 column of the block before are kept.
@@ -17,20 +17,17 @@ With a window w, a path stays where the times of its cells, as shares of the dur
 The comparison is one of integers, |i (m − 1) − j (n − 1)| ≤ reach, so that it is the same from both sides.
 """
 
-import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import GROUPS_IN_CACHE, measure_type
-from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import shared_types
+from skpose._compiled.pose.loops import GROUPS_IN_CACHE
+from skpose._compiled.pose.results import add_gaps, results_of, skip_outside
+from skpose._compiled.pose.signatures import Loop
 from skpose._compiled.simd.jit import inlined, jit
-from skpose._compiled.simd.lanes import any_greater, empty_aligned, rows
-from skpose._compiled.simd.signatures import array_type, tuple_type
+from skpose._compiled.simd.lanes import empty_aligned
 
 
 class Encoded(NamedTuple):
@@ -79,33 +76,6 @@ def band(i, n, m, reach):
 
 
 @inlined
-def skip_outside(results, group, end, start, stop):
-    """Request the frames start:stop, and no others, of the groups group:end."""
-    width = results.skip.shape[1]
-    for k in range(group, end):
-        if k == group or k == end - 1:
-            for w in range(width):
-                results.skip[k - group, w] = not start <= k * width + w < stop
-        else:
-            for w in range(width):
-                results.skip[k - group, w] = False
-
-
-@inlined
-def add_gaps(results, n_groups, count, worst):
-    """Add the requested geodesics of the groups that did not converge; clear their gaps."""
-    gaps = rows(results.gap, 0)
-    for k in range(n_groups):
-        if any_greater(gaps[k], 0.0):
-            for w in range(results.gap.shape[1]):
-                if results.gap[k, w] > 0.0 and not results.skip[k, w]:
-                    count += 1
-                    worst = max(worst, results.gap[k, w])
-                results.gap[k, w] = 0.0
-    return count, worst
-
-
-@inlined
 def _warp_row(costs, first_cost, above, start, stop, diagonal, left):
     """Replace the sums of the row above by those of this row, in the slots start:stop.
 
@@ -118,7 +88,14 @@ def _warp_row(costs, first_cost, above, start, stop, diagonal, left):
         diagonal = up
 
 
-def _warp_pairs(x, y, pairs, paths, measure, tree, steps, sums):
+@Loop
+def warp_pairs(x, y, pairs, paths, measure, tree, steps, sums):
+    """Compute the least sums of some MotionPairs.
+
+    Both x and y are Encoded: the motions of the rows, whose codes are rows, and those of the columns, whose codes are
+    groups of lanes. Returns how many geodesics did not converge, and the largest of their gaps. A closed path may have
+    a window, an open one none.
+    """
     X, x_starts, Y, y_starts = x.codes, x.starts, y.codes, y.starts
     width, in_band = Y.shape[1], paths.window < 1.0
     block = GROUPS_IN_CACHE * width
@@ -178,25 +155,6 @@ def _warp_pairs(x, y, pairs, paths, measure, tree, steps, sums):
                     c += 1
                 above[0], edge[i] = edge[i], above[stop - block_start]
     return n_unconverged, worst
-
-
-@functools.cache
-def warp_loop(dtype):
-    """``loop(x, y, pairs, paths, measure, tree, steps, sums)``: least sums of some MotionPairs.
-
-    Both x and y are Encoded: the motions of the rows, whose codes are rows, and those of the columns, whose codes are
-    groups of lanes. Returns how many geodesics did not converge, and the largest of their
-    gaps. A closed path may have a window, an open one none.
-    """
-    real, integer = from_dtype(dtype), types.int64
-    tree, steps = shared_types(dtype)
-    motions = tuple_type(Encoded, array_type(real, 2, readonly=False), array_type(integer, 1, readonly=False))
-    pairs = tuple_type(MotionPairs, integer, integer, integer, integer, types.boolean)
-    paths = tuple_type(Paths, types.float64, types.boolean)
-    sums = array_type(types.float64, 2, readonly=False, layout="A")
-    unconverged = types.Tuple((integer, types.float64))
-    signature = unconverged(motions, motions, pairs, paths, measure_type(dtype), tree, steps, sums)
-    return jit(_warp_pairs, signatures=[signature])
 
 
 @jit

@@ -6,20 +6,15 @@ Cells that no other path reaches are left out, and the groups of lanes in which 
 that is within the limit is, to the last bit, the one that `skpose._compiled.warping.paths` finds.
 """
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, types
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.loops import measure_type
-from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import shared_types
-from skpose._compiled.simd.jit import jit
+from skpose._compiled.pose.results import add_gaps, results_of
+from skpose._compiled.pose.signatures import Loop
 from skpose._compiled.simd.lanes import empty_aligned
-from skpose._compiled.simd.signatures import array_type, tuple_type
-from skpose._compiled.warping.paths import Paths, add_gaps, band, reach_of
+from skpose._compiled.warping.paths import band, reach_of
 
 
 class Within(NamedTuple):
@@ -36,7 +31,13 @@ class Ends(NamedTuple):
     starts: np.ndarray  # (n_columns,) the column at which that path begins
 
 
-def _warp_within(X, Y, paths, within, measure, tree, steps, ends):
+@Loop
+def warp_within(X, Y, paths, within, measure, tree, steps, ends):
+    """Find the Ends of the paths of one pair within a limit.
+
+    X holds the codes of the rows, Y those of the columns in groups of lanes. Returns the numbers of cells measured and
+    of geodesics that did not converge, and the largest of their gaps.
+    """
     limit, left_over, sums, starts = within.limit, within.left_over, ends.sums, ends.starts
     n, n_columns, width, n_codes = X.shape[0], sums.shape[0], Y.shape[1], X.shape[1]
     n_groups, reach = Y.shape[0] // n_codes, reach_of(n, n_columns, paths.window)
@@ -97,21 +98,3 @@ def _warp_within(X, Y, paths, within, measure, tree, steps, ends):
     for j in range(n_columns):
         sums[j], starts[j] = above[j], origins[j]
     return n_measured, n_unconverged, worst
-
-
-@functools.cache
-def warp_within_loop(dtype):
-    """``loop(X, Y, paths, within, measure, tree, steps, ends)``: the Ends of the paths of one pair within a limit.
-
-    X holds the codes of the rows, Y those of the columns in groups of lanes. Returns the numbers of cells measured and
-    of geodesics that did not converge, and the largest of their gaps.
-    """
-    real, integer = from_dtype(dtype), types.int64
-    tree, steps = shared_types(dtype)
-    X, Y = array_type(real, 2, readonly=True), array_type(real, 2, readonly=True)
-    paths = tuple_type(Paths, types.float64, types.boolean)
-    within = tuple_type(Within, types.float64, array_type(types.float64, 2, readonly=False))
-    ends = tuple_type(Ends, array_type(types.float64, 1, readonly=False), array_type(integer, 1, readonly=False))
-    counts = types.Tuple((integer, integer, types.float64))
-    signature = counts(X, Y, paths, within, measure_type(dtype), tree, steps, ends)
-    return jit(_warp_within, signatures=[signature])
