@@ -20,87 +20,87 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.simd.jit import inlined, internal, jit
+from skpose._compiled.simd.jit import internal, jit
 
 
 class Family(NamedTuple):
-    """The best family, summed up."""
+    """The best family."""
 
     score: float
-    n_cells: int
-    n_covered: int  # frames in the segments of its paths
-
-
-class States(NamedTuple):
-    """The best family that ends in each cell of a row."""
-
-    score: np.ndarray  # (m,)
-    n_cells: np.ndarray  # (m,)
-    n_covered: np.ndarray  # (m,) without the last path, less the first row of that: with i frames, what it covers too
+    segments: np.ndarray  # (n_paths, 2) of the motion: the first frame, and the one behind the last
+    n_cells: np.ndarray  # (n_paths,)
+    sums: np.ndarray  # (n_paths,) of the similarities along each path
 
 
 @internal
-def _states(m):
-    """A row without families."""
-    return States(np.full(m, -np.inf), np.zeros(m, np.int64), np.zeros(m, np.int64))
+def _step_to(score, row, k):
+    """The best score before cell k of a row, and its row and column."""
+    best, before, column = score[row - 1, k - 1], row - 1, k - 1
+    if score[row - 2, k - 1] > best:
+        best, before = score[row - 2, k - 1], row - 2
+    if k > 1 and score[row - 1, k - 2] > best:
+        best, before, column = score[row - 1, k - 2], row - 1, k - 2
+    return best, before, column
 
 
 @internal
-def _step(similarities, one, two, row):
-    """Compute a row's states except in the first column from the two rows above; no cell needs another of its row."""
-    m = similarities.shape[0]
-    score, n_cells, n_covered = row.score[1:], row.n_cells[1:], row.n_covered[1:]
-    similarities = similarities[1:]
-    for k in range(m - 1):
-        best, cells, covered = one.score[k], one.n_cells[k], one.n_covered[k]
-        far = two.score[k] > best
-        best = two.score[k] if far else best
-        cells = two.n_cells[k] if far else cells
-        covered = two.n_covered[k] if far else covered
-        score[k], n_cells[k], n_covered[k] = best + similarities[k], cells + 1, covered
-    score, n_cells, n_covered = row.score[2:], row.n_cells[2:], row.n_covered[2:]
-    similarities = similarities[1:]
-    for k in range(m - 2):
-        sum_ = one.score[k] + similarities[k]
-        better = sum_ > score[k]
-        score[k] = sum_ if better else score[k]
-        n_cells[k] = one.n_cells[k] + 1 if better else n_cells[k]
-        n_covered[k] = one.n_covered[k] if better else n_covered[k]
+def _family_of(similarities, first, last, start, stop):
+    """The best family in frames first:last of a template, frames start:stop, without pauses."""
+    n, m = last - first, stop - start
+    score = np.full((n + 2, m), -np.inf)  # two rows without a path, then the frames
+    waiting, arrives = np.zeros(n + 1), np.zeros(n + 1, np.bool_)  # before each frame, and whether by a path's end
+    for i in range(n + 1):
+        if i > 0:
+            arrives[i] = score[i + 1, m - 1] > waiting[i - 1]
+            waiting[i] = score[i + 1, m - 1] if arrives[i] else waiting[i - 1]
+        if i == n:
+            break
+        here, two, one, row = similarities[first + i, start:stop], score[i], score[i + 1], score[i + 2]
+        row[0] = waiting[i] + here[0]
+        if m > 1:
+            row[1] = max(one[0], two[0]) + here[1]
+        for k in range(2, m):  # no cell needs another of its row
+            row[k] = max(max(one[k - 1], two[k - 1]), one[k - 2]) + here[k]
+    segments, n_cells, sums, at = np.empty((n, 2), np.int64), np.ones(n, np.int64), np.empty(n), n
+    i = n
+    while i > 0:
+        if not arrives[i]:
+            i -= 1
+            continue
+        end, row, k, at = i, i + 1, m - 1, at - 1
+        while k > 0:
+            _, row, k = _step_to(score, row, k)
+            n_cells[at] += 1
+        i = row - 2
+        segments[at, 0], segments[at, 1] = first + i, first + end
+        sums[at] = waiting[end] - waiting[i]
+    return Family(waiting[n], segments[at:], n_cells[at:], sums[at:])
 
 
 @jit
-def family_of(similarities, pauses, longest, first, last, start, stop):
-    """The best family in frames first:last of a template, frames start:stop; three rows of states are kept."""
-    n, m = last - first, stop - start
-    row, one, two = _states(m), _states(m), _states(m)
-    waiting = Family(0.0, 0, 0)
-    for i in range(n + 1):
-        if one.score[m - 1] > waiting.score:
-            waiting = Family(one.score[m - 1], one.n_cells[m - 1], one.n_covered[m - 1] + i)
-        if i == n:
-            break
-        if pauses[first + i] > longest:
-            one.score[:] = -np.inf
-            two.score[:] = -np.inf
-        here = similarities[first + i, start:stop]
-        _step(here, one, two, row)
-        row.score[0] = waiting.score + here[0]
-        row.n_cells[0], row.n_covered[0] = waiting.n_cells + 1, waiting.n_covered - i
-        row, one, two = two, row, one
-    return waiting
+def segments_of(similarities, first, last, start, stop):
+    """The segments of that family (n_paths, 2), and the mean similarity along each path."""
+    family = _family_of(similarities, first, last, start, stop)
+    return family.segments, family.sums / family.n_cells
 
 
 @jit
 def fitness_of(similarities, pauses, longest, start, stop, row):
     """The fitness of a template, columns start:stop and as many rows from `row` on; zero without a family."""
-    n = similarities.shape[0]
-    before = family_of(similarities, pauses, longest, 0, row, start, stop)
-    after = family_of(similarities, pauses, longest, row + stop - start, n, start, stop)
-    score = before.score + after.score
+    n, score, n_cells, n_covered = similarities.shape[0], 0.0, stop - start, 0
+    for first, end in ((0, row), (row + stop - start, n)):
+        while first < end:
+            last = first + 1
+            while last < end and pauses[last] <= longest:
+                last += 1
+            family = _family_of(similarities, first, last, start, stop)
+            score += family.score
+            n_cells += family.n_cells.sum()
+            n_covered += (family.segments[:, 1] - family.segments[:, 0]).sum()
+            first = last
     if score <= 0.0:
         return 0.0
-    mean_score = score / (before.n_cells + after.n_cells + stop - start)
-    coverage = (before.n_covered + after.n_covered) / n
+    mean_score, coverage = score / n_cells, n_covered / n
     return 2.0 * mean_score * coverage / (mean_score + coverage)
 
 
@@ -146,49 +146,3 @@ def fitness_by_length(similarities, is_far, lengths, starts_per_length, share):
             if reach[start] < start + length and comes_back(similarities, start, start + length, share):
                 best[k] = max(best[k], fitness_of(similarities, pauses, 0, start, start + length, start))
     return best
-
-
-@inlined
-def _step_to(score, row, k):
-    """The best score before cell k of a row, and its row and column."""
-    best, before, column = score[row - 1, k - 1], row - 1, k - 1
-    if score[row - 2, k - 1] > best:
-        best, before = score[row - 2, k - 1], row - 2
-    if k > 1 and score[row - 1, k - 2] > best:
-        best, before, column = score[row - 1, k - 2], row - 1, k - 2
-    return best, before, column
-
-
-@jit
-def segments_of(similarities, first, last, start, stop):
-    """The segments of that family (n_paths, 2), and the mean similarity along each path.
-
-    A segment is its first frame and the one behind its last.
-    """
-    n, m = last - first, stop - start
-    score = np.full((n + 2, m), -np.inf)  # two rows without a path, then the frames
-    waiting, arrives = np.zeros(n + 1), np.zeros(n + 1, np.bool_)  # before each frame, and whether by a path's end
-    for i in range(n + 1):
-        if i > 0:
-            arrives[i] = score[i + 1, m - 1] > waiting[i - 1]
-            waiting[i] = score[i + 1, m - 1] if arrives[i] else waiting[i - 1]
-        if i == n:
-            break
-        here = similarities[first + i, start:stop]
-        score[i + 2, 0] = waiting[i] + here[0]
-        for k in range(1, m):
-            score[i + 2, k] = _step_to(score, i + 2, k)[0] + here[k]
-    segments, means, at = np.empty((n, 2), np.int64), np.empty(n), n
-    i = n
-    while i > 0:
-        if not arrives[i]:
-            i -= 1
-            continue
-        end, row, k, n_cells = i, i + 1, m - 1, 1
-        while k > 0:
-            _, row, k = _step_to(score, row, k)
-            n_cells += 1
-        i, at = row - 2, at - 1
-        segments[at, 0], segments[at, 1] = first + i, first + end
-        means[at] = (waiting[end] - waiting[i]) / n_cells
-    return segments[at:], means[at:]
