@@ -57,7 +57,7 @@ class Workspace(NamedTuple):
     best: State
     kept: State  # for the caller
     equations: Equations
-    sums: np.ndarray  # (n_frames, 22) over the joints that a frame moves: w p rᵀ, w r, w p pᵀ, w p, w
+    sums: np.ndarray  # (n_frames, 25) over the joints that a frame moves: w p rᵀ, w r, w p pᵀ, w p, w
     scratch: np.ndarray
 
 
@@ -91,7 +91,7 @@ def workspace_of(tree, lower, upper):
         _empty_state(tree),
         _empty_state(tree),
         equations_of(tree),
-        np.zeros((tree.frame_parent.shape[0], 22)),
+        np.zeros((tree.frame_parent.shape[0], 25)),
         np.empty(workspace_rows(tree)),
     )
 
@@ -184,35 +184,18 @@ def _sum_joints(tree, state, target, sums):
         if w == 0.0:
             continue
         total = sums[tree.joint_frame[j]]
-        x, y, z = state.P[3 * j], state.P[3 * j + 1], state.P[3 * j + 2]
-        u = w * (x + state.origin[0] - target.positions[j, 0])
-        v = w * (y + state.origin[1] - target.positions[j, 1])
-        t = w * (z + state.origin[2] - target.positions[j, 2])
-        total[0] += x * u
-        total[1] += x * v
-        total[2] += x * t
-        total[3] += y * u
-        total[4] += y * v
-        total[5] += y * t
-        total[6] += z * u
-        total[7] += z * v
-        total[8] += z * t
-        total[9] += u
-        total[10] += v
-        total[11] += t
-        total[12] += w * x * x
-        total[13] += w * x * y
-        total[14] += w * x * z
-        total[15] += w * y * y
-        total[16] += w * y * z
-        total[17] += w * z * z
-        total[18] += w * x
-        total[19] += w * y
-        total[20] += w * z
-        total[21] += w
+        for i in range(3):
+            p = state.P[3 * j + i]
+            for k in range(3):
+                q = state.P[3 * j + k]
+                total[3 * i + k] += p * (w * (q + state.origin[k] - target.positions[j, k]))
+                total[12 + 3 * i + k] += w * p * q
+            total[9 + i] += w * (p + state.origin[i] - target.positions[j, i])
+            total[21 + i] += w * p
+        total[24] += w
     for f in range(tree.frame_parent.shape[0] - 1, 0, -1):
         p = tree.frame_parent[f]
-        for i in range(22):
+        for i in range(25):
             sums[p, i] += sums[f, i]
 
 
@@ -247,9 +230,9 @@ def fill_matrix(state, stiffness, work):
     tree, sums, screws, matrix = work.tree, work.sums, state.screws, work.equations.matrix
     for i in range(N_ORIGIN):
         for j in range(i + 1):
-            matrix[i, j] = sums[0, 21] if i == j else 0.0
+            matrix[i, j] = sums[0, 24] if i == j else 0.0
     for f in range(1, tree.frame_parent.shape[0]):
-        xx, xy, xz, yy, yz, zz, px, py, pz, n = sums[f, 12:]
+        xx, xy, xz, _, yy, yz, _, _, zz, px, py, pz, n = sums[f, 12:]
         for d in range(tree.first_dof[f], tree.end_dof[f]):
             a, b, c, p, q, r = screws[d]
             j0 = (yy + zz) * a - xy * b - xz * c + py * r - pz * q
