@@ -12,10 +12,10 @@ from skpose._compiled.simd.signatures import MATRIX, VECTOR
 
 
 @internal
-def rotation_axes(tree, C, S, H, stride, axes):
+def _rotation_axes(tree, C, S, H, axes):
     """Compute the axis of every dof in world coordinates, the velocity of the rotation, of length one.
 
-    Row stride · d + i of the axes is coordinate i of dof d's.
+    Row 6 d + i of the axes is coordinate i of dof d's.
 
     The axes of a ball joint's dofs, its rotation vector, are of other lengths: the columns of the orientation times Jr.
     A slide rotates nothing: instead of an axis it has the direction of its displacement.
@@ -28,71 +28,26 @@ def rotation_axes(tree, C, S, H, stride, axes):
             for i in range(3):
                 x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
                 for d in range(3):
-                    axes[stride * (first + d) + i] = x * p[d] + y * q[d] + z * r[d]
+                    axes[6 * (first + d) + i] = x * p[d] + y * q[d] + z * r[d]
             continue
         if tree.slide[f] >= 0:
             for i in range(3):
-                axes[stride * (end - 1) + i] = slide_direction(tree, H, tree.slide[f], 9 * f, i)
+                axes[6 * (end - 1) + i] = slide_direction(tree, H, tree.slide[f], 9 * f, i)
             continue
         n_dofs = end - tree.first_dof[f]
         if n_dofs == 1:
             for i in range(3):
-                axes[stride * (end - 1) + i] = H[9 * f + 3 * i + tree.single_axis[f]]
+                axes[6 * (end - 1) + i] = H[9 * f + 3 * i + tree.single_axis[f]]
             continue
         for i in range(3 if n_dofs > 0 else 0):
             # The columns of H are the axes after all the rotations; undo these, the last one first.
             x, y, z = H[9 * f + 3 * i], H[9 * f + 3 * i + 1], H[9 * f + 3 * i + 2]
-            axes[stride * (end - 1) + i] = x
+            axes[6 * (end - 1) + i] = x
             y, z = rotate(y, z, C[end - 1], 0.0 - S[end - 1])
-            axes[stride * (end - 2) + i] = y
+            axes[6 * (end - 2) + i] = y
             if n_dofs > 2:
                 z, x = rotate(z, x, C[end - 2], 0.0 - S[end - 2])
-                axes[stride * (end - 3) + i] = z
-
-
-@internal
-def fill_jacobian(tree, P, axes, jacobian):
-    """Compute the change of scaled positions with the tree's dofs, (3 n_joints, n_dofs); zeros are not written.
-
-    A rotation about the unit axis a through the point o moves a point p at the rate a × (p − o).
-    """
-    for j in range(1, tree.offset.shape[0]):
-        row, f = 3 * tree.code_joint[j] - 3, tree.joint_frame[j]
-        scale = tree.scale[j]
-        while f > 0:
-            o = 3 * tree.pivot[f]
-            x, y, z = P[3 * j] - P[o], P[3 * j + 1] - P[o + 1], P[3 * j + 2] - P[o + 2]
-            for d in range(tree.first_dof[f], tree.end_dof[f]):
-                a, b, c = axes[3 * d], axes[3 * d + 1], axes[3 * d + 2]
-                if tree.slide[f] >= 0:
-                    jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = scale * a, scale * b, scale * c
-                    continue
-                jacobian[row, d], jacobian[row + 1, d], jacobian[row + 2, d] = (
-                    scale * (b * z - c * y),
-                    scale * (c * x - a * z),
-                    scale * (a * y - b * x),
-                )
-            f = tree.frame_parent[f]
-
-
-@internal
-def write_jacobian(tree, pose, scratch, jacobian):
-    """Compute ∂F/∂θ of one pose, (3 n_joints, n_dofs); zeros are not written."""
-    C, S, H, P = workspace(tree, scratch)
-    axes = np.empty(3 * pose.shape[0])
-    orient(tree, pose, C, S, H)
-    place_joints(tree, C, H, P)
-    rotation_axes(tree, C, S, H, 3, axes)
-    fill_jacobian(tree, P, axes, jacobian)
-
-
-@jit
-def position_jacobians(poses, tree, jacobians):
-    """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs), both in the tree's order of dofs."""
-    scratch = np.empty(workspace_rows(tree))
-    jacobians[:] = 0.0
-    for n in range(poses.shape[0]):
-        write_jacobian(tree, poses[n], scratch, jacobians[n])
+                axes[6 * (end - 3) + i] = z
 
 
 @internal
@@ -104,7 +59,7 @@ def set_screws(tree, C, S, H, P, screws):
     stand together: rows of lanes that are 64 apart, as those of 64 dofs would be, share one set of the processor's
     cache and drive each other out of it.
     """
-    rotation_axes(tree, C, S, H, 6, screws)
+    _rotation_axes(tree, C, S, H, screws)
     for f in range(1, tree.frame_parent.shape[0]):
         o = 3 * tree.pivot[f]
         for d in range(tree.first_dof[f], tree.end_dof[f]):
@@ -129,3 +84,28 @@ def place_with_screws(tree, dofs, scratch, P, screws):
     for i in range(P.shape[0]):
         P[i] = positions[i]
     set_screws(tree, C, S, H, positions, flat(screws))
+
+
+@internal
+def write_jacobian(tree, pose, scratch, jacobian):
+    """Compute ∂F/∂θ of one pose, (3 n_joints, n_dofs), of the scaled positions; zeros are not written."""
+    P, screws = np.empty(3 * tree.offset.shape[0]), np.empty((pose.shape[0], 6))
+    place_with_screws(tree, pose, scratch, P, screws)
+    for j in range(1, tree.offset.shape[0]):
+        row, f, scale = 3 * tree.code_joint[j] - 3, tree.joint_frame[j], tree.scale[j]
+        x, y, z = P[3 * j], P[3 * j + 1], P[3 * j + 2]
+        for r in range(tree.first_dof_range[f], tree.first_dof_range[f + 1]):
+            for d in range(tree.dof_ranges[r, 0], tree.dof_ranges[r, 1]):
+                a, b, c, u, v, w = screws[d]
+                jacobian[row, d] = scale * (b * z - c * y + u)
+                jacobian[row + 1, d] = scale * (c * x - a * z + v)
+                jacobian[row + 2, d] = scale * (a * y - b * x + w)
+
+
+@jit
+def position_jacobians(poses, tree, jacobians):
+    """Compute ∂F/∂θ of every pose, (n_poses, 3 n_joints, n_dofs), both in the tree's order of dofs."""
+    scratch = np.empty(workspace_rows(tree))
+    jacobians[:] = 0.0
+    for n in range(poses.shape[0]):
+        write_jacobian(tree, poses[n], scratch, jacobians[n])
