@@ -12,6 +12,3 @@ What calls what::
        |
     tree_cholesky                                           its steps, along the tree
 """
-
-# Subject and duration in the message of `simd.announce`.
-COMPILES = "inverse kinematics", "20 to 60 s"

@@ -23,6 +23,3 @@ What calls what::
 The coordinates of a path are those of `pose.chart`. Apart from these, `family` finds paths in a matrix of similarities,
 for motions.
 """
-
-# Subject and duration in the message of `simd.announce`.
-COMPILES = "geodesics", "15 to 60 s"

@@ -60,6 +60,3 @@ A metric is a pair of functions. Its *encode* writes the code of a pose: all tha
 computes the distances from one encoded pose to others. The loops over poses and over pairs exist once (`loops`,
 `nearest` and `candidates` for searches, `warping` for motions) and take the two as arguments.
 """
-
-# Subject and duration in the message of `simd.announce`.
-COMPILES = "distances between poses", "5 to 15 s"

@@ -1,12 +1,10 @@
-"""A message while a call compiles, by the logger "skpose": on stderr, unless the user configures logging.
+"""A message where calls compile for long, by the logger "skpose": on stderr, unless the user configures logging.
 
-It appears once for each folder of `skpose._compiled` that names its subject, and not in worker processes, which compile
-what the process that started them compiles.
+It appears once, and not in worker processes, which compile what the process that started them compiles.
 """
 
 import logging
 import multiprocessing
-import sys
 import time
 from typing import Any
 
@@ -20,35 +18,27 @@ logger = logging.getLogger("skpose")
 
 
 class Announcer(event.Listener):
-    """Times what numba compiles; one thread at a time compiles."""
+    """Times what numba compiles of skpose; one thread at a time compiles."""
 
     def __init__(self) -> None:
-        self.module = ""  # of the outermost function that is being compiled
-        self.depth, self.began, self.spent = 0, 0.0, 0.0
-        self.announced: set[str] = set()
+        self.depth, self.began, self.spent, self.announced = 0, 0.0, 0.0, False
 
     def on_start(self, event: Any) -> None:
         if self.depth == 0:
-            function = getattr(event.data["dispatcher"], "py_func", None)
-            self.module, self.began = getattr(function, "__module__", None) or "", time.monotonic()
+            self.began = time.monotonic()
         self.depth += 1
-        self.check()
 
     def on_end(self, event: Any) -> None:
-        self.check()
         self.depth -= 1
-        if self.depth == 0 and self.module.startswith("skpose."):
-            self.spent += time.monotonic() - self.began
-
-    def check(self) -> None:
-        if self.spent + time.monotonic() - self.began < PATIENCE:
+        if not (event.data["dispatcher"].py_func.__module__ or "").startswith("skpose."):
             return
-        subject, duration = getattr(sys.modules.get(self.module.rpartition(".")[0]), "COMPILES", ("", ""))
-        if subject and subject not in self.announced and multiprocessing.parent_process() is None:
-            self.announced.add(subject)
-            self.spent = 0.0
+        spent = self.spent + time.monotonic() - self.began
+        if self.depth == 0:
+            self.spent = spent
+        if spent > PATIENCE and not self.announced and multiprocessing.parent_process() is None:
+            self.announced = True
             often = "once" if CACHED else "in every process"
-            logger.warning("skpose compiles %s for this machine: %s, %s", subject, often, duration)
+            logger.warning("skpose compiles for this machine, %s: 5 s to a minute", often)
 
 
 event.register("numba:compile", Announcer())
