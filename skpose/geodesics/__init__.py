@@ -6,9 +6,8 @@
 | `_sequence`                 | lengths of the paths from the frames of a motion to poses     |
 | `_logarithm`                | poses as tangent vectors at a base pose, and back             |
 | `_interpolate`, `_spline`   | motions through key poses                                     |
-| `_mean`, `_median`          | Fréchet means and geometric medians                           |
+| `_mean`                     | Fréchet means and geometric medians                           |
 | `_descent`, `_quasi_newton` | the two minimisers behind means and medians                   |
-| `_weightings`               | means of the same poses under many weightings                 |
 """
 
 from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult
@@ -16,9 +15,8 @@ from skpose.geodesics._geodesic import geodesic
 from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
 from skpose.geodesics._mean import FrechetMeanResult as FrechetMeanResult
-from skpose.geodesics._mean import frechet_mean
-from skpose.geodesics._median import GeometricMedianResult as GeometricMedianResult
-from skpose.geodesics._median import geometric_median
+from skpose.geodesics._mean import GeometricMedianResult as GeometricMedianResult
+from skpose.geodesics._mean import frechet_mean, geometric_median
 from skpose.geodesics._sequence import geodesic_distances
 
 __all__ = [

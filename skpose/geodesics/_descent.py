@@ -5,11 +5,12 @@ which Weiszfeld's iteration solves as a mean with weights w/d. Steps are gradien
 Anderson acceleration (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize
 
-from skpose.metrics._sample import Sample
+from skpose.metrics._means import Sample
 
 FLAT = 1e-6  # relative eigenvalue of the metric tensor below which a direction moves no joint
 DAMPING = 1e-4  # of steps, relative to the largest eigenvalue of the metric tensor
@@ -138,3 +139,52 @@ def at_pose_if_lower(sample: Sample, here: Spread, tried: set[int]) -> Spread:
     tried.add(here.nearest)
     there = spread_from(sample, sample.dofs[here.nearest], MEDIAN, here.slope)
     return there if there.objective < here.objective else here
+
+
+HALVINGS_ACROSS = 12  # of a gradient step, if BFGS stops at a jump
+LEAST_DECREASE = 0.1  # relative decrease, divided by tol², below which the search stops
+
+
+def minimise_sum(sample: Any, pose: np.ndarray, power: int, max_iter: int, tol: float) -> tuple[Spread, int, bool]:
+    """Minimise from a pose, or from a better pose of the sample; the result is as in `descend`.
+
+    The sample has the methods `best_pose` and `sum_along` too, see `skpose.metrics._spatial`.
+    """
+    here = spread_from(sample, pose, power)
+    candidate, objective = sample.best_pose(power)
+    if objective < here.objective:
+        here = spread_from(sample, candidate, power)
+    n_iter, tried, kept = 0, set[int](), 1.0 - LEAST_DECREASE * tol**2
+    while True:
+        if power == MEDIAN:
+            here = at_pose_if_lower(sample, here, tried)
+        if here.relative_norm <= tol:
+            return here, n_iter, True
+        if n_iter >= max_iter:
+            return here, n_iter, False
+        sizes = (here.root**2).sum(axis=1, keepdims=True)  # eigenvalues of the metric tensor
+        steps = (here.root / np.sqrt(sizes * (sizes + DAMPING * sizes.max()))).T
+        found = minimize(
+            sample.sum_along,
+            np.zeros(steps.shape[1]),
+            args=(here.pose, steps, power),
+            method="BFGS",
+            jac=True,
+            options={"maxiter": max_iter - n_iter, "gtol": 0.5 * tol * here.scale, "norm": 2},
+        )
+        n_iter += max(1, int(found.nit))
+        there = spread_from(sample, sample.retract(here.pose, steps @ found.x), power)
+        if there.objective > kept * here.objective:
+            there = _across(sample, there if there.objective < here.objective else here, power)
+        if there.objective > kept * here.objective:
+            return here, n_iter, here.relative_norm <= KINK
+        here = there
+
+
+def _across(sample: Sample, here: Spread, power: int) -> Spread:
+    """A shorter gradient step that lowers the objective, possibly across a jump; else the same spread."""
+    for halving in range(HALVINGS_ACROSS):
+        trial = spread_from(sample, sample.retract(here.pose, here.step / 2**halving), power)
+        if trial.objective < here.objective:
+            return trial
+    return here

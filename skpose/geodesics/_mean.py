@@ -1,56 +1,36 @@
-"""Fréchet means of poses, which are poses: bones keep their lengths."""
+"""Fréchet means and geometric medians of poses, which are poses: bones keep their lengths."""
 
 from dataclasses import dataclass, field
+from functools import partial
+from numbers import Integral, Real
 
 import numpy as np
 from joblib import effective_n_jobs
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._utils.sklearn import validate_params
+from skpose._utils.parallel import in_threads
+from skpose._utils.sklearn import Interval, check_sample_weight, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
-from skpose.geodesics._descent import MEAN
-from skpose.geodesics._weighted_poses import CONSTRAINTS, minimise, positive_weights
-from skpose.metrics import Metric
-from skpose.metrics._registry import require_means, resolve
+from skpose.geodesics._descent import MEAN, MEDIAN, Spread, descend, minimise_sum
+from skpose.metrics import Metric, Position
+from skpose.metrics._means import TOL as TOL_EXTRINSIC
+from skpose.metrics._means import FrechetMeanResult, Sample
+from skpose.metrics._registry import MEAN_CONSTRAINTS, require_means, resolve
 from skpose.skeleton import Skeleton
 
+CONSTRAINTS = MEAN_CONSTRAINTS | {
+    "sample_weight": ["array-like", None],
+    "max_iter": [Interval(Integral, 1, None, closed="left")],
+    "tol": [Interval(Real, 0, None, closed="left")],
+    "n_jobs": [None, Integral],
+}
 
-@dataclass(frozen=True, eq=False)
-class FrechetMeanResult:
-    """A mean of poses, as returned by `frechet_mean`.
 
-    Attributes
-    ----------
-    pose : ndarray of shape (n_dofs,)
-        The mean: joint angles, rad.
-    variance : float
-        Mean of the squared distances to the mean, m²; rad² for "angle".
-    gradient_norm : float
-        Distance from a stationary point. For "position" the norm of the gradient of the variance, m²/rad. For other
-        metrics the length of the mean logarithm of the poses, m (rad for "angle"): half the norm of the gradient in the
-        metric tensor.
-    n_iter : int
-        Number of iterations.
-    converged : bool
-        Whether `gradient_norm` reached `tol` or the precision of float64, and all geodesics converged. For "geodesic"
-        and "spatial", whose variance is uneven, 2 % of the standard deviation is enough.
-
-    Examples
-    --------
-    >>> from skpose import Skeleton
-    >>> from skpose.geodesics import frechet_mean
-    >>> frechet_mean([[0.0], [1.0]], Skeleton.chain(1)).pose.round(3)
-    array([0.5])
-    """
-
-    pose: np.ndarray = field(repr=False)
-    variance: float
-    gradient_norm: float
-    n_iter: int
-    converged: bool
+MAX_ITER, TOL = 200, 1e-3  # as in `frechet_mean`
+TOL_DIRECT = 1e-6  # norm of the gradient where no search from pose to pose is needed, m²/rad
 
 
 @validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
@@ -169,21 +149,8 @@ def frechet_mean(
     >>> round(frechet_mean(X, arm, metric="geodesic").variance, 3)  # the variance of the angle
     0.34
     """
-    X = check_poses(X, skeleton, "X").astype(np.float64)
-    warn_of_degrees(None, skeleton, X=X)
-    X, weights = positive_weights(X, sample_weight)
-    chosen = resolve(metric, skeleton, auto="position")
-    require_means(chosen, "frechet_mean")
-    direct = chosen.direct_means(X, skeleton)
-    if direct is not None:
-        found = direct.mean(weights, max_iter)
-        mean = FrechetMeanResult(found.pose, found.variance, found.gradient_norm, found.n_iter, found.converged)
-    else:
-        sample = chosen.sample(X, weights, skeleton, effective_n_jobs(n_jobs))
-        start, others = sample.start()
-        spread, n_iter, converged = minimise(chosen, sample, start, MEAN, max_iter, tol)
-        pose = sample.columns(spread.pose, others)
-        mean = FrechetMeanResult(pose, spread.value, spread.norm, n_iter, converged)
+    X, weights, chosen = _check(X, skeleton, metric, sample_weight, "frechet_mean")
+    mean = WeightedMeans(X, skeleton, chosen, n_jobs).mean(weights, max_iter, tol, TOL_EXTRINSIC)
     if not mean.converged:
         warn(
             f"the mean did not converge in {mean.n_iter} iterations (gradient_norm {mean.gradient_norm:.2g}): raise "
@@ -191,3 +158,219 @@ def frechet_mean(
             ConvergenceWarning,
         )
     return mean
+
+
+@dataclass(frozen=True, eq=False)
+class GeometricMedianResult:
+    """A median of poses, as returned by `geometric_median`.
+
+    Attributes
+    ----------
+    pose : ndarray of shape (n_dofs,)
+        The median: joint angles, rad.
+    deviation : float
+        Mean of the distances to the median, m; rad for "angle".
+    gradient_norm : float
+        Distance from a stationary point: length of the mean of the unit vectors towards the poses, between 0 and 1. If
+        the median is one of the poses, the excess over the weight of that pose.
+    n_iter : int
+        Number of iterations.
+    converged : bool
+        Whether `gradient_norm` reached `tol`, or is at most 2 % and no step lowered the objective. For "geodesic" all
+        geodesics must have converged, too.
+
+    Examples
+    --------
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import geometric_median
+    >>> geometric_median([[0.0], [0.1], [2.0]], Skeleton.chain(1)).pose.round(3)
+    array([0.1])
+    """
+
+    pose: np.ndarray = field(repr=False)
+    deviation: float
+    gradient_norm: float
+    n_iter: int
+    converged: bool
+
+
+@validate_params(CONSTRAINTS, prefer_skip_nested_validation=True)
+def geometric_median(
+    X: ArrayLike,
+    skeleton: Skeleton,
+    *,
+    metric: str | Metric = "position",
+    sample_weight: ArrayLike | None = None,
+    max_iter: int = 200,
+    tol: float = 1e-3,
+    n_jobs: int | None = None,
+) -> GeometricMedianResult:
+    r"""Compute the pose with the least mean distance to a set of poses: a robust mean.
+
+    .. math:: \arg\min_\theta \sum_i w_i \, d(\theta, \theta_i)
+
+    A mean follows every outlier, such as frames where tracking failed, in proportion to its distance. A distant pose
+    affects the median no more than a close one, as long as outliers carry less than half of the weight [1]_.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_poses, n_dofs)
+        Joint angles, rad.
+    skeleton : Skeleton
+        The skeleton of the poses.
+    metric : str or Metric, default="position"
+        The metric d, see `pose_distances`. "auto" is "position".
+    sample_weight : array-like of shape (n_poses,), default=None
+        Weights of the poses, normalised to sum 1. None means equal weights.
+    max_iter : int, default=200
+        Maximum number of iterations.
+    tol : float, default=1e-3
+        Length of the mean of the unit vectors towards the poses at convergence.
+    n_jobs : int, default=None
+        Number of threads, as in scikit-learn.
+
+    Returns
+    -------
+    GeometricMedianResult
+        The pose, the mean distance and convergence information.
+
+    Raises
+    ------
+    ValueError
+        If poses have the wrong number of columns, their columns are in the wrong order, or they are not finite; if
+        weights are negative or all zero.
+
+    Warns
+    -----
+    ConvergenceWarning
+        If the median did not converge. It is still a pose.
+    UserWarning
+        If the poses seem to be in degrees, see `skpose.pose_distances`.
+
+    See Also
+    --------
+    frechet_mean : The pose with the least mean squared distance.
+    MedoidShift : Clusters around medoids.
+
+    Notes
+    -----
+    Weiszfeld's iteration on manifolds [1]_: each step is a step of the mean with weights w/d. Anderson acceleration
+    combines successive steps. If the iterate comes close to a pose of X, that pose is tried; it is the median if its
+    weight exceeds the pull of the others [2]_. The search starts at the extrinsic mean for "position", at the
+    arithmetic mean of the columns for "angle", and at the median under "position" for other metrics. The result is a
+    local minimum, no worse than the start; `frechet_mean` describes the cost per metric.
+
+    References
+    ----------
+    .. [1] P. T. Fletcher, S. Venkatasubramanian, S. Joshi, "The geometric median on Riemannian manifolds with
+       application to robust atlas estimation", NeuroImage 45(1), 2009, :doi:`10.1016/j.neuroimage.2008.10.052`.
+    .. [2] Y. Vardi, C.-H. Zhang, "The multivariate L1-median and associated data depth", PNAS 97(4), 2000,
+       :doi:`10.1073/pnas.97.4.1423`.
+
+    Examples
+    --------
+    A hanging arm, tracked wrongly in three of ten frames:
+
+    >>> import numpy as np
+    >>> from skpose import Skeleton
+    >>> from skpose.geodesics import frechet_mean, geometric_median
+    >>> X = np.append(np.linspace(-0.1, 0.1, 7), [1.5, 1.6, 1.7])[:, None]
+    >>> arm = Skeleton.chain(1)
+    >>> median = geometric_median(X, arm)
+    >>> float(median.pose[0].round(2)), float(frechet_mean(X, arm).pose[0].round(2))
+    (0.03, 0.41)
+    """
+    X, weights, chosen = _check(X, skeleton, metric, sample_weight, "geometric_median")
+    n_threads = effective_n_jobs(n_jobs)
+    sample = chosen.sample(X, weights, skeleton, n_threads)
+    start, others = sample.start()
+    if chosen.needs_skeleton and chosen != Position():
+        start = descend(Position().sample(X, weights, skeleton, n_threads), start, MEDIAN, max_iter, tol)[0].pose
+    spread, n_iter, converged = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
+    pose = sample.columns(spread.pose, others)
+    if not converged:
+        warn(
+            f"the median did not converge in {n_iter} iterations (gradient_norm {spread.norm:.2g}): raise max_iter, or "
+            "n_steps of the metric",
+            ConvergenceWarning,
+        )
+    return GeometricMedianResult(pose, spread.value, spread.norm, n_iter, converged)
+
+
+def _check(
+    X: ArrayLike, skeleton: Skeleton, metric: str | Metric, sample_weight: ArrayLike | None, user: str
+) -> tuple[np.ndarray, np.ndarray, Metric]:
+    """Poses of positive weight, their weights, which sum to 1, and the metric."""
+    X = check_poses(X, skeleton, "X").astype(np.float64)
+    warn_of_degrees(None, skeleton, X=X)
+    weights = check_sample_weight(sample_weight, X)
+    weights = weights / weights.max()  # avoids overflow of the sum
+    weights = weights / weights.sum()
+    counted = weights > 0.0
+    chosen = resolve(metric, skeleton, auto="position")
+    require_means(chosen, user)
+    return X[counted], weights[counted], chosen
+
+
+def minimise(
+    metric: Metric, sample: Sample, start: np.ndarray, power: int, max_iter: int, tol: float
+) -> tuple[Spread, int, bool]:
+    """The mean or median from a start, the number of iterations, and whether it converged."""
+    search = descend if metric.has_gradients else minimise_sum
+    spread, n_iter, converged = search(sample, start, power, max_iter, tol)
+    lengths = sample.remeasure(spread.pose, spread.lengths)
+    if lengths is not spread.lengths:
+        spread = spread._replace(value=float(sample.weights @ lengths**power))
+    return spread, n_iter, bool(converged)
+
+
+class WeightedMeans:
+    """Poses and their Fréchet means under any weighting.
+
+    Parameters
+    ----------
+    poses : ndarray of shape (n_poses, n_dofs)
+        Validated poses, rad.
+    skeleton : Skeleton or None
+        The skeleton of the poses; None for a metric that needs none.
+    metric : Metric
+        The metric.
+    n_jobs : int or None
+        Number of threads.
+    """
+
+    def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: Metric, n_jobs: int | None):
+        self.poses = poses.astype(np.float64, copy=False)
+        self.skeleton, self.metric, self.n_jobs = skeleton, metric, n_jobs
+        self._direct = metric.direct_means(self.poses, skeleton)
+
+    def mean(
+        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL, tol_direct: float = TOL_DIRECT
+    ) -> FrechetMeanResult:
+        """The mean under non-negative weights (n_poses,)."""
+        if self._direct is not None:
+            return self._direct.mean(weights, max_iter, tol_direct)
+        counted = weights > 0.0
+        shares, n_threads = weights[counted] / weights.sum(), effective_n_jobs(self.n_jobs)
+        sample = self.metric.sample(self.poses[counted], shares, self.skeleton, n_threads)
+        start, others = sample.start()
+        spread, n_iter, converged = minimise(self.metric, sample, start, MEAN, max_iter, tol)
+        return FrechetMeanResult(sample.columns(spread.pose, others), spread.value, spread.norm, n_iter, converged)
+
+    def means(self, weightings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Means (n_means, n_dofs) under non-negative weightings (n_means, n_poses), and which converged."""
+        means = np.empty((len(weightings), self.poses.shape[1]))
+        converged = np.ones(len(weightings), dtype=bool)
+
+        def find(i: int) -> None:
+            counted = np.flatnonzero(weightings[i])
+            if len(counted) == 1:
+                means[i] = self.poses[counted[0]]
+            else:
+                found = self.mean(weightings[i])
+                means[i], converged[i] = found.pose, found.converged
+
+        # Iterative means run one after the other, each on all threads.
+        n_threads = 1 if self._direct is None else effective_n_jobs(self.n_jobs)
+        in_threads((partial(find, i) for i in range(len(weightings))), n_threads)
+        return means, converged

@@ -1,8 +1,8 @@
 """The distances between poses: as a matrix, in chunks, and as one compiled function of two poses.
 
 A metric is an object derived from `Metric` (`_metric`), in one file: `_angle`, `_position`, `_rotation`, `_spatial`,
-`_geodesic`; `_motion_metrics` are for motions only, and `_registry` has all by name. `_sample` and `_direct_means` are
-for means of poses. `_pairwise` holds the public functions of matrices, `_matrix` computes tiles, `_tiled` distributes
+`_geodesic`; `_motion_metrics` are for motions only, and `_registry` has all by name. `_means` has what
+means of poses need. `_pairwise` holds the public functions of matrices, `_matrix` computes tiles, `_tiled` distributes
 them and writes each into `out`; `_dask` does the same lazily.
 """
 

@@ -7,13 +7,11 @@ import numpy as np
 from skpose._compiled.pose.encode import encode_angles
 from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import TWO_PI, Steps, Tree
-from skpose.metrics._direct_means import ArithmeticMeans
-from skpose.metrics._metric import Metric, own_encode
-from skpose.metrics._sample import Linearization, Sample
+from skpose.metrics._means import ArithmeticMeans, Linearization, Sample
+from skpose.metrics._metric import Metric
 from skpose.skeleton import Skeleton
 
 
-@own_encode
 class Angle(Metric):
     r"""Distance between the columns of two poses, :math:`\|a - b\|_2`, rad (eq. 1 of [1]_).
 

@@ -14,9 +14,9 @@ from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval
 from skpose.kinematics._chart import jacobian_at
 from skpose.kinematics._tree import wrap_dofs
+from skpose.metrics._means import JointSample, Linearization, Sample
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
-from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.metrics._spatial import Spatial, count_curve_codes
 from skpose.skeleton import Skeleton
 

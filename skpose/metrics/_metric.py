@@ -14,15 +14,13 @@ from skpose._compiled.pose import loops
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.validation import check_integer
 from skpose.kinematics._tree import tree_of
-from skpose.metrics._direct_means import ArithmeticMeans, ExtrinsicMeans
+from skpose.metrics._means import ArithmeticMeans, ExtrinsicMeans, Sample
 from skpose.metrics._own import check_functions
-from skpose.metrics._sample import Sample
 from skpose.skeleton import Skeleton
 
 NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
 _COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Dispatcher
 # Members that are true only together with the `encode` and `measure` of their class.
-_DEPENDENT = "n_codes", "measure_within", "coarse_bound", "lower_bound", "upper_bound", "sample", "direct_means"
 
 
 class CoarseBound(NamedTuple):
@@ -99,22 +97,16 @@ class Metric(BaseEstimator):
     _parameter_constraints: ClassVar[dict] = {}
 
     def __init_subclass__(cls) -> None:
-        """Make compiled functions static, and refuse bounds and means that are inherited from another distance."""
+        """Make compiled functions static, and refuse other functions than those of the inherited bounds and means."""
         super().__init_subclass__()
         for name in ("encode", "measure", "measure_within"):
             function = inspect.getattr_static(cls, name, None)
             if isinstance(function, Dispatcher | FunctionType):  # and not a property
                 setattr(cls, name, staticmethod(function))
-        above = cls.__mro__[1 : cls.__mro__.index(Metric)]
-        if "name" not in vars(cls) and getattr(cls, "name", None) in (None, *(base.__name__ for base in above)):
-            cls.name = cls.__name__
-        for member in _DEPENDENT:
-            owner = next(base for base in cls.__mro__ if member in vars(base))
-            if owner in (cls, Metric) or not issubclass(owner, Metric):
-                continue
-            functions = ("encode",) if member == "n_codes" else ("encode", "measure")
-            if any(getattr(owner, name, None) is not getattr(cls, name, None) for name in functions):
-                raise TypeError(f"{cls.__name__} must define {member}, which {owner.__name__} has for another distance")
+            inherited = getattr(super(cls, cls), name, None)
+            if inherited is not None and inherited is not getattr(cls, name):
+                raise TypeError(f"{cls.__name__} must derive from Metric, as its {name} is another distance")
+        cls.name = vars(cls).get("name", cls.__name__)
 
     @property
     def label(self) -> str:
@@ -235,8 +227,8 @@ class Metric(BaseEstimator):
         """Refuse functions of a user's metric that would write beyond a code, or do not measure a distance."""
         n_codes = self.n_codes(tree, n_dofs)
         check_integer(n_codes, 0, f"{type(self).__name__}.n_codes()")
-        owner = _OWNERS.get(self.encode)
-        if owner is not None and n_codes != (expected := owner.n_codes(self, tree, n_dofs)):
+        owners = [kind for kind in Metric.__subclasses__() if getattr(kind, "encode", None) is self.encode]
+        if owners and n_codes != (expected := owners[0].n_codes(self, tree, n_dofs)):  # ours come first
             raise ValueError(f"{type(self).__name__}.n_codes() must be {expected}, as encode writes, got {n_codes}")
         check_functions(self, tree, n_dofs, n_codes)
 
@@ -284,15 +276,6 @@ class Metric(BaseEstimator):
 
     def __hash__(self) -> int:
         return hash((type(self), *self._parameters()))
-
-
-_OWNERS: dict[Any, type[Metric]] = {}  # the metric whose `n_codes` belongs to each of the library's encodes
-
-
-def own_encode(cls: type[Metric]) -> type[Metric]:
-    """Class decorator: the length of what this class's `encode` writes is its `n_codes`."""
-    _OWNERS[cls.encode] = cls
-    return cls
 
 
 def require_skeleton(skeleton: Skeleton | None) -> Skeleton:

@@ -7,13 +7,11 @@ from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._chart import jacobian_at
 from skpose.kinematics._forward import weighted_positions
-from skpose.metrics._direct_means import ExtrinsicMeans
-from skpose.metrics._metric import Metric, own_encode, require_skeleton
-from skpose.metrics._sample import JointSample, Linearization, Sample
+from skpose.metrics._means import ExtrinsicMeans, JointSample, Linearization, Sample
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.skeleton import Skeleton
 
 
-@own_encode
 class Position(Metric):
     r"""Distance between the positions of all joints, :math:`\|F(a) - F(b)\|_2`, m (sec. 2 of [1]_).
 

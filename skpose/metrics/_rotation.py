@@ -6,12 +6,11 @@ from skpose._compiled.pose.encode import encode_rotations
 from skpose._compiled.pose.measure import measure_rotations
 from skpose._compiled.pose.tree import Tree
 from skpose.kinematics._chart import STEP, columns_around
-from skpose.metrics._metric import Metric, own_encode, require_skeleton
-from skpose.metrics._sample import JointSample, Linearization, Sample
+from skpose.metrics._means import JointSample, Linearization, Sample
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.skeleton import Skeleton
 
 
-@own_encode
 class Rotation(Metric):
     r"""Distance between the world orientations of all bones, :math:`\sqrt{\sum_b \ell_b^2 \varphi_b^2}`, m.
 

@@ -12,16 +12,15 @@ from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.sklearn import Interval
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._metric import CoarseBound, Metric, own_encode, require_skeleton
+from skpose.metrics._means import JointSample, Linearization, Sample
+from skpose.metrics._metric import CoarseBound, Metric, require_skeleton
 from skpose.metrics._position import Position
-from skpose.metrics._sample import JointSample, Linearization, Sample
 from skpose.skeleton import Skeleton
 
 TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move no joint
 SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
 
 
-@own_encode
 class Spatial(Metric):
     r"""Length of the curve of the joints along the straight line in the angles, m (sec. 2.2 of [1]_).
 

@@ -10,15 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.mean import place_all, project
+from skpose._compiled.path.mean import project
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.parallel import in_threads
 from skpose.geodesics._descent import MEAN, descend
+from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics import Metric, Position
 from skpose.metrics._convergence import Unconverged
-from skpose.metrics._direct_means import TOL as TOL_EXTRINSIC
 from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._means import TOL as TOL_EXTRINSIC
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
@@ -62,9 +63,7 @@ class Barycenter:
         self.paths = Paths.of(window)
         self.n_jobs = n_jobs
         self.tree = tree_of(skeleton)
-        self.dofs = to_tree_order(self.tree, motions.poses)
-        self.positions = np.empty((len(self.dofs), 3 * len(self.tree.offset)))  # in the tree's order
-        place_all(self.tree, self.dofs, self.positions)
+        self.positions = weighted_positions(motions.poses, skeleton)
         self.unconverged: set[int] = set()
 
     def align(self, mean: np.ndarray) -> Aligned:

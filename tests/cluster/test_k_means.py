@@ -9,10 +9,10 @@ from sklearn.metrics import adjusted_rand_score
 
 from skpose import Skeleton, pose_distances
 from skpose.cluster import PoseKMeans
-from skpose.cluster._lloyd import lloyd
+from skpose.cluster._k_means import lloyd
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean
-from skpose.geodesics._weightings import WeightedMeans
+from skpose.geodesics._mean import WeightedMeans
 from skpose.metrics import Angle
 
 ARM = Skeleton.chain(3)
