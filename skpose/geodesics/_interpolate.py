@@ -7,6 +7,8 @@ from numbers import Integral
 
 import numpy as np
 from joblib import effective_n_jobs
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import RotationSpline, Slerp
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._utils.parallel import in_threads
@@ -16,13 +18,13 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import as_numbers, check_frame_rate, check_limits, check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._geodesic import GeodesicResult, shortest_path
-from skpose.geodesics._root_between import root_between
 from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._continuity import remove_jumps
 from skpose.skeleton._limits import limited_dofs
+from skpose.skeleton._root import continuous_root_angles, root_orientations
 
 ON_KEY = 1e-6  # tolerance, in frames, for a key that falls on a frame
 
@@ -243,3 +245,15 @@ def _locate_frames(times: np.ndarray, frame_rate: float) -> tuple[np.ndarray, np
     keys[nearest] = np.rint(keys[nearest])
     segment = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, len(keys) - 2)
     return segment, (frames - keys[segment]) / np.diff(keys)[segment]
+
+
+def root_between(keys: Motion, at: np.ndarray, times: np.ndarray, method: str) -> tuple[np.ndarray, np.ndarray, str]:
+    """Positions (n, 3), angles (n, k) and axes of the root at some times; `at` are the times of the keys."""
+    orientations = root_orientations(keys.root_angles, keys.root_axes)
+    if method == "spline":
+        positions = CubicSpline(at, keys.root_positions, bc_type="natural")(times)
+        between = RotationSpline(at, orientations)(times)
+    else:
+        positions = np.stack([np.interp(times, at, values) for values in keys.root_positions.T], axis=1)
+        between = Slerp(at, orientations)(times)
+    return positions, *continuous_root_angles(between, keys.root_axes)

@@ -10,8 +10,7 @@ from skpose._compiled.pose import loops
 from skpose._utils.parallel import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK, in_threads
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._metric import Metric
-from skpose.metrics._mirror import mirror
-from skpose.metrics._tiled import Tile, TiledMatrix
+from skpose.metrics._tiled import Tile, TiledMatrix, mirror
 from skpose.skeleton import Skeleton
 
 ENCODED_AT_ONCE = 4096  # poses, 12 MB for "spatial" and 56 dofs: the longest edge of a tile
@@ -59,7 +58,7 @@ class DistanceMatrix(TiledMatrix):
         self, tile: Tile, diagonal: bool, n_jobs: int, out: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """The tasks of a tile, as functions to call."""
-        tree, loop = self.metric.tree_for(self.skeleton, self.dtype), loops.pair_distances_loop(self.dtype)
+        tree = self.metric.tree_for(self.skeleton, self.dtype)
         latest = self._rows
         if latest is None or latest[0] != (tile.top, tile.bottom):
             latest = self._rows = (tile.top, tile.bottom), self._encode(self.X[tile.top : tile.bottom])
@@ -71,7 +70,9 @@ class DistanceMatrix(TiledMatrix):
             work = min(work, max(LITTLE_WORK, out.size * self.work_per_pair / (TASKS_PER_JOB * n_jobs)))
         n_groups, width = len(lanes) // rows.shape[1], lanes.shape[1]
         for pairs in _pair_ranges(len(rows), n_groups, width, diagonal, max(1, int(work / self.work_per_pair))):
-            yield functools.partial(loop, rows, lanes, pairs, self.metric.measure, tree, self.metric.steps, out)
+            yield functools.partial(
+                loops.pair_distances, rows, lanes, pairs, self.metric.measure, tree, self.metric.steps, out
+            )
 
     def _encode(self, poses: np.ndarray) -> np.ndarray:
         return self.metric.encode_poses(poses, self.skeleton).astype(self.dtype, copy=False)

@@ -3,6 +3,7 @@
 `DistanceMatrix` has the distances between poses, `skpose.motions._matrix.MotionMatrix` those between motions.
 """
 
+import functools
 from contextlib import closing
 from typing import Any, NamedTuple
 
@@ -10,14 +11,15 @@ import numpy as np
 from joblib import effective_n_jobs
 
 from skpose._utils.backends import from_workers, in_processes
-from skpose._utils.parallel import TASKS_PER_WORKER, WORK_PER_TASK
+from skpose._utils.parallel import TASKS_PER_WORKER, WORK_PER_TASK, in_threads
 from skpose._utils.progress import progress
 from skpose.metrics._convergence import Unconverged
 
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; tiles that workers send back wait here to be written
 WORK_PER_TILE = 50 * WORK_PER_TASK
 WORTH_SENDING = 5 * WORK_PER_TASK  # to other processes
-TRANSPOSED_EDGE = 512  # of the squares that are transposed at once, which fit into the cache
+EDGE = 512  # of squares that are transposed at once
+WORTH_A_THREAD = 2**19  # numbers to mirror, some milliseconds
 
 
 class Tile(NamedTuple):
@@ -152,7 +154,7 @@ def _transpose(distances: np.ndarray, target: np.ndarray) -> None:
     Each square is first copied to rows whose distance is not a power of two, which would share a few places of the
     cache and take twice as long.
     """
-    edge = min(TRANSPOSED_EDGE, max(target.shape))
+    edge = min(EDGE, max(1, *target.shape))
     square = np.empty((edge, edge + 16), target.dtype)
     for top in range(0, len(target), edge):
         for left in range(0, target.shape[1], edge):
@@ -160,3 +162,17 @@ def _transpose(distances: np.ndarray, target: np.ndarray) -> None:
             copied = square[: part.shape[0], : part.shape[1]]
             copied[...] = part
             target[top : top + edge, left : left + edge] = copied.T
+
+
+def mirror(distances: np.ndarray, n_threads: int) -> None:
+    """Copy the upper triangle into the lower one, and clear the diagonal."""
+
+    def fill_rows(top: int) -> None:
+        rows = slice(top, top + EDGE)
+        _transpose(distances[:top, rows], distances[rows, :top])
+        square = distances[rows, rows]
+        square[...] = np.triu(square, 1) + np.triu(square, 1).T
+
+    tops = range(0, len(distances), EDGE)[::-1]  # the longest rows first, so that no thread waits for another
+    n_threads = max(1, min(n_threads, distances.size // 2 // WORTH_A_THREAD))
+    in_threads((functools.partial(fill_rows, top) for top in tops), n_threads)

@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warp_loop
+from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, warp_pairs
 from skpose._utils.parallel import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK, in_threads
 from skpose.metrics import Metric
 from skpose.metrics._convergence import Unconverged
 from skpose.metrics._matrix import ENCODED_AT_ONCE, DistanceMatrix
-from skpose.metrics._mirror import mirror
-from skpose.metrics._tiled import Tile, TiledMatrix
+from skpose.metrics._tiled import Tile, TiledMatrix, mirror
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
@@ -118,7 +117,7 @@ class MotionMatrix(TiledMatrix):
     def _tasks(
         self, rows: Sequences, columns: Sequences, diagonal: bool, n_jobs: int, sums: np.ndarray
     ) -> Iterator[Callable[[], tuple[int, float]]]:
-        metric, loop, tree = self.metric, warp_loop(self.dtype), self.metric.tree_for(self.skeleton, self.dtype)
+        metric, tree = self.metric, self.metric.tree_for(self.skeleton, self.dtype)
         X = self._encode(rows.poses)
         Y = loops.in_lanes(X if diagonal else self._encode(columns.poses))
         work = WORK_PER_TASK
@@ -127,7 +126,7 @@ class MotionMatrix(TiledMatrix):
             work = min(work, max(LITTLE_WORK, whole / (TASKS_PER_JOB * n_jobs)))
         for pairs in motion_pairs(rows.lengths, columns.lengths, diagonal, work / self.work_per_cell):
             x, y = Encoded(X, rows.starts), Encoded(Y, columns.starts)
-            yield functools.partial(loop, x, y, pairs, self.paths, metric.measure, tree, metric.steps, sums)
+            yield functools.partial(warp_pairs, x, y, pairs, self.paths, metric.measure, tree, metric.steps, sums)
 
     def _encode(self, poses: np.ndarray) -> np.ndarray:
         return self.metric.encode_poses(poses, self.skeleton).astype(self.dtype, copy=False)

@@ -17,8 +17,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._utils.warnings import warn
 from skpose.geodesics import frechet_mean
-from skpose.geodesics._logarithm import to_joints
-from skpose.geodesics._tangent_space import TangentSpace
+from skpose.geodesics._logarithm import TangentSpace, to_joints
 from skpose.kinematics._forward import jacobians_of
 from skpose.kinematics._tree import tree_of_all_joints
 from skpose.metrics import Angle, Geodesic, Metric, Position
