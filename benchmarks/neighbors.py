@@ -18,7 +18,7 @@ from skpose import (
     forward_kinematics,
     pose_distances,
 )
-from skpose.neighbors import PoseRadiusNeighborsTransformer, _cost
+from skpose.neighbors import PoseRadiusNeighborsTransformer, _search
 from skpose.neighbors._queries import Request, find
 
 KS = (1, 5, 15, 50)
@@ -185,9 +185,9 @@ def main():
         dataset = dataset[np.isin(np.arange(len(dataset)), first)]
     skeleton = dataset.skeleton
     print(f"{dataset}\n{skeleton}\n")
-    least, _cost.LEAST_WORK_TO_FILTER = _cost.LEAST_WORK_TO_FILTER, 0  # so that small indices are filtered too
+    least, _search.LEAST_WORK_TO_FILTER = _search.LEAST_WORK_TO_FILTER, 0  # so that small indices are filtered too
     equality(dataset, size)
-    _cost.LEAST_WORK_TO_FILTER = least
+    _search.LEAST_WORK_TO_FILTER = least
 
     n_index, n_queries = size.n_index, size.n_queries
     poses, subjects = dense(dataset, n_index, n_queries)

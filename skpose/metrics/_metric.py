@@ -1,9 +1,8 @@
 """The base class of metrics."""
 
 import inspect
-from collections.abc import Callable
 from types import FunctionType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import config
@@ -21,15 +20,6 @@ from skpose.skeleton import Skeleton
 NO_STEPS = Steps.of(1, wrap=False)  # of metrics that need no line
 _COMPILED_TYPE = FunctionType if getattr(config, "DISABLE_JIT", False) else Dispatcher
 # Members that are true only together with the `encode` and `measure` of their class.
-
-
-class CoarseBound(NamedTuple):
-    """A lower bound of a metric, computed in float32: encode and measure as a metric has them."""
-
-    encode: Callable
-    measure: Callable
-    n_codes: Callable[[Tree], int]
-    slack: Callable[[Tree], float]  # largest effect of rounding on the bound, m
 
 
 class Metric(BaseEstimator):
@@ -65,8 +55,6 @@ class Metric(BaseEstimator):
         Compiled function that computes the distances from one code to others; see `compile_measure`.
     measure_within : callable or None
         Like `measure`, but distances above a limit may be replaced by any lower bound above the limit.
-    coarse_bound : CoarseBound or None
-        A lower bound that is cheaper than the metric, for searches.
     encode_work, measure_work : float
         Cost per number of a code, of encoding a pose and of measuring a pair, in units of about 0.2 ns. They only
         affect the choice between methods that give the same result.
@@ -120,11 +108,6 @@ class Metric(BaseEstimator):
     def steps(self) -> Steps:
         """The steps of the line between two poses, an argument of `encode` and `measure`."""
         return NO_STEPS
-
-    @property
-    def coarse_bound(self) -> CoarseBound | None:
-        """A lower bound that is cheaper than the metric, for searches; None if there is none."""
-        return None
 
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
         """Length of the code of a pose.

@@ -7,13 +7,12 @@ import numpy as np
 
 from skpose._compiled.pose.encode import count_line_codes, encode_curve_end
 from skpose._compiled.pose.measure import measure_line, measure_line_within
-from skpose._compiled.pose.middle import count_middle_codes, encode_middle, measure_two_chords, middle_slack
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.sklearn import Interval
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._means import JointSample, Linearization, Sample
-from skpose.metrics._metric import CoarseBound, Metric, require_skeleton
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.skeleton import Skeleton
 
@@ -84,13 +83,6 @@ class Spatial(Metric):
         """The steps of the line."""
         return Steps.of(self.n_steps, bool(self.wrap))
 
-    @property
-    def coarse_bound(self) -> CoarseBound | None:
-        """The two chords over the middle of the line, if the middle is an inner sample of it."""
-        if self.n_steps % 2 or self.n_steps == 2:
-            return None
-        return CoarseBound(encode_middle, measure_two_chords, _count_middle, middle_slack)
-
     def n_codes(self, tree: Tree, n_dofs: int) -> int:
         """Five per angle, four per ball joint and three per joint."""
         return count_curve_codes(tree)
@@ -112,10 +104,6 @@ class Spatial(Metric):
 def count_curve_codes(tree: Tree) -> int:
     """The length of the code of an end of a curve."""
     return count_line_codes(tree) + 3 * tree.n_joints
-
-
-def _count_middle(tree: Tree) -> int:
-    return count_middle_codes(tree) + 3 * tree.n_joints
 
 
 class _SpatialSample(JointSample):

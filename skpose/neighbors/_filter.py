@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose import loops
-from skpose._compiled.pose.candidates import Batch, Boxes, Known, nearest_of_boxes
+from skpose._compiled.pose.candidates import Boxes, Known, nearest_of_boxes
 from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.nearest import bounds_of_groups
 from skpose._compiled.pose.tree import Steps
@@ -27,7 +27,6 @@ from skpose._utils.parallel import over_rows
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.metrics._matrix import ENCODED_AT_ONCE
-from skpose.neighbors._cost import FILTER_WORK
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.skeleton import Skeleton
 
@@ -36,6 +35,7 @@ SAMPLE = 4096  # poses from which the axes are computed
 GROUPS_PER_SAMPLE = 512  # from which it is estimated what the filter leaves
 ROUNDING = 64 * 2.0**-24
 IN_RANGE = 1e15  # largest coordinate, in units of the filter; float32 cannot sum the squares of much larger ones
+FILTER_WORK = 6  # per pair of a query and a pose. Measured: 1.1 ns
 FLOAT32 = np.dtype(np.float32)
 NO_TREE, NO_WRAP = tree_of(None, FLOAT32), Steps.of(1, wrap=False)
 
@@ -147,19 +147,12 @@ class ChordFilter:
         limits: np.ndarray,
         n: int,
         n_jobs: int,
-        *,
-        sort: bool = True,
     ) -> NearestSoFar:
-        """Return the n poses with the least lower bounds within limits, given the poses in groups.
-
-        They are in order of their bounds if `sort`, else a row that is full is a heap.
-        """
+        """Return the n poses with the least lower bounds within limits, in order, given the poses in groups."""
         near = NearestSoFar(limits, n, FLOAT32)
         boxes = Boxes(self.groups, indices, *self.boxes)
         over_rows(
-            lambda first, last: nearest_of_boxes(
-                points.coordinates, boxes, Batch(first, last, 1, sort), known, near.heaps
-            ),
+            lambda first, last: nearest_of_boxes(points.coordinates, boxes, first, last, known, near.heaps),
             len(limits),
             FILTER_WORK * len(limits) * (256 * n),
             n_jobs,

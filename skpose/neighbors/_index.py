@@ -1,4 +1,8 @@
-"""The poses that are searched, under a metric."""
+"""The poses that are searched, under a metric, in groups.
+
+A bound of a group rules out all of its poses at once, and its poses are measured at once, so a group should hold
+similar poses. Frames of a recording are, as they come; after a shuffle, or with many frames left out, they are not.
+"""
 
 import numpy as np
 
@@ -6,10 +10,10 @@ from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.simd.lanes import lanes
 from skpose.metrics import Metric
 from skpose.neighbors._filter import FLOAT32, ChordFilter
-from skpose.neighbors._order import order_of_groups
 from skpose.skeleton import Skeleton
 
 LANES = lanes(FLOAT32)  # poses of a group
+TOGETHER = 0.05  # share of the variance within groups, up to which the points stand together as they come
 
 
 class PoseIndex:
@@ -17,8 +21,6 @@ class PoseIndex:
 
     Attributes
     ----------
-    largest : float
-        Largest size of a number in the poses.
     filter : ChordFilter or None
         None is brute force: requested, or because nothing bounds the metric.
     groups : ndarray of shape (n_groups, LANES)
@@ -27,7 +29,6 @@ class PoseIndex:
 
     def __init__(self, poses: np.ndarray, skeleton: Skeleton | None, metric: Metric, *, brute: bool):
         self.poses, self.skeleton, self.metric = np.ascontiguousarray(poses), skeleton, metric
-        self.largest = largest_of(self.poses)
         self.filter = None
         self.groups = _groups(np.arange(len(poses)))
         bound = None if brute else metric.lower_bound()
@@ -48,12 +49,33 @@ class PoseIndex:
             self.filter.reorder(order)
 
 
-def largest_of(poses: np.ndarray) -> float:
-    """Return the largest size of a number in poses."""
-    return max(poses.max(initial=0.0), -poses.min(initial=0.0))
-
-
 def _groups(order: np.ndarray) -> np.ndarray:
     groups = np.full((-(-len(order) // LANES), LANES), -1)
     groups.flat[: len(order)] = order
     return groups
+
+
+def order_of_groups(points: np.ndarray, size: int) -> np.ndarray:
+    """Return an order (n_points,) of points (n_points, n_coordinates): each group is `size` points one after another.
+
+    Unless they stand together as they come, points are halved at the median along the axis of their largest extent,
+    again and again, until one group is left.
+    """
+    order = np.arange(len(points))
+    if _variance_within(points, size) <= TOGETHER * points.var(axis=0).sum():
+        return order
+    parts = [(order, points.copy())]  # views of the order and of the points in it, to be halved
+    while parts:
+        part, some = parts.pop()
+        if len(part) > size:
+            middle = size * -(-len(part) // (2 * size))
+            halves = np.argpartition(some[:, np.ptp(some, axis=0).argmax()], middle)
+            part[:], some[:] = part[halves], some[halves]
+            parts += [(part[:middle], some[:middle]), (part[middle:], some[middle:])]
+    return order
+
+
+def _variance_within(points: np.ndarray, size: int) -> float:
+    """Return the mean over groups of the variance within, as they come; the last group counts if it is full."""
+    groups = points[: len(points) // size * size].reshape(-1, size, points.shape[1])
+    return float(groups.var(axis=1).sum(axis=1).mean()) if len(groups) else 0.0

@@ -68,9 +68,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
     whose chord exceeds the k-th shortest length found so far can be among the k nearest, although "spatial" obeys no
     triangle inequality and a ball tree cannot be used. The chords themselves are bounded by their components along the
     principal axes of the joint positions, in float32 and with an allowance for its rounding. The length of a straight
-    line is no less than that of the two chords between its ends and its middle, by the triangle inequality between its
-    samples (with an even number of steps), and than that of its first steps and one chord from there; where these are
-    too long already, it is not measured. A geodesic is solved only if its interval, from the chord to the length of the
+    line is no less than that of its first steps and one chord from there; where these are too long already, it is not
+    measured. A geodesic is solved only if its interval, from the chord to the length of the
     straight line, can change the answer.
 
     `fit` puts poses that are near each other into groups of sixteen, with a box around the chords' components of each

@@ -1,7 +1,7 @@
 """Requests for the neighbours of many poses, in tasks of some queries: in threads, or as joblib's configuration says.
 
 The path of a request is one file after another: a transformer (`_kneighbors`, `_radius_neighbors`) makes it, `_graph`
-checks the poses, this file splits them, `_search` or `_geodesic_search` answers each task with the bounds of `_filter`
+checks the poses, this file splits them, `_search` answers each task with the bounds of `_filter`
 and the loops of `skpose._compiled.pose.nearest`.
 """
 
@@ -15,10 +15,9 @@ from sklearn.utils import gen_batches
 from skpose._utils.backends import from_workers, in_processes
 from skpose._utils.parallel import TASKS_PER_WORKER
 from skpose._utils.progress import progress
-from skpose.neighbors._geodesic_search import GeodesicSearch
 from skpose.neighbors._index import PoseIndex
-from skpose.neighbors._results import Neighbors
-from skpose.neighbors._search import MAX_BOUNDS, QUERIES, Search
+from skpose.neighbors._nearest_so_far import Neighbors
+from skpose.neighbors._search import MAX_BOUNDS, QUERIES, GeodesicSearch, Search
 
 FEWEST_QUERIES = 32  # in a task for another process
 SLOW_QUERIES = 256  # in a task of geodesics, which take milliseconds each

@@ -7,29 +7,35 @@ A search for the k nearest takes the poses with the least bounds in the whole in
 measures them, until no bound that is left is within the k-th least distance. Most queries find them in the boxes next
 to them and need 16 + 1.5 k. The others take more candidates, those within the k-th least distance so far, and then
 more; the few for which that is not enough measure all *groups* of poses, those that fill a vector register, whose least
-bound is within it (`skpose.neighbors._refine`). A search within a radius does so from the start.
+bound is within it. A search within a radius does so from the start. Every pose that is left for any query is encoded
+once: as a row of codes, from which those of a query are gathered into lanes, or in groups.
 
-A sample of the queries is searched first to estimate whether the filter is worth its cost (`skpose.neighbors._cost`);
-without it all groups are measured. So no search costs much more than brute force, and memory holds no more than some
-codes of poses, and where groups are measured one bound for each query and group.
+A sample of the queries is searched first to estimate whether the filter is worth its cost; without it all groups are
+measured. So no search costs much more than brute force, and memory holds no more than some codes of poses, and where
+groups are measured one bound for each query and group. The unit of work is that of `Metric.measure_work`: adding one
+square to a sum in float64, at most 0.2 ns on one core. The times below are of CMU poses on one AVX-512 core.
+
+Under "geodesic", a geodesic is solved only where its interval, from the chord to the length of the straight line, can
+change the answer: no k-th nearest is further away than the k-th shortest line, so what may have to be solved are the
+poses within that chord, in order of chord, until the next chord is longer than the k-th shortest geodesic so far. Both
+ends of the intervals are found by searches of their own.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 
-from skpose._compiled.pose.candidates import Batch, Candidates, Known, nearest_of_candidates
+from skpose._compiled.pose.candidates import Candidates, Known, nearest_of_candidates
+from skpose._compiled.pose.loops import FLOAT64_LANES, encode_poses, in_lanes
+from skpose._compiled.pose.nearest import Groups, nearest_of_groups
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
-from skpose.neighbors._cost import QUERIES_PER_SAMPLE, CostModel
-from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
-from skpose.neighbors._index import LANES, PoseIndex
-from skpose.neighbors._nearest_so_far import NearestSoFar
-from skpose.neighbors._order import order_of_groups
-from skpose.neighbors._refine import Queries, Refinement
-from skpose.neighbors._results import Neighbors
+from skpose.neighbors._filter import FILTER_WORK, FLOAT32, ChordFilter, FilterPoints
+from skpose.neighbors._index import LANES, PoseIndex, order_of_groups
+from skpose.neighbors._nearest_so_far import NearestSoFar, Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k
@@ -41,6 +47,29 @@ POSES_PER_CANDIDATE = 32
 MOST_LEFT = 0.5
 MAX_BOUNDS = 2**23  # of groups of poses, in memory at once, a few times over
 FIRST_GROUPS, GROUPS_AT_ONCE = 16, 512  # 256 and 8,192 poses, whose codes are in memory at once
+CODES_AT_ONCE = 2**15  # poses that are encoded at once, where the index has more
+# Work of a search by brute force from which on a filter is tried; it then takes 20 ms or more. Below, a filter saves 15
+# ms at most ("spatial") and may take longer than brute force ("angle").
+LEAST_WORK_TO_FILTER = 400_000_000
+# One query in so many is searched first, to estimate what the filter leaves: that is 1.6 % of the filter's work.
+QUERIES_PER_SAMPLE = 64
+SOLVED_AT_ONCE = 16  # geodesics of a query: few enough that Ctrl-C does not wait long
+ROUNDING = 1e-9  # relative to the size of the skeleton: a chord may exceed a curve by it, as after a whole turn
+
+
+@dataclass(frozen=True)
+class Queries:
+    """Poses whose neighbours are searched."""
+
+    codes: np.ndarray  # (n_queries, n_codes)
+    excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
+    points: FilterPoints | None  # where the filter is used
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+    def take(self, rows: np.ndarray) -> "Queries":
+        return Queries(self.codes[rows], self.excluded[rows], None if self.points is None else self.points.take(rows))
 
 
 class Search:
@@ -48,6 +77,8 @@ class Search:
 
     Attributes
     ----------
+    n_measured : int
+        Pairs measured so far.
     unconverged : list of (int, float)
         Numbers of geodesics that did not converge, and the largest gap of each.
     """
@@ -55,16 +86,11 @@ class Search:
     def __init__(self, index: PoseIndex, metric: Metric, n_jobs: int):
         self.index, self.metric, self.n_jobs = index, metric, n_jobs
         self._chords = cast(ChordFilter, index.filter)  # None if there is no filter
-        self._groups = Refinement(index, metric, n_jobs)
-        n_poses, n_dofs = index.poses.shape
-        self._cost = CostModel(metric, metric.n_codes(self._groups.tree, n_dofs), n_poses)
-        self._n_measured = 0
+        self._tree, self._steps = metric.tree_for(index.skeleton), metric.steps
+        self._n_codes = metric.n_codes(self._tree, index.poses.shape[1])
+        self._measure = (metric.measure_within if index.filter else None) or metric.measure
+        self.n_measured = 0
         self.unconverged: list[tuple[int, float]] = []
-
-    @property
-    def n_measured(self) -> int:
-        """Pairs measured so far."""
-        return self._n_measured + self._groups.n_measured
 
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
@@ -98,26 +124,47 @@ class Search:
             parts.append(found.entries())
         return Neighbors.sort(parts or [NearestSoFar(limits, 1).entries()])
 
-    def refine(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar) -> None:
+    def refine(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar, at_once: int) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
-        used, rows = np.unique(candidates.indices, return_inverse=True)
-        poses = self._groups.encode(self.index.poses[used], self.metric.encode, codes)
-        candidates = candidates._replace(rows=rows.reshape(candidates.rows.shape))
-        tail = self._groups.measure, self._groups.tree, self.metric.steps, best.heaps
-        for n_measured, n_unconverged, worst in over_rows(
-            lambda first, last: nearest_of_candidates(codes, poses, candidates, Batch(first, last, 1, False), *tail),
+        candidates, poses = self._gather(candidates, best.current_limits)
+        others, tail = self._encode(poses), (self._measure, self._tree, self._steps, best.heaps)
+        for n_measured, *unconverged in over_rows(
+            lambda first, last: nearest_of_candidates(codes, others, candidates, first, last, at_once, *tail),
             len(codes),
-            self._cost.work_of_pairs(candidates.counts.sum()),
+            self._work_of_pairs(candidates.counts.sum()),
             self.n_jobs,
             TASKS_PER_JOB_UNEVEN,
         ):
-            self._n_measured += n_measured
-            self.unconverged.append((n_unconverged, worst))
+            self.n_measured += n_measured
+            self.unconverged.append(tuple(unconverged))
+
+    def _gather(self, candidates: Candidates, limits: np.ndarray) -> tuple[Candidates, np.ndarray]:
+        """Return candidates with their rows among the poses that are those of any query within limits, and these."""
+        indices, _, bounds, counts = candidates
+        used = (np.arange(indices.shape[1]) < counts[:, np.newaxis]) & (bounds <= limits[:, np.newaxis])
+        chosen, places = np.zeros(len(self.index.poses), bool), np.empty(len(self.index.poses), np.int64)
+        chosen[indices[used]] = True
+        union = np.flatnonzero(chosen)
+        places[union] = np.arange(len(union))
+        rows = np.zeros_like(indices)
+        rows[used] = places[indices[used]]
+        return candidates._replace(rows=rows), self.index.poses[union]
+
+    def _encode(self, poses: np.ndarray) -> np.ndarray:
+        """Return the codes of poses as rows."""
+        codes = np.empty((len(poses), self._n_codes))
+
+        def task(first: int, last: int) -> None:
+            encode_poses(poses[first:last], self.metric.encode, self._tree, self._steps, codes[first:last])
+
+        over_rows(task, len(poses), codes.size * self.metric.encode_work, self.n_jobs)
+        return codes
 
     def _queries(self, poses: np.ndarray, excluded: np.ndarray) -> Queries:
-        """Return the queries, with points of the filter if there is one and work enough to use it."""
-        used = self.index.filter is not None and self._cost.filter_is_worth_a_trial(len(poses))
-        return self._groups.queries(poses, excluded, self._chords.points(poses) if used else None)
+        """Return the queries, with points of the filter if there is one and brute force takes so long that it saves."""
+        used = self.index.filter is not None and self._work_of_brute_force(len(poses)) >= LEAST_WORK_TO_FILTER
+        codes = self.metric.encode_poses(poses, self.index.skeleton)
+        return Queries(codes, excluded, self._chords.points(poses) if used else None)
 
     def _bounds(self, queries: Queries) -> np.ndarray:
         """Compute the bounds of all groups by the filter."""
@@ -131,24 +178,31 @@ class Search:
         """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
         rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
         last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
-        sort = self._groups.coarse is None  # else their order is that of the coarse bounds
         for n in numbers:
             some, best_of_some = queries.take(rest), best.take(rest)
             points, known = cast(FilterPoints, some.points), Known(some.excluded, last_bounds, last_indices)
             limits = self._chords.limits(points, best_of_some.current_limits)
-            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs, sort=sort).heaps
+            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs).heaps
             bounds = self._chords.lowest(points, near.values)
-            self._groups.measure_candidates(
-                some, Candidates(near.indices, near.indices, bounds, near.counts), best_of_some
-            )
+            self._refine_in_parts(some.codes, Candidates(near.indices, near.indices, bounds, near.counts), best_of_some)
             best.put(rest, best_of_some)
-            last_bounds, last_indices = (part[:, -1 if sort else 0] for part in (near.values, near.indices))
+            last_bounds, last_indices = (part[:, -1] for part in (near.values, near.indices))
             left = near.counts == n
             left[left] = last_bounds[left] <= self._chords.limits(points, best_of_some.current_limits)[left]
             rest, last_bounds, last_indices = rest[left], last_bounds[left], last_indices[left]
             if len(rest) == 0 or (n > min(numbers) and left.mean() > MOST_LEFT):
                 break
         return rest
+
+    def _refine_in_parts(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar) -> None:
+        """Measure candidates of queries with as many together, some at a time where the index has many poses."""
+        order = candidates.counts.argsort()
+        n_codes = candidates.counts[order].cumsum() if len(self.index.poses) > CODES_AT_ONCE else np.zeros(len(order))
+        for rows in np.split(order, np.flatnonzero(np.diff(n_codes // CODES_AT_ONCE)) + 1):
+            best_of_some, most = best.take(rows), candidates.counts[rows[-1:]].max(initial=0)
+            some = Candidates(*(part[rows, :most] for part in candidates[:3]), candidates.counts[rows])
+            self.refine(codes[rows], some, best_of_some, FLOAT64_LANES)
+            best.put(rows, best_of_some)
 
     def _numbers(self, queries: Queries, bounds: np.ndarray | None, limits: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the numbers of all groups within reach, some at a time: few as long as no limit is known."""
@@ -167,7 +221,17 @@ class Search:
         near = np.zeros((len(queries), len(numbers)), FLOAT32)
         if bounds is not None:
             near[~self._within_reach(queries, bounds[:, numbers], best.current_limits)] = np.inf
-        self._groups.measure_groups(queries, numbers, near, best)
+        indices = self.index.groups[numbers].ravel()
+        groups = Groups(in_lanes(self._encode(self.index.poses[np.maximum(indices, 0)])), indices, near)
+        tail = queries.excluded, self._measure, self._tree, self._steps, best.heaps
+        self.n_measured += sum(
+            over_rows(
+                lambda first, last: nearest_of_groups(queries.codes, groups, first, last, *tail),
+                len(queries),
+                float(np.count_nonzero(near < np.inf)) * LANES * self._n_codes * self.metric.measure_work,
+                self.n_jobs,
+            )
+        )
 
     def _filter_is_worth_it_for_nearest(self, queries: Queries, n_first: int, k: int) -> bool:
         """Search for the k nearest of a sample of the queries, and estimate the cost of the search from it."""
@@ -178,7 +242,7 @@ class Search:
         rest = self._measure_candidates(sample, (n_first,), best)
         limits = self._chords.limits(points.take(rest), best.current_limits[rest])
         share = self._chords.share_within(points.take(rest), limits, self.n_jobs) * len(rest) / len(sample)
-        return self._cost.filter_is_worth_it(len(queries), n_first, share)
+        return self._saves_work(len(queries), n_first, share)
 
     def _filter_is_worth_it_within(self, queries: Queries, limits: np.ndarray) -> bool:
         """Filter for a sample of the queries, and estimate the cost of the search from it."""
@@ -187,4 +251,89 @@ class Search:
         rows = np.arange(0, len(queries), QUERIES_PER_SAMPLE)
         sample = queries.take(rows)
         left = self._within_reach(sample, self._bounds(sample), limits[rows])
-        return self._cost.filter_is_worth_it(len(queries), 0, left.mean())
+        return self._saves_work(len(queries), 0, left.mean())
+
+    def _work_of_pairs(self, n_pairs: float) -> float:
+        """Estimate the work of measuring pairs one at a time, the pose of each encoded anew."""
+        return n_pairs * self._n_codes * (self.metric.encode_work + self.metric.measure_work)
+
+    def _work_of_brute_force(self, n_queries: int) -> float:
+        """Estimate the work of measuring all pairs of queries and poses, each pose encoded once."""
+        work = self.metric.encode_work + n_queries * self.metric.measure_work
+        return len(self.index.poses) * self._n_codes * work
+
+    def _saves_work(self, n_queries: int, n_first: int, share: float) -> bool:
+        """Return whether filter and refine takes less than brute force.
+
+        n_first poses are measured for each query, and then this share of all pairs.
+        """
+        brute_force = self._work_of_brute_force(n_queries)
+        work = self._work_of_pairs(n_queries * n_first) + FILTER_WORK * n_queries * len(self.index.poses)
+        return work + share * brute_force < brute_force
+
+
+class GeodesicSearch:
+    """A search under "geodesic", whose chords and straight lines leave few geodesics to solve.
+
+    It may need memory for all chords between queries and poses at once.
+    """
+
+    def __init__(self, index: PoseIndex, n_jobs: int):
+        self.index = index
+        solved, skeleton = index.metric, index.skeleton
+        bounds = cast(Metric, solved.lower_bound()), cast(Metric, solved.upper_bound())
+        self.chords, self.lines, self.geodesics = (Search(index, metric, n_jobs) for metric in (*bounds, solved))
+        self.rounding = 0.0 if skeleton is None else ROUNDING * np.abs(skeleton.offsets).sum()
+
+    @property
+    def n_measured(self) -> int:
+        """Geodesics solved so far."""
+        return self.geodesics.n_measured
+
+    @property
+    def unconverged(self) -> list[tuple[int, float]]:
+        return self.geodesics.unconverged
+
+    def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
+        """Find the k nearest poses of each query."""
+        limits = np.full(len(poses), np.inf)
+        if self.index.filter is not None:
+            limits = self.lines.nearest(poses, excluded, k).distances.reshape(-1, k)[:, -1] + self.rounding
+        best = NearestSoFar(limits, k)
+        self._solve(poses, self.chords.within(poses, excluded, limits), best)
+        return Neighbors(*best.sorted_entries())
+
+    def within(self, poses: np.ndarray, excluded: np.ndarray, limits: ArrayLike, *, measured: bool = True) -> Neighbors:
+        """Find all poses that are no further away from a query than its limit.
+
+        If they need not be measured, the distance of those whose straight line is short enough is the line's.
+        """
+        limits = np.array(np.broadcast_to(limits, len(poses)))
+        parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        near = self.chords.within(poses, excluded, limits + self.rounding)
+        if not measured:
+            lines, size = self.lines.within(poses, excluded, limits), len(self.index.poses)
+            parts.append(lines)
+            unsettled = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
+            near = Neighbors(*(field[unsettled] for field in near))
+        best = NearestSoFar(limits, max(1, np.bincount(near.queries, minlength=1).max()))
+        self._solve(poses, near, best)
+        parts.append(best.entries())
+        return Neighbors.sort(parts)
+
+    def _solve(self, poses: np.ndarray, chords: Neighbors, best: NearestSoFar) -> None:
+        """Solve the geodesics that may be among the best, in order of chord."""
+        counts = np.bincount(chords.queries, minlength=len(poses))
+        shape = len(poses), max(1, counts.max())
+        indices, bounds = np.zeros(shape, np.int64), np.zeros(shape)
+        ranks = np.arange(len(chords.queries)) - np.repeat(np.cumsum(counts) - counts, counts)
+        indices[chords.queries, ranks] = chords.indices
+        if self.index.filter is not None:
+            bounds[chords.queries, ranks] = chords.distances - self.rounding
+        codes = self.index.metric.encode_poses(poses, self.index.skeleton)
+        for start in range(0, indices.shape[1], SOLVED_AT_ONCE):
+            some, their_bounds = (
+                np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)
+            )
+            candidates = Candidates(some, some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
+            self.geodesics.refine(codes, candidates, best, 1)

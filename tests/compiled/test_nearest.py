@@ -41,7 +41,7 @@ def search_groups(X, Y, found, *, metric="angle", skeleton=None, measure=None):
     codes, others = (chosen.encode_poses(poses, skeleton).astype(dtype) for poses in (X, Y))
     n_groups = -(-len(Y) // lanes(dtype))
     indices = np.append(np.arange(len(Y)), np.full(n_groups * lanes(dtype) - len(Y), -1))
-    groups = Groups(in_lanes(others), indices, np.zeros((len(X), n_groups), np.float32), np.zeros(len(X)))
+    groups = Groups(in_lanes(others), indices, np.zeros((len(X), n_groups), np.float32))
     tail = np.full(len(X), -1), measure or chosen.measure, tree_of(skeleton, dtype), chosen.steps, found
     return nearest_of_groups(codes, groups, 0, len(X), *tail)
 

@@ -6,7 +6,7 @@ from conftest import SKELETONS
 
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.metrics import Spatial
-from skpose.neighbors import PoseRadiusNeighborsTransformer, _cost
+from skpose.neighbors import PoseRadiusNeighborsTransformer, _search
 from skpose.neighbors._queries import Request, find
 
 RNG = np.random.default_rng(0)
@@ -14,8 +14,8 @@ RNG = np.random.default_rng(0)
 
 @pytest.fixture(autouse=True)
 def always_filter(monkeypatch):
-    monkeypatch.setattr(_cost, "LEAST_WORK_TO_FILTER", 0)
-    monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: True)
+    monkeypatch.setattr(_search, "LEAST_WORK_TO_FILTER", 0)
+    monkeypatch.setattr(_search.Search, "_saves_work", lambda *_: True)
 
 
 def sequences(skeleton, n_sequences=6, n_frames=100, seed=0):

@@ -16,14 +16,14 @@ from skpose import (
 from skpose.datasets import make_gait
 from skpose.metrics import Geodesic
 from skpose.metrics._registry import METRICS
-from skpose.neighbors import PoseRadiusNeighborsTransformer, _cost
+from skpose.neighbors import PoseRadiusNeighborsTransformer, _search
 
 HUMANOID = SKELETONS["humanoid"]
 
 
 @pytest.fixture(autouse=True)
 def filter_small_searches(monkeypatch):
-    monkeypatch.setattr(_cost, "LEAST_WORK_TO_FILTER", 0)
+    monkeypatch.setattr(_search, "LEAST_WORK_TO_FILTER", 0)
 
 
 @pytest.fixture(scope="module")

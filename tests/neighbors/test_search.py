@@ -9,7 +9,7 @@ from skpose._utils import parallel
 from skpose.datasets import make_gait
 from skpose.metrics import Angle, Spatial
 from skpose.metrics._registry import METRICS, resolve
-from skpose.neighbors import _cost, _queries, _search
+from skpose.neighbors import _queries, _search
 from skpose.neighbors._index import PoseIndex
 
 HUMANOID = SKELETONS["humanoid"]
@@ -20,14 +20,14 @@ N_STEPS = 1, 2, 3, 4, 5, 11, 100
 
 @pytest.fixture(autouse=True)
 def filter_small_searches(monkeypatch):
-    monkeypatch.setattr(_cost, "LEAST_WORK_TO_FILTER", 0)
+    monkeypatch.setattr(_search, "LEAST_WORK_TO_FILTER", 0)
 
 
 @pytest.fixture(params=[True, False], ids=["always filter", "as estimated"])
 def always_filter(request, monkeypatch):
     """Filter always, and only where the cost estimate says so."""
     if request.param:
-        monkeypatch.setattr(_cost.CostModel, "filter_is_worth_it", lambda *_: True)
+        monkeypatch.setattr(_search.Search, "_saves_work", lambda *_: True)
 
 
 def search_of(poses, skeleton, metric, *, brute=False, n_jobs=1):

@@ -27,7 +27,6 @@ from skpose._compiled.path.minimiser import (
     Stop,
     minimise,
     no_bounds,
-    rounding_length,
 )
 from skpose._compiled.pose.chart import (
     coordinates_of,
@@ -39,7 +38,7 @@ from skpose._compiled.pose.chart import (
     set_references,
 )
 from skpose._compiled.pose.encode import n_line_codes
-from skpose._compiled.pose.forward import SQRT2
+from skpose._compiled.pose.forward import SQRT2, size_of
 from skpose._compiled.pose.measure import measure_line, turns_off
 from skpose._compiled.pose.rotation import product, vector_of
 from skpose._compiled.pose.signatures import TREE
@@ -112,7 +111,7 @@ def check_discretisation(line_tree, line, tree, samples, outcome, n_iter):
 
     It also has to be no longer than the line, whose coordinates may be others.
     """
-    local, noise = free_tree(tree, False), rounding_length(tree)
+    local, noise = free_tree(tree, False), ROUNDING * size_of(tree)
     length, energy = chords(tree, samples)
     along = _curve_length(tree, local, samples)
     passes = along - length <= MAX_GAP * along + noise
@@ -248,7 +247,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]
     codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
     skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
-    bounds, noise, free = no_bounds(n), rounding_length(tree), free_tree(tree, steps.half_turn < math.inf)
+    bounds, noise, free = no_bounds(n), ROUNDING * size_of(tree), free_tree(tree, steps.half_turn < math.inf)
     start, end, stop = np.empty(n), np.empty(n), stop_at(MAX_ITER, TOL)
     for k in range(first, last):
         code, group = codes[k * n_codes : (k + 1) * n_codes], k - first

@@ -34,6 +34,7 @@ from skpose._compiled.path.normal_equations import (
     mean_diagonal,
     normal_equations,
 )
+from skpose._compiled.pose.forward import size_of
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, VECTOR, tuple_type
@@ -114,16 +115,6 @@ class System(NamedTuple):
 def no_bounds(n_dofs):
     """Bounds that leave all angles free."""
     return Bounds(np.full(n_dofs, -math.inf), np.full(n_dofs, math.inf))
-
-
-@internal
-def rounding_length(tree):
-    """A length below which only rounding is left."""
-    reach, largest = 0.0, 0.0
-    for j in range(tree.offset.shape[0]):
-        reach += abs(tree.offset[j, 0]) + abs(tree.offset[j, 1]) + abs(tree.offset[j, 2])
-        largest = max(largest, tree.scale[j])
-    return ROUNDING * reach * largest
 
 
 @internal
@@ -259,7 +250,7 @@ def minimise(tree, path, bounds, settings):
     system, trial, second, stop = _system_for(tree, path), copy_of(path), copy_of(path), settings.stop
     gradient = system.equations.gradient
     step, last_step, direction = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    half, noise = evaluate(tree, path, system.samples), rounding_length(tree) ** 2
+    half, noise = evaluate(tree, path, system.samples), (ROUNDING * size_of(tree)) ** 2
     if shape[0] < 3:
         return Outcome(0.0, 0.0, 0, True)
     norm, predicted, n_perturbations = math.inf, 0.0, 0

@@ -8,10 +8,6 @@ What calls what, from the loops over poses at the top to one frame at the bottom
           |
      +----+----+
      |         |
-     |       middle                                         a lower bound: a chord to the middle and one on
-     |         |
-     +----+----+
-     |         |
   encode    measure      chart     jacobian                 a pose -> its code; codes -> distances; coordinates in
      |         |           |          |                     which joints turn freely; derivatives of the positions
      +--step --+           |          |                     joint positions in lanes, from step to step

@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.forward import size_of, workspace_rows
 from skpose._compiled.pose.measure import to_boxes, to_points
 from skpose._compiled.pose.nearest import (
+    ROUNDING,
     comes_before,
     current_limit,
     keep,
     make_heap,
-    rounding_of,
     sift_down,
 )
 from skpose._compiled.pose.results import add_gaps, results_of
@@ -56,15 +56,6 @@ class Candidates(NamedTuple):
     counts: np.ndarray  # (n_queries,) number of candidates
 
 
-class Batch(NamedTuple):
-    """The queries first:last, and how their candidates are measured."""
-
-    first: int
-    last: int
-    at_once: int  # candidates of a query, a register's lanes at most
-    sort: bool  # what a query keeps by value and then by index; it is then no heap
-
-
 @inlined
 def _sort(heaps, i):
     """Sort row i by value and then by index; it is then no heap."""
@@ -78,7 +69,7 @@ def _sort(heaps, i):
 
 
 @jit
-def nearest_of_boxes(queries, boxes, batch, known, heaps):
+def nearest_of_boxes(queries, boxes, first, last, known, heaps):
     """Keep the nearest points, in float32.
 
     `queries` holds points as rows. What queries first:last keep of the Boxes is sorted by value, then by index.
@@ -95,7 +86,7 @@ def nearest_of_boxes(queries, boxes, batch, known, heaps):
     of_groups, of_poses = empty_aligned(1, width, queries.dtype), empty_aligned(1, width, queries.dtype)
     order, nodes = empty_aligned(1, n_nodes, queries.dtype), empty_aligned(1, n_nodes, np.int64)
     indices = flat(boxes.indices)
-    for i in range(batch.first, batch.last):
+    for i in range(first, last):
         query, limit = flat(queries[i]), current_limit(heaps, i)
         reach = (1.0 + ROUNDING_OF_BOXES) * limit
         for top in range(n_tops):
@@ -127,17 +118,16 @@ def nearest_of_boxes(queries, boxes, batch, known, heaps):
                         keep(value, j, heaps, i)
                 limit = current_limit(heaps, i)
                 reach = (1.0 + ROUNDING_OF_BOXES) * limit
-        if batch.sort:
-            _sort(heaps, i)
+        _sort(heaps, i)
 
 
 @Loop
-def nearest_of_candidates(queries, codes, candidates, batch, measure, tree, steps, heaps):
+def nearest_of_candidates(queries, codes, candidates, first, last, at_once, measure, tree, steps, heaps):
     """Keep the nearest candidates.
 
-    `queries` and `codes` hold codes as rows. The Candidates of each query of the Batch are measured in order, except
-    those whose bound is above the largest distance that the query would still keep. Returns the number of pairs
-    measured, the number of geodesics that did not converge and the largest of their gaps.
+    `queries` and `codes` hold codes as rows. The Candidates of the queries first:last are measured in order, some at
+    once, except those whose bound is above the largest distance that the query would still keep. Returns the numbers of
+    pairs measured and of geodesics that did not converge, and the largest of their gaps.
     """
     n_codes, width = codes.shape[1], VECTOR_BYTES // queries.itemsize
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
@@ -145,12 +135,12 @@ def nearest_of_candidates(queries, codes, candidates, batch, measure, tree, step
     lanes_of_code, numbers = flat(code), flat(codes)
     results = results_of(1, width, queries.dtype)
     taken, taken_rows = np.empty(width, np.int64), np.empty(width, np.int64)
-    rounding, n_measured, n_unconverged, worst = rounding_of(tree), 0, 0, 0.0
-    for i in range(batch.first, batch.last):
+    rounding, n_measured, n_unconverged, worst = ROUNDING * size_of(tree), 0, 0, 0.0
+    for i in range(first, last):
         c = 0  # the next candidate
         while c < candidates.counts[i]:
             n, limit = 0, current_limit(heaps, i)
-            while c < candidates.counts[i] and n < batch.at_once:
+            while c < candidates.counts[i] and n < at_once:
                 if candidates.bounds[i, c] <= limit:
                     taken[n], taken_rows[n] = candidates.indices[i, c], candidates.rows[i, c]
                     n += 1
@@ -168,6 +158,4 @@ def nearest_of_candidates(queries, codes, candidates, batch, measure, tree, step
             for w in range(n):
                 keep(results.distances[0, w], taken[w], heaps, i)
             n_unconverged, worst = add_gaps(results, 1, n_unconverged, worst)
-        if batch.sort:
-            _sort(heaps, i)
     return n_measured, n_unconverged, worst

@@ -121,19 +121,6 @@ def count_line_codes(tree):
 n_line_codes = inlined(count_line_codes)  # what compiled functions call
 
 
-@inlined
-def put_balls_and_joints(plan, arrays, put, at):
-    """Write the quaternions of ball joints from row `at` on, the slides, and the joint positions but the root's."""
-    for k in range(plan.n_balls):
-        for i in range(4):
-            put[at + 4 * k + i] = arrays.Q[9 * k + i]
-    for k in range(plan.n_slides):
-        put[at + 4 * plan.n_balls + k] = arrays.X[k]
-    first = at + 4 * plan.n_balls + plan.n_slides - 3
-    for i in range(3, 3 * plan.n_joints):
-        put[first + i] = arrays.P[i]
-
-
 @first_class
 def encode_curve_end(pose, tree, steps, scratch, code):
     """Write what a line needs of its ends.
@@ -152,4 +139,12 @@ def encode_curve_end(pose, tree, steps, scratch, code):
         put[k] = angle
         put[n + k], put[2 * n + k] = cosine_sine(angle * (0.5 / steps.n_steps))
         put[3 * n + k], put[4 * n + k] = arrays.C[k], arrays.S[k]
-    put_balls_and_joints(plan, arrays, put, 5 * n)
+    at = 5 * n
+    for k in range(plan.n_balls):
+        for i in range(4):
+            put[at + 4 * k + i] = arrays.Q[9 * k + i]
+    for k in range(plan.n_slides):
+        put[at + 4 * plan.n_balls + k] = arrays.X[k]
+    first = at + 4 * plan.n_balls + plan.n_slides - 3
+    for i in range(3, 3 * plan.n_joints):
+        put[first + i] = arrays.P[i]

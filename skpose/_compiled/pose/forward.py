@@ -33,6 +33,17 @@ def workspace(tree, scratch):
 
 
 @inlined
+def size_of(tree):
+    """The sum of all offsets along the axes, times the largest scale, m: the unit of rounding errors of lengths."""
+    total, largest = 0.0, 0.0
+    for j in range(tree.offset.shape[0]):
+        largest = max(largest, tree.scale[j])
+        for i in range(3):
+            total += abs(tree.offset[j, i])
+    return total * largest
+
+
+@inlined
 def rotate(u, v, c, s):
     """Rotate the two columns of a matrix that a rotation about the third axis mixes."""
     return c * u + s * v, c * v - s * u

@@ -167,14 +167,7 @@ def _start_ball(a, b, at, Q, q, slerp):
 
 
 @inlined
-def start_joints(plan, a, before, P):
-    """Place the joints as in the encoded pose a, whose code has them after `before`, less the root's three."""
-    for i in range(3, 3 * plan.n_joints):
-        P[i] = a[before + i]
-
-
-@inlined
-def last_chord(plan, b, before, P):
+def _last_chord(plan, b, before, P):
     """The distance from the joints P to encoded poses b."""
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
     for j in range(1, plan.n_joints):
@@ -207,16 +200,17 @@ def _line(plan, a, b, steps, arrays, limit):
         gap = b[at] - a[at]
         apart = apart + gap * gap
         arrays.X[k], arrays.D[k] = full_like(b, a[at]), gap * (1.0 / steps.n_steps)
-    start_joints(plan, a, before, arrays.P)
+    for i in range(3, 3 * plan.n_joints):
+        arrays.P[i] = full_like(b, a[before + i])
     length = full_like(b, 0.0)
     for step in range(1, steps.n_steps):
         length = length + sqrt(take_step(plan, arrays))
         if limit < math.inf and step % STEPS_PER_BOUND == 0 and step < steps.n_steps - 1:
-            bound = length + last_chord(plan, b, before, arrays.P)
+            bound = length + _last_chord(plan, b, before, arrays.P)
             if not any_greater(0.0 - bound, 0.0 - limit):
                 return bound, False
     # From a pose to itself the samples differ by rounding; the distance is zero.
-    return (length + last_chord(plan, b, before, arrays.P)) * greater(apart, 0.0), True
+    return (length + _last_chord(plan, b, before, arrays.P)) * greater(apart, 0.0), True
 
 
 @first_class

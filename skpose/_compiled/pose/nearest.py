@@ -15,13 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.pose.forward import workspace_rows
+from skpose._compiled.pose.forward import size_of, workspace_rows
 from skpose._compiled.pose.loops import GROUPS_IN_CACHE
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import Loop
 from skpose._compiled.simd.jit import inlined
 from skpose._compiled.simd.lanes import any_greater, empty_aligned, least, rows
 
+ROUNDING = 1e-9  # by which a lower bound of a length may exceed it, in sizes of the skeleton; a generous estimate
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
 
 
@@ -47,7 +48,6 @@ class Groups(NamedTuple):
     codes: np.ndarray  # (n_groups * n_codes, lanes)
     indices: np.ndarray  # (n_groups * lanes,) of the poses, in the index; -1 in empty lanes
     bounds: np.ndarray  # (n_queries, n_bounds), float32
-    slack: np.ndarray  # (n_queries,) largest excess of a bound
 
 
 @inlined
@@ -97,17 +97,6 @@ def keep(value, j, heaps, i):
         counts[i] += 1
         if counts[i] == capacity:
             make_heap(values, indices, i, capacity)
-
-
-@inlined
-def rounding_of(tree):
-    """How far above a length its lower bound may lie by rounding, m; a generous estimate."""
-    total, largest = 0.0, 0.0
-    for j in range(tree.offset.shape[0]):
-        largest = max(largest, tree.scale[j])
-        for i in range(3):
-            total += abs(tree.offset[j, i])
-    return 1e-9 * total * largest
 
 
 @inlined
@@ -162,12 +151,12 @@ def nearest_of_groups(queries, groups, first, last, excluded, measure, tree, ste
     per_bound = n_groups // max(1, groups.bounds.shape[1])
     scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
     results = results_of(n_together, width, queries.dtype)
-    distances, rounding, n_measured = rows(results.distances, 0), rounding_of(tree), 0
+    distances, rounding, n_measured = rows(results.distances, 0), ROUNDING * size_of(tree), 0
     for group in range(0, n_groups, n_together):
         end = min(group + n_together, n_groups)
         for i in range(first, last):
             limit = current_limit(heaps, i)
-            start, stop = _run(groups.bounds, i, limit + groups.slack[i], group, end, per_bound)
+            start, stop = _run(groups.bounds, i, limit, group, end, per_bound)
             while start < stop:
                 results.limit[0], results.n_ruled_out[0] = 1.000001 * limit + rounding, 0
                 measure(queries[i], groups.codes, start, stop, tree, steps, scratch, results)
@@ -185,5 +174,5 @@ def nearest_of_groups(queries, groups, first, last, excluded, measure, tree, ste
                         if j >= 0 and j != excluded[i]:
                             keep(results.distances[k, w], j, heaps, i)
                     limit = current_limit(heaps, i)
-                start, stop = _run(groups.bounds, i, limit + groups.slack[i], stop, end, per_bound)
+                start, stop = _run(groups.bounds, i, limit, stop, end, per_bound)
     return n_measured

@@ -224,12 +224,6 @@ def take_step(plan, arrays):
     for d in range(plan.n_angles):
         c, s, a, b = C[d], S[d], A[d], B[d]
         C[d], S[d] = c - a * c - b * s, s - a * s + b * c
-    return displace_joints(plan, arrays)
-
-
-@inlined
-def displace_joints(plan, arrays):
-    """Add one step to ball joints and slides, none to the angles, and place the joints; return as `take_step`."""
     H, P, X, D = arrays.H, arrays.P, arrays.X, arrays.D
     _rotate_frames(plan, arrays)
     squares = no_squares(plan.scale[plan.n_joints - 1], P)
