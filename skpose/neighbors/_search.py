@@ -200,7 +200,8 @@ class Search:
         n_codes = candidates.counts[order].cumsum() if len(self.index.poses) > CODES_AT_ONCE else np.zeros(len(order))
         for rows in np.split(order, np.flatnonzero(np.diff(n_codes // CODES_AT_ONCE)) + 1):
             best_of_some, most = best.take(rows), candidates.counts[rows[-1:]].max(initial=0)
-            some = Candidates(*(part[rows, :most] for part in candidates[:3]), candidates.counts[rows])
+            indices, bounds = candidates.indices[rows, :most], candidates.bounds[rows, :most]
+            some = Candidates(indices, indices, bounds, candidates.counts[rows])
             self.refine(codes[rows], some, best_of_some, FLOAT64_LANES)
             best.put(rows, best_of_some)
 
