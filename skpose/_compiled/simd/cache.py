@@ -3,6 +3,7 @@
 It rests on private parts of numba.
 """
 
+import glob
 import hashlib
 import pickle
 from collections.abc import Callable
@@ -26,23 +27,35 @@ def _can_cache() -> bool:
 
 
 CACHED = _can_cache()
+DIGEST_SIZE = hashlib.sha256().digest_size  # bytes
 
 
 class CodeFiles(IndexDataCacheFile):
-    """The files of a function's cache: one for each version and key.
+    """The files of a function's cache: one for each version and key, which begins with a digest of the rest.
 
-    numba's own files share an index, which processes that compile for other types at a time overwrite.
+    numba's own files share an index, which processes that compile for other types at a time overwrite, and what a crash
+    or a full disk has left of them stops every later process.
     """
 
     def load(self, key: Any) -> Any:
-        """The data, None if there are none."""
-        path = self._path(key)
-        return pickle.loads(path.read_bytes()) if path.exists() else None
+        """The data, None if there are none or they are damaged."""
+        try:
+            content = self._path(key).read_bytes()
+        except OSError:
+            return None
+        stored, data = content[:DIGEST_SIZE], content[DIGEST_SIZE:]
+        return pickle.loads(data) if hashlib.sha256(data).digest() == stored else None
 
     def save(self, key: Any, data: Any) -> None:
-        """Write the data in place of older ones."""
+        """Write the data in place of older ones, or leave those as they are."""
+        dumped = self._dump(data)
         with self._open_for_write(self._path(key)) as file:
-            file.write(self._dump(data))
+            file.write(hashlib.sha256(dumped).digest() + dumped)
+
+    def flush(self) -> None:
+        """Delete the data of all versions and keys."""
+        for path in Path(self._cache_path).glob(f"{glob.escape(self._index_name)}.*.nbc"):
+            path.unlink(missing_ok=True)
 
     def _path(self, key: Any) -> Path:
         own = hashlib.sha256(repr((self._version, self._source_stamp, key)).encode()).hexdigest()[:32]
@@ -52,7 +65,7 @@ class CodeFiles(IndexDataCacheFile):
 class Cache(FunctionCache):
     """The cache of a function on disk, for sources with this digest only; prepare(function) comes before loading it.
 
-    The digest becomes a part of numba's version, which is a part of the files' names.
+    The digest becomes a part of numba's version, which is read before anything else of the file.
     """
 
     def __init__(self, function: Callable, digest: str, prepare: Callable[[Callable], None]):
@@ -64,3 +77,9 @@ class Cache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         self._prepare(self._py_func)
         return super().load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            warn(f"the compile cache cannot be written ({error.strerror}), so every process compiles skpose anew")
