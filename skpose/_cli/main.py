@@ -5,6 +5,8 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import redirect_stdout
+from typing import Any
 
 import skpose
 from skpose._cli import angles, compare, convert, distances, explore, find, info, reproduce, retarget, view
@@ -33,9 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status."""
     args = command_line().parse_args(arguments)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), redirect_stdout(_Printable(sys.stdout)):  # type: ignore[type-var]
             warnings.showwarning = lambda message, *_, **__: _report(f"warning: {message}")
-            for path in filter(None, (getattr(args, name, None) for name in ("out", "png"))):
+            for path in filter(None, (getattr(args, name, None) for name in ("out", "png", "gif"))):
                 check_new(path)
             args.func(args)
             sys.stdout.flush()
@@ -50,5 +52,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return args.status
 
 
+class _Printable:
+    """A text stream on which control characters, which names in files may have, are escaped."""
+
+    def __init__(self, stream: Any):
+        self._stream = stream
+
+    def write(self, text: str) -> None:
+        printable = (char if char.isprintable() or char in "\n\t" else ascii(char)[1:-1] for char in text)
+        self._stream.write("".join(printable))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
 def _report(message: str) -> None:
-    print(f"skpose: {message}", file=sys.stderr)
+    print(f"skpose: {message}", file=_Printable(sys.stderr))

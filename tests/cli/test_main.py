@@ -105,6 +105,18 @@ def test_warnings_are_one_line(capsys):
     assert line.startswith("skpose: warning: nan.bvh")
 
 
+def test_control_characters_of_names_are_escaped(capsys):
+    text = Path("anna.bvh").read_text()
+    name = next(line.split()[1] for line in text.splitlines() if line.strip().startswith("JOINT"))
+    Path("\x1b[2Jred.bvh").write_text(text.replace(f"JOINT {name}", "JOINT \x1b[31mred"))
+    assert main(["info", "\x1b[2Jred.bvh"]) == 0
+    assert main(["info", "\x1b[2Jred.bvh", "\x1b[2Jnowhere.bvh"]) == 1
+    printed = capsys.readouterr()
+    assert r"\x1b[31mred" in printed.out
+    assert r"\x1b[2Jnowhere" in printed.err
+    assert "\x1b" not in printed.out + printed.err
+
+
 @pytest.mark.slow
 def test_a_closed_output_is_not_an_error():
     """As of `skpose info file | head -0`."""
