@@ -11,8 +11,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "convert",
         "convert a motion or keypoints to another format",
-        "Write a motion as .bvh for other programs, as .npz without loss, or as .csv with angles in rad "
-        "and positions in m. Keypoints can be written as .npz or .csv.",
+        "Write a motion as .bvh for other programs, as .npz without loss, with --smpl as .npz of AMASS, as .npy of "
+        "HumanML3D, or as .csv with angles in rad and positions in m. Keypoints can be written as .npz or .csv.",
         "FILE --out FILE",
     )
     options.add_file(parser)
@@ -42,4 +42,4 @@ def run(args: argparse.Namespace) -> None:
         raise ValueError("--endpoint needs --cycle")
     if args.cycle:
         content = content.to_cycle(endpoint=args.endpoint)
-    outputs.save_motion(content, args.out, args.out_scale or 1.0)
+    outputs.save_motion(content, args.out, args.out_scale or 1.0, args.smpl)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 METRICS = "angle", "position", "rotation", "spatial", "geodesic"  # the registry's, without importing numba
 METRICS_HELP = f"{', '.join(METRICS[:-1])} or {METRICS[-1]}; default: spatial"
-MOTION_SUFFIXES = ".bvh", ".npz", ".csv"
+MOTION_SUFFIXES = ".bvh", ".npz", ".csv", ".npy"
 
 
 def add_command(
@@ -100,6 +100,7 @@ def add_out(parser: argparse.ArgumentParser, *suffixes: str, required: bool = Tr
         parser.add_argument(
             "--out-scale", type=positive, metavar="M", help="unit of the BVH file; 0.01: centimetres; default: metres"
         )
+        parser.add_argument("--smpl", action="store_true", help=".npz as AMASS, on SMPL; .npy has HumanML3D's joints")
 
 
 def add_files(parser: argparse.ArgumentParser, what: str) -> None:

@@ -2,24 +2,28 @@
 
 from pathlib import Path
 
-from skpose.io import save_bvh, save_csv, save_npz
+from skpose.io import save_bvh, save_csv, save_npz, save_smpl
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion
 from skpose.view import Page
 
 
-def save_motion(content: Motion | Keypoints, out: Path, scale: float) -> None:
+def save_motion(content: Motion | Keypoints, out: Path, scale: float, smpl: bool) -> None:
     """Write a motion or keypoints in the format of the suffix; `scale` is metres per unit of a BVH file."""
-    if out.suffix.lower() == ".bvh":
-        if isinstance(content, Keypoints):
-            raise ValueError("keypoints have no skeleton, as BVH files need: choose .npz or .csv")
+    suffix = out.suffix.lower()
+    on_smpl = suffix == ".npy" or (smpl and suffix == ".npz")
+    if suffix != ".bvh" and not on_smpl:
+        (save_npz if suffix == ".npz" else save_csv)(out, content)
+    elif isinstance(content, Keypoints):
+        raise ValueError("keypoints have no skeleton, as BVH and SMPL files need: choose .npz or .csv")
+    elif on_smpl:
+        save_smpl(out, content, content="joints" if suffix == ".npy" else "poses")
+    else:
         save_bvh(out, content, scale=scale)
         if content.fitted:
             print("BVH files do not state that poses were fitted to positions; .npz files do")
         if scale != 1.0:
             print(f"BVH files do not state their unit: read this one with --scale {scale:g}")
-    else:
-        (save_npz if out.suffix.lower() == ".npz" else save_csv)(out, content)
     print(f"{out}: {content!r}")
 
 

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> None:
         print(f"{name}: by {report}")
         if args.out is not None:
             unit = args.scale if args.onto.suffix.lower() == ".bvh" else None  # the target's
-            outputs.save_motion(moved, args.out, args.out_scale or unit or 1.0)
+            outputs.save_motion(moved, args.out, args.out_scale or unit or 1.0, args.smpl)
 
 
 def _retarget(

@@ -1,6 +1,6 @@
-"""Readers of motion-capture files; writers of BVH, .npz and CSV.
+"""Readers of motion-capture files; writers of BVH, SMPL, .npz and CSV.
 
-BVH, Acclaim ASF/AMC and AMASS files hold motions; TRC, C3D and keypoint files (JSON, CSV, arrays) hold positions
+BVH, Acclaim ASF/AMC and SMPL files hold motions; TRC, C3D and keypoint files (JSON, CSV, arrays) hold positions
 without a skeleton. Robots are in `skpose.robots`. Angles are in radians, lengths in metres. A file that does not follow
 its format raises `MocapFormatError`.
 """
@@ -18,6 +18,7 @@ from skpose.io._keypoints import load_keypoints
 from skpose.io._save import save_bvh
 from skpose.io._save_csv import save_csv
 from skpose.io._save_npz import save_npz
+from skpose.io._save_smpl import save_smpl
 from skpose.io._trc import load_trc
 
 __all__ = [
@@ -34,4 +35,5 @@ __all__ = [
     "save_bvh",
     "save_csv",
     "save_npz",
+    "save_smpl",
 ]

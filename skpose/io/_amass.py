@@ -1,10 +1,11 @@
-"""AMASS files: motions of the body models SMPL, SMPL-H and SMPL-X as .npz files.
+"""Motions of the body models SMPL, SMPL-H and SMPL-X, as in AMASS and as programs find them in videos.
 
 N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive of motion capture as surface shapes",
 ICCV 2019, doi:10.1109/ICCV.2019.00554.
 """
 
-from typing import Literal
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,16 +15,15 @@ from skpose.io._arguments import PathLike, Readable
 from skpose.io._arrays import Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._numbers import drop_not_finite
-from skpose.io._smpl import BY_SIZE, HANDS, MODELS, mean_joints, shaped_joints
-from skpose.io._source import Source, open_source
+from skpose.io._smpl import HANDS, Tree, mean_joints, shaped_joints
+from skpose.io._smpl_parameters import BETAS, RATES, find_key, open_arrays, read_parameters
+from skpose.io._source import open_source
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._continuity import continuous_triples
+from skpose.skeleton._upright import describe_up, find_up
 
-ROOT_AXES = "ZYX"  # the heading first, as z is up; degenerate only where a person lies on the side
-RATES = "mocap_framerate", "mocap_frame_rate"
-# Parts of a pose and their widths, of files without `poses`, in its order.
-PARTS = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
-FACE = "pose_jaw", "pose_eye"  # only in SMPL-X
+# By the axis that points up: the heading first; degenerate only where a person lies on the side.
+ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 FASTEST, FARTHEST = 15.0, 30.0  # m/s, which no person reaches, and m
 
 
@@ -108,72 +108,68 @@ def load_amass(
     Motion(415 frames at 120 Hz, 3.5 s, z up, Skeleton(n_joints=51, n_dofs=153))
     """
     check_options(frame_rate=frame_rate, on_nan=on_nan, up=up)
-    source = open_source(path, "an AMASS file (.npz)", binary=True)
-    file, finite = Archive(source), on_nan == "raise"
-    if "trans" not in file.keys:
-        raise source.error(f"expected the key 'trans', zeros (n, 3) if it is not known, found {file.list_keys()}")
-    trans = file.numbers("trans", (None, 3), finite=finite)
-    name, poses = _poses(file, len(trans), finite)
-    rate = _frame_rate(file, frame_rate)
-    rows, frames = drop_not_finite(np.hstack([trans, poses]), np.arange(len(trans)), source)
-    trans, poses = rows[:, :3], rows[:, 3:]
-    if model is None:
+    source = open_source(path, "a file of SMPL parameters", binary=True)
+    file = open_arrays(source)
+    with source.format_errors():
+        found = read_parameters(file, on_nan == "raise")
+    rate, tree = _frame_rate(file, frame_rate), found.tree
+    rows, frames = drop_not_finite(np.hstack([found.position, found.rotations]), np.arange(len(found.position)), source)
+    position, poses, joints = rows[:, :3], rows[:, 3:], found.joints
+    if model is not None:
+        joints = shaped_joints(file, len(tree), model, find_key(file, BETAS) or BETAS[0])
+    elif joints is None:
         warn(
             "bones have the lengths of a person of mean height and proportions, as AMASS files have no skeleton: "
             "model= takes them from the file of an SMPL model and the betas of the motion"
         )
-        joints = mean_joints(name)
-    else:
-        joints = shaped_joints(file, name, model)
-    tree = MODELS[name]
-    at_rest: dict[str | None, np.ndarray] = dict(zip(tree, joints, strict=True))
-    root, *kept = [joint for joint in tree if hands or joint not in HANDS]
-    bones = [
-        Bone(joint, None if tree[joint] == root else tree[joint], at_rest[joint] - at_rest[tree[joint]], "rotvec")
-        for joint in kept
-    ]
+        joints = mean_joints(tree)
+    skeleton = smpl_skeleton(tree, joints, hands)
+    turns = Rotation.from_rotvec(poses[:, :3].reshape(-1, 3)) if len(poses) else None
+    shift = joints[0] if turns is None or not found.is_about_origin else turns.apply(joints[0])
+    kept = np.isin([*tree], ["pelvis", *skeleton.joint_names])
     with source.format_errors():
-        vectors = Rotation.from_rotvec(poses[:, :3]) if len(poses) else None
         motion = Motion(
-            Skeleton(bones, offset_frame="parent"),
-            poses[:, np.repeat([joint in kept for joint in tree], 3)],
+            skeleton,
+            poses[:, np.repeat(kept, 3)][:, 3:],
             rate,
-            trans + at_rest[root],
-            np.zeros((0, 3)) if vectors is None else continuous_triples(ROOT_AXES, vectors),
-            ROOT_AXES,
+            position + shift,
+            np.zeros((0, 3)) if turns is None else turns.as_euler("ZYX"),
+            "ZYX",
             frames,
-            root_name=root,
+            root_name="pelvis",
         )
-    speeds = np.linalg.norm(np.diff(trans, axis=0), axis=1) * rate
-    if len(speeds) and np.median(speeds) > FASTEST and np.ptp(trans, axis=0).max() > FARTHEST:
-        source.warn(f"trans moves by {np.median(speeds):.3g} m/s in the median frame: is it in metres?")
-    return stand(motion, up, source, "z")
+    speeds = np.linalg.norm(np.diff(position, axis=0), axis=1) * rate
+    if len(speeds) and np.median(speeds) > FASTEST and np.ptp(position, axis=0).max() > FARTHEST:
+        key = found.position_key
+        source.warn(f"{key} moves by {np.median(speeds):.3g} m/s in the median frame: is it in metres?")
+    axis: Any = up
+    if up is None:
+        usual = "z" if found.position_key == "trans" else "y"  # as in AMASS
+        axis = find_up(motion, usual)
+        if axis != usual == "z":
+            source.warn(f"{axis} is taken as up, not z as in AMASS, as {describe_up(axis)}: up='z' keeps that")
+    if turns is not None:
+        axes = ROOT_AXES[axis[-1]]
+        motion = replace(motion, root_angles=continuous_triples(axes, turns), root_axes=axes)
+    return stand(motion, axis, source)
 
 
-def _poses(file: Archive, n_frames: int, finite: bool) -> tuple[str, np.ndarray]:
-    """The body model, by the width of its poses, and the rotation vectors (n_frames, 3 n_joints) of all joints."""
-    if "poses" in file.keys:
-        shapes = [(n_frames, 3 * size) for size in BY_SIZE]
-        poses = file.numbers("poses", *shapes, finite=finite)
-        return BY_SIZE[poses.shape[1] // 3], poses
-    if not file.keys & set(PARTS):
-        raise file.source.error(f"expected the key 'poses' of AMASS, found {file.list_keys()}")
-    name = "SMPL-X" if file.keys & set(FACE) else "SMPL-H"
-    parts = {key: width for key, width in PARTS.items() if name == "SMPL-X" or key not in FACE}
-    arrays = [file.numbers(key, (n_frames, width), finite=finite) for key, width in parts.items()]
-    return name, np.concatenate(arrays, axis=1)
+def smpl_skeleton(tree: Tree, joints: np.ndarray, hands: bool = True) -> Skeleton:
+    """The skeleton of a model with its joints (n_joints, 3) at rest; the pelvis is the root."""
+    at_rest: dict[Any, np.ndarray] = dict(zip(tree, joints, strict=True))
+    bones = [
+        Bone(joint, None if parent == "pelvis" else parent, at_rest[joint] - at_rest[parent], "rotvec")
+        for joint, parent in tree.items()
+        if parent and (hands or joint not in HANDS)
+    ]
+    return Skeleton(bones, offset_frame="parent")
 
 
 def _frame_rate(file: Archive, given: float | None) -> float:
-    """The frames per second, Hz, which the two generations of files have under different keys."""
-    key = next((key for key in RATES if key in file.keys), "")
+    """The frames per second, Hz, which files have under different keys."""
+    key = find_key(file, RATES)
     rate = float(file.numbers(key, (), (1,), finite=given is None).item()) if key else np.nan
     if given is None and not (rate > 0.0 and np.isfinite(1.0 / rate)):
         found = f"{key} of {rate:g}" if key else file.list_keys()
         raise file.source.error(f"expected {RATES[0]}, a positive number, found {found}: pass frame_rate=")
     return choose_rate(file.source, given, rate, key)
-
-
-def is_amass(source: Source) -> bool:
-    """Whether a file is an archive: an .npz file with other keys than those of skpose is read as one of AMASS."""
-    return source.kind == "zip"

@@ -1,7 +1,7 @@
 """Arrays of .npz and .npy files, checked for kind and shape. Nothing is unpickled."""
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,15 +14,18 @@ Shape = Sequence[int | None]  # that is expected; None is any length
 
 
 class Archive:
-    """The arrays of an .npz file by their keys; each is read when it is requested."""
+    """The arrays of an .npz file by their keys, each read when it is requested; or arrays of a file by other keys."""
 
-    def __init__(self, source: Source):
+    def __init__(self, source: Source, arrays: Mapping[str, np.ndarray] | None = None):
+        self.source = source
+        if arrays is not None:
+            self._arrays, self.keys = arrays, set(arrays)
+            return
         if source.kind != "zip":
             raise source.error("expected an .npz file, found none")
-        self.source = source
         with _damage(source, "the archive"):
-            self._file = np.load(io.BytesIO(source.data), allow_pickle=False)
-        self.keys = {name for name in self._file.files if f"{name}.npy" in self._file.zip.namelist()}
+            self._arrays = file = np.load(io.BytesIO(source.data), allow_pickle=False)
+        self.keys = {name for name in file.files if f"{name}.npy" in file.zip.namelist()}
 
     def list_keys(self) -> str:
         return ", ".join(sorted(self.keys)[:12]) + (" and others" if len(self.keys) > 12 else "") or "none"
@@ -46,7 +49,7 @@ class Archive:
         if key not in self.keys:
             raise self.source.error(f"expected the key {key!r}, found {self.list_keys()}")
         with _damage(self.source, key):
-            return np.load(self._file.zip.open(f"{key}.npy"), allow_pickle=False)
+            return np.asarray(self._arrays[key])
 
 
 def read_array(source: Source, *shapes: Shape) -> np.ndarray:

@@ -111,6 +111,23 @@ def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -
     return replace(motion, up=axis)
 
 
+def quarter_turn(before: str, after: str) -> np.ndarray:
+    """The rotation matrix (3, 3) of the world that takes one axis to another; zeros and ones."""
+    if before == after:
+        return np.eye(3)
+    axes = [np.eye(3)["xyz".index(axis)] for axis in (before, after)]
+    return np.round(Rotation.from_rotvec(np.pi / 2 * np.cross(*axes)).as_matrix()) + 0.0
+
+
+def check_even(motion: Motion, format_has: str) -> None:
+    """Refuse a motion with frames left out for a format with one time between all frames."""
+    if (np.diff(motion.frame_numbers) > 1).any():
+        raise ValueError(
+            f"some frame_numbers are left out, and {format_has} one time between all frames: "
+            "dataclasses.replace(motion, frame_numbers=None) writes the frames without regard to their times"
+        )
+
+
 def stand_markers(
     source: Source,
     positions: np.ndarray,

@@ -8,7 +8,7 @@ import inspect
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
-from skpose.io._amass import is_amass, load_amass
+from skpose.io._amass import load_amass
 from skpose.io._amc import is_amc, load_amc
 from skpose.io._arguments import Readable
 from skpose.io._asf import is_asf, load_asf
@@ -21,6 +21,7 @@ from skpose.io._motive import is_motive
 from skpose.io._mvnx import is_mvnx
 from skpose.io._qualisys import is_qualisys
 from skpose.io._save_npz import is_npz, load_npz
+from skpose.io._smpl_parameters import is_smpl
 from skpose.io._source import Source
 from skpose.io._trc import load_trc
 from skpose.io._unread import UNREAD as UNREAD
@@ -66,9 +67,9 @@ FORMATS = (
     Format("NPZ", "motion", (".npz",), is_npz, load_npz),
     Format("TRC", "points", (".trc",), lambda source: source.first_word.startswith("pathfiletype"), load_trc),
     Format("C3D", "points", (".c3d",), lambda source: source.kind == "C3D", load_c3d),
-    Format("JSON", "points", (".json",), is_json, load_keypoints),
     Format("arrays", "points", (".npz", ".npy"), is_array, load_keypoints),
-    Format("AMASS", "motion", (".npz",), is_amass, load_amass),
+    Format("SMPL", "motion", (".npz", ".npy", ".json"), is_smpl, load_amass),
+    Format("JSON", "points", (".json",), is_json, load_keypoints),
     Format("MVNX", "points", (".mvnx",), is_mvnx, load_keypoints),
     Format("Motive CSV", "points", (".csv",), is_motive, load_keypoints),
     Format("Qualisys TSV", "points", (".tsv",), is_qualisys, load_keypoints),

@@ -13,11 +13,13 @@ from skpose._utils.validation import refuse_infinite
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
 from skpose.io._conventions import Up, Zeros, check_options, choose_scale
+from skpose.io._humanml import N_NUMBERS, NAMES, RATE, joints_of
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_folder, read_json
 from skpose.io._motive import is_motive, read_motive
 from skpose.io._mvnx import is_mvnx, read_mvnx
 from skpose.io._qualisys import is_qualisys, read_qualisys
+from skpose.io._smpl_parameters import is_smpl
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
@@ -26,7 +28,7 @@ from skpose.keypoints._layouts import check_layout
 from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
-SHAPES = (None, None, 3), (None, None, 4), (None, None, 2)
+SHAPES = (None, None, 3), (None, None, 4), (None, None, 2), (None, N_NUMBERS)
 EXPECTED = "keypoints as JSON, CSV with a header, MVNX, Qualisys TSV, .npz or .npy"
 TEXTS = (is_mvnx, read_mvnx), (is_motive, read_motive), (is_qualisys, read_qualisys), (is_csv, read_csv)
 
@@ -183,11 +185,14 @@ def load_keypoints(
 
 def is_array(source: Source) -> bool:
     """Whether a file is an array of numpy, or an archive with one of positions."""
-    return source.kind == "npy" or (source.kind == "zip" and bool(Archive(source).keys & {*POSITIONS}))
+    is_positions = source.kind == "zip" and bool(Archive(source).keys & {*POSITIONS})
+    return is_positions or (source.kind == "npy" and not is_smpl(source))
 
 
 def _read(source: Source, n_points: int | None) -> Stored:
     """What a file holds, whose content says which of the formats it is."""
+    if source.kind != "zip" and is_smpl(source):
+        raise source.error("expected positions, found parameters of SMPL: load_motion reads them")
     if source.kind == "npy":
         return _from_array(source, read_array(source, *SHAPES))
     if source.kind == "zip":
@@ -201,7 +206,11 @@ def _read(source: Source, n_points: int | None) -> Stored:
 
 
 def _from_array(source: Source, array: np.ndarray) -> Stored:
-    """Positions of three coordinates, and the fourth as confidences."""
+    """Positions of three coordinates, and the fourth as confidences; or the vectors of HumanML3D."""
+    if array.ndim == 2:
+        if np.abs(array[:, -4:] - 0.5).max(initial=0.0) > 1.0:
+            source.warn("contacts of feet are far from 0 and 1: are the vectors standardised, less a mean?")
+        return Stored(joints_of(array), None, list(NAMES), RATE)
     if array.shape[2] == 2:
         raise source.error(f"these are keypoints in two dimensions. {REMEDY}")
     confidences = as_confidences(source, array[:, :, 3]) if array.shape[2] == 4 else None

@@ -5,7 +5,6 @@ or is the points themselves.
 """
 
 import json
-import re
 from operator import itemgetter
 from pathlib import Path
 from reprlib import repr  # abbreviates
@@ -15,7 +14,7 @@ import numpy as np
 
 from skpose.io._arguments import PathLike
 from skpose.io._error import MocapFormatError
-from skpose.io._source import Source
+from skpose.io._source import Source, last_number
 from skpose.io._stored import (
     Stored,
     Times,
@@ -53,7 +52,7 @@ def is_json(source: Source) -> bool:
 
 def read_json(source: Source, n_points: int | None) -> Stored:
     """The positions of a JSON file, of this many points if that is known."""
-    document = _parse(source)
+    document = parse_json(source)
     whole = document if isinstance(document, dict) else {}
     names = _category_names(whole)
     n_points = len(names) if names else n_points
@@ -69,21 +68,17 @@ def read_folder(folder: PathLike, n_points: int | None) -> tuple[Source, Stored]
     files = sorted(path for path in Path(folder).iterdir() if path.suffix.lower() == ".json")
     if not files:
         raise MocapFormatError(folder, None, "expected a JSON file for each frame in the folder, found none")
-    files.sort(key=_last_number)
+    files.sort(key=last_number)
     sources = [Source(path, "a JSON file") for path in files]
-    parts = [_list_entries(one, _parse(one), n_points) for one in sources]
-    if all(len(part) == 1 for part in parts) and _last_number(files[0]) >= 0:
-        parts = [[(part[0][0], _last_number(path))] for part, path in zip(parts, files, strict=True)]
+    parts = [_list_entries(one, parse_json(one), n_points) for one in sources]
+    if all(len(part) == 1 for part in parts) and last_number(files[0]) >= 0:
+        parts = [[(part[0][0], last_number(path))] for part, path in zip(parts, files, strict=True)]
     source = sources[0]
     source.name = str(folder)
     return source, _read_entries(source, [entry for part in parts for entry in part], None, n_points, {})
 
 
-def _last_number(path: Path) -> int:
-    return int((re.findall(r"\d{1,15}", path.stem) or ["-1"])[-1])
-
-
-def _parse(source: Source) -> Any:
+def parse_json(source: Source) -> Any:
     try:
         return json.loads(source.data.decode(errors="replace"))
     except json.JSONDecodeError as error:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.files import check_new, new_file
 from skpose._utils.validation import check_choice, check_kind, check_positive
 from skpose.io._arguments import PathLike
-from skpose.io._conventions import unused_name
+from skpose.io._conventions import check_even, quarter_turn, unused_name
 from skpose.keypoints._fit import is_of_layout
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import is_axes
@@ -95,11 +95,7 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     for name in (motion.root_name, *skeleton.joint_names):
         if name != name.strip() or set(name) & set("{}\r\n"):
             raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")
-    if (np.diff(motion.frame_numbers) > 1).any():
-        raise ValueError(
-            "some frame_numbers are left out, and BVH has one time between all frames: "
-            "dataclasses.replace(motion, frame_numbers=None) writes the frames without regard to their times"
-        )
+    check_even(motion, "BVH has")
     lines, columns = _hierarchy(motion, turn, scale)
     lines += ["MOTION", f"Frames: {len(motion)}"]
     lines += [f"Frame Time: {np.format_float_positional(1.0 / motion.frame_rate, trim='-')}", ""]
@@ -146,7 +142,7 @@ def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarr
         return motion, np.eye(3)
     before, after = "xyz".index(motion.up), "xyz".index(up)
     about = "xyz"[3 - before - after]
-    matrix = np.round(Rotation.from_rotvec(np.pi / 2 * np.cross(np.eye(3)[before], np.eye(3)[after])).as_matrix()) + 0.0
+    matrix = quarter_turn(motion.up, up)
     turn = Rotation.from_matrix(matrix)
     extent = np.ptp(positions_at_zero(motion.skeleton), axis=0)
     own = matrix if extent[before] > STANDS * extent[after] else np.eye(3)

@@ -57,12 +57,14 @@ _BODY: Tree = {
 _FACE: Tree = {"jaw": "head", "left_eye": "head", "right_eye": "head"}
 _PALMS: Tree = {"left_hand": "left_wrist", "right_hand": "right_wrist"}
 HANDS = {*_PALMS, *_fingers("left"), *_fingers("right")}
+BODY, SMPL_H = "the body", "SMPL-H"  # the first is a part of all models
 MODELS: dict[str, Tree] = {
+    BODY: _BODY,
     "SMPL": _BODY | _PALMS,
-    "SMPL-H": _BODY | _fingers("left") | _fingers("right"),
+    SMPL_H: _BODY | _fingers("left") | _fingers("right"),
     "SMPL-X": _BODY | _FACE | _fingers("left") | _fingers("right"),
 }
-BY_SIZE = {len(tree): name for name, tree in MODELS.items()}  # 24, 52, 55 joints
+BY_SIZE = {len(tree): name for name, tree in MODELS.items()}  # 22, 24, 52, 55 joints
 
 # Offsets from the parent joint, in fractions of the height; of the left side, the right mirrors it. Trunk and limbs are
 # as in skpose.datasets.humanoid, which has two bones where SMPL has four from the pelvis to the neck. Face and fingers
@@ -101,17 +103,17 @@ class Body(NamedTuple):
     directions: np.ndarray  # (n_joints, 3, n_betas), m
 
 
-def mean_joints(name: str) -> np.ndarray:
+def mean_joints(tree: Tree) -> np.ndarray:
     """The joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
     joints: dict[str | None, np.ndarray] = {None: np.zeros(3)}
-    for joint, parent in MODELS[name].items():
+    for joint, parent in tree.items():
         part = joint.removeprefix("left_").removeprefix("right_")
         x, y, z = _OFFSETS.get(part) or (_JOINT_2 if part.endswith("2") else _JOINT_3)
         joints[joint] = joints[parent] + MEAN_HEIGHT * np.array([-x if joint.startswith("right_") else x, y, z])
     return np.array(list(joints.values())[1:])
 
 
-def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
+def shaped_joints(file: Archive, n_joints: int, model: PathLike, betas_key: str) -> np.ndarray:
     """The joints at rest (n_joints, 3), m, of the person of a file, from the file of a model."""
     path = os.fspath(model)
     if "{gender}" in path:
@@ -119,21 +121,26 @@ def shaped_joints(file: Archive, name: str, model: PathLike) -> np.ndarray:
         if gender not in GENDERS:
             raise file.source.error(f"gender: expected {', '.join(GENDERS)}, found {gender[:40]!r}")
         path = path.replace("{gender}", gender)
-    status = os.stat(path)
-    body = _read_model(path, status.st_mtime_ns, status.st_size)
-    found = BY_SIZE[len(body.joints)]
-    if found != name:
+    body = read_model(path)
+    name, found = BY_SIZE[n_joints], BY_SIZE[len(body.joints)]
+    if name not in (found, BODY):
         raise file.source.error(f"its poses are of {name}, and the model in {path} is {found}; pass the one of {name}")
-    betas = file.numbers("betas", (None,), (1, None)).ravel()
+    betas = file.numbers(betas_key, (None,), (None, None), (None, 1, None))
+    betas = betas.reshape(-1, betas.shape[-1]).mean(axis=0)  # programs estimate them in each frame
     n = min(len(betas), body.directions.shape[2])
     if betas[n:].any():
         warn(f"betas: the model in {path} has {n} directions of shape, so that only the first {n} betas are used")
-    return body.joints + body.directions[:, :, :n] @ betas[:n]
+    return (body.joints + body.directions[:, :, :n] @ betas[:n])[:n_joints]
+
+
+def read_model(path: str) -> Body:
+    """Read the file of a model, once for the many motions that use it, until it changes."""
+    status = os.stat(path)
+    return _read_model(path, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=8)
 def _read_model(path: str, _modified: int, _size: int) -> Body:
-    """Read the file of a model, once for the many motions that use it, until it changes."""
     source = Source(path, "the file of an SMPL model (.npz)", binary=True)
     model = Archive(source)
     sizes = [(size, None) for size in BY_SIZE]

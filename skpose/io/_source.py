@@ -54,7 +54,7 @@ class Source:
     Parameters
     ----------
     file : str, path-like or file
-        The path, or the open file, of text or of bytes.
+        The path, or the open file, of text or of bytes; or a folder with a JSON file for each frame.
     expected : str
         What the file should be, such as "a BVH file".
     binary : bool, default=False
@@ -63,9 +63,11 @@ class Source:
 
     def __init__(self, file: Readable, expected: str, *, binary: bool = False):
         if isinstance(file, str | os.PathLike):
-            if Path(file).is_dir():
-                raise IsADirectoryError(f"{file} is a folder: load each of its files")
-            self.name, data = os.fspath(file), Path(file).read_bytes()
+            self.name, path = os.fspath(file), Path(file)
+            parts = sorted(path.glob("*.json"), key=last_number) if path.is_dir() else []
+            if path.is_dir() and not parts:
+                raise IsADirectoryError(f"{file} is a folder: load each of its files, or use load_motions")
+            data = b"[" + b",".join(part.read_bytes() for part in parts) + b"]" if parts else path.read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()
         else:
@@ -156,6 +158,11 @@ class Source:
 def open_source(file: Readable | Source, expected: str, *, binary: bool = False) -> Source:
     """Read a file unless it has been read, as by a function that recognised its format."""
     return file if isinstance(file, Source) else Source(file, expected, binary=binary)
+
+
+def last_number(path: Path) -> int:
+    """The last number of the name of a file, by which programs count frames; -1 if there is none."""
+    return int((re.findall(r"\d{1,15}", path.stem) or ["-1"])[-1])
 
 
 def complaint(token: str) -> str:

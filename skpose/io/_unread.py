@@ -59,11 +59,6 @@ UNREAD = (
         "Anipose triangulates several cameras, and its CSV is read",
     ),
     _starts(
-        "a JSON file of SMPL parameters",
-        rb'\s*[\[{].*"(?:poses?|thetas?|body_pose|global_orient)"\s*:[\s\[]*(?:[-+.\de]+\s*,\s*){5}',
-        "numpy.savez poses (n, 72), with Rh first, trans=Th and mocap_framerate for load_amass",
-    ),
-    _starts(
         "DeepMimic's motion",
         rb'\s*\{.*(?-i:"Frames")\s*:\s*\[\s*\[\s*[-\d]',
         "it holds rotations of its own characters",

@@ -23,6 +23,7 @@ class _Layouts(Mapping[str, Layout]):
     "body25"           OpenPose BODY_25, triangulated           −y
     "kinect25"         Kinect v2, in camera space               y
     "smpl24"           SMPL, its joints                         y
+    "humanml22"        HumanML3D, joints of SMPL without hands  y
     "cmu31"            CMU's ASF files, the root and 30 bones   y
     "kinect20"         the first Kinect, in skeleton space      y
     "mediapipe_hand21" MediaPipe Hands, one, world landmarks    −y

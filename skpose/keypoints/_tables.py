@@ -1,5 +1,7 @@
 """The layouts that come with the library as tables, each with the source of the order of its points."""
 
+from dataclasses import replace
+
 from skpose.keypoints._marker_tables import OPENCAP43, OPENCAP_MOCAP55, PLUG_IN_GAIT39, POSE2SIM21
 from skpose.keypoints._table import RIGID, layout_of
 
@@ -267,6 +269,13 @@ SMPL24 = layout_of(
     source="SMPL, https://github.com/vchoutas/smplx/blob/main/smplx/joint_names.py",
 )
 
+# The joints of SMPL's body, without hands.
+HUMANML22 = replace(
+    SMPL24.without(["left_hand", "right_hand"]),
+    name="humanml22",
+    source="HumanML3D, https://github.com/EricGuo5513/HumanML3D/blob/main/paramUtil.py",
+)
+
 # The root and the 30 bones of CMU's ASF files, in the order of their numbers; each point is the far end of its bone.
 CMU31 = layout_of(
     "cmu31",
@@ -313,6 +322,7 @@ LAYOUTS = (
     BODY25,
     KINECT25,
     SMPL24,
+    HUMANML22,
     CMU31,
     KINECT20,
     MEDIAPIPE_HAND21,

@@ -33,7 +33,10 @@ def test_the_content_decides_on_the_format_not_the_name(tmp_path):
 
 @pytest.mark.parametrize(
     ("kind", "name"),
-    [(kind, {"NPY": "arrays", "NPZ": "arrays", "motion": "NPZ"}.get(kind, kind)) for kind in damaged.FILES],
+    [
+        (kind, {"NPY": "arrays", "NPZ": "arrays", "motion": "NPZ", "AMASS": "SMPL"}.get(kind, kind))
+        for kind in damaged.FILES
+    ],
 )
 def test_every_format_is_recognised_and_has_the_options_of_its_loader(kind, name):
     for data in damaged.FILES[kind]:

@@ -87,7 +87,6 @@ NUMBERS = [round(0.01 * i, 2) for i in range(72)]
         (archive("[Content_Types].xml"), "CSV"),
         (archive("model/data.pkl"), "numpy.savez"),
         (b"scorer,net,net,net\nbodyparts,nose,nose,nose\ncoords,x,y,likelihood\n0,1,2,0.9\n", "Anipose"),
-        (json.dumps([{"id": 0, "Rh": [[0, 0, 0]], "Th": [[0, 0, 0]], "poses": [NUMBERS]}]).encode(), "load_amass"),
         (json.dumps({"Loop": "wrap", "Frames": [NUMBERS]}).encode(), "own characters"),
         (json.dumps({"tracking": [{"data": {"player": {"NOSE": [1, 2, 5.5]}}}]}).encode(), "0.3048"),
         (b"0.0,0.0,0.8,1.0,0,0,0,0.1\n0.0,0.0,0.8,1.0,0,0,0,0.1\n", "motion_from_qpos"),
