@@ -43,11 +43,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> None:
     from skpose._cli import inputs, outputs
+    from skpose.datasets._folder import labels_of
 
     if not (args.out or args.open):
         raise ValueError("pass --out or --open")
     names, dataset = inputs.read_dataset(args, args.files)
-    known = inputs.labels_of([Path(name) for name in names])
+    known = labels_of(inputs.describe([Path(name) for name in names]))
     is_labelled = all(all(known.get(key, [""])) for key in ("subjects", "actions"))
     page = skpose.view.explorer(
         skpose.datasets.MotionDataset(dataset.motions, **known, rotations="file"),

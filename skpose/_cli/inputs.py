@@ -1,7 +1,6 @@
 """Reading the files of a command, with their subjects, actions, trials and frame rates."""
 
 import argparse
-import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from inspect import signature
@@ -12,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from skpose._utils.warnings import warn
-from skpose.datasets import MotionDataset, load_cmu, load_hdm05
-from skpose.datasets._hdm05 import NAME
-from skpose.datasets._index import INDEX, rows_of
+from skpose.datasets import MotionDataset, load_motions
+from skpose.datasets._folder import INDEX, MOTIONS, RATE, Row, find_files, rows_of
 from skpose.datasets._motions import Rotations
 from skpose.io import load_motion
 from skpose.io._formats import FORMATS, format_of
@@ -25,13 +23,8 @@ from skpose.skeleton import Motion, Skeleton
 
 Content = Motion | Skeleton | Keypoints
 STDIN = "-"
-MOTIONS = ".bvh", ".amc"  # suffixes of the files of a folder
 MOVING = (*MOTIONS, ".trc", ".c3d")
-NO_MOTIONS = "shape.npz", "stagei.npz"  # of AMASS, next to the motions
 READING = [name for name in dict.fromkeys(option for one in FORMATS for option in one.options) if name != "frame_rate"]
-# Names of files that state subject and action, besides those of HDM05.
-BVH = re.compile(r"(?P<subject>[^_]+)_(?P<action>.+)_(?P<trial>[^_]+)\.bvh(\.gz)?", re.IGNORECASE)
-CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)(?P<action>)\.amc(\.gz)?", re.IGNORECASE)
 
 
 def reading_options(args: argparse.Namespace) -> dict[str, Any]:
@@ -76,19 +69,6 @@ def _rewind(file: Path | BytesIO) -> Path | BytesIO:
     return file
 
 
-def expand(paths: Iterable[Path], suffixes: Sequence[str] = MOVING) -> list[Path]:
-    """Replace folders by the files in them, and below, that have one of the suffixes, sorted; or else by .npz files."""
-    files, ends = [], (*suffixes, *(f"{suffix}.gz" for suffix in suffixes))
-    for path in paths:
-        inside = [one for one in sorted(path.rglob("[!.]*")) if one.is_file()] if path.is_dir() else []
-        found = [one for one in inside if one.name.lower().endswith(ends)] if inside else [path] * (not path.is_dir())
-        found = found or [one for one in inside if one.suffix.lower() == ".npz" and not one.name.endswith(NO_MOTIONS)]
-        if not found:
-            raise FileNotFoundError(f"no files in the folder {path}: expected {', '.join(suffixes)} or .npz")
-        files += found
-    return files
-
-
 def read(
     args: argparse.Namespace,
     paths: Iterable[Path],
@@ -98,15 +78,15 @@ def read(
     required: int = 0,
 ) -> list[tuple[str, Any]]:
     """The name and the content of each file; --skip-errors never leaves out the first `required` files."""
-    files, options = expand(paths, suffixes), reading_options(args)
-    rates, contents = stated_rates(files), []
+    rows, options, contents = describe(find_files(paths, suffixes)), reading_options(args), []
     given = options.get("frame_rate")
-    if given is not None and any(rate != given for rate in rates.values()):
+    if given is not None and any(row.get(RATE) not in (None, given) for row in rows):
         warn(f"--file-frame-rate {given:g} replaces other rates that file names or an index state")
-    for i, path in enumerate(files):
+    for i, row in enumerate(rows):
+        path = row["file"]
         name = "standard input" if str(path) == STDIN else str(path)
         try:
-            contents.append((name, loader(_open(path, name), {"frame_rate": rates.get(path)} | options)))
+            contents.append((name, loader(_open(path, name), {"frame_rate": row.get(RATE)} | options)))
         except (OSError, ValueError) as error:
             if i < required or not getattr(args, "skip_errors", False):
                 raise
@@ -147,38 +127,18 @@ def read_dataset(
 
 def read_labelled(args: argparse.Namespace, rotations: Rotations) -> MotionDataset:
     """The motions of a folder with their subjects, actions and trials, by an index.csv or by their names."""
-    if not args.folder.is_dir():
-        raise NotADirectoryError(f"{args.folder} is not a folder")
-    is_indexed = (args.folder / INDEX).is_file()
-    if is_indexed or any(NAME.fullmatch(path.name) for path in expand([args.folder], MOTIONS)):
-        if reading_options(args):
-            raise ValueError("options of reading are for folders of BVH files")
-        return (load_cmu if is_indexed else load_hdm05)(args.folder, rotations=rotations)
-    files = expand([args.folder], [".bvh"])
-    unnamed = [path.name for path in files if not BVH.fullmatch(path.name)]
-    if unnamed:
-        raise ValueError(f"files must be named SUBJECT_ACTION_TRIAL.bvh, or be in an {INDEX}, got {unnamed[0]}")
-    motions = [motion for _, motion in read(args, files, load_poses)]
-    return MotionDataset(motions, **labels_of(files), rotations=rotations)
+    dataset = load_motions(args.folder, on_error="raise", rotations=rotations, **reading_options(args))
+    if not all(all(getattr(dataset, name, [""])) for name in ("subjects", "actions")):
+        raise ValueError(f"files must be named SUBJECT_ACTION_TRIAL.bvh, or be in an {INDEX}")
+    return dataset
 
 
-def stated_rates(files: Sequence[Path]) -> dict[Path, float]:
-    """The frame rates, Hz, of AMC files, which do not state theirs."""
-    files = [path for path in files if path.name.lower().removesuffix(".gz").endswith(".amc")]
-    named = {path: float(match["rate"]) for path in files if (match := NAME.fullmatch(path.name))}
-    indexed = {path: row["frames_per_second"] for path, row in rows_of(files).items()}
-    return named | {path: rate for path, rate in indexed.items() if rate is not None}
-
-
-def labels_of(files: Sequence[Path]) -> dict[str, list[str]]:
-    """The subjects, actions and trials of files, "" where unknown; kinds of labels that no file has are left out."""
-    indexed, rows = rows_of(files), []
-    for path in files:
-        match = next(filter(None, (pattern.fullmatch(path.name) for pattern in (BVH, NAME, CMU))), None)
-        named = {} if match is None else {key: text.replace("_", " ") for key, text in match.groupdict("").items()}
-        rows.append(indexed.get(path, named))
-    labels = {f"{key}s": [row.get(key, "") for row in rows] for key in ("subject", "action", "trial")}
-    return {name: values for name, values in labels.items() if any(values)}
+def describe(files: Sequence[Path]) -> list[Row]:
+    """What file names or an index state about files; indexes are named on stderr."""
+    rows = rows_of(files)
+    for index in dict.fromkeys(row["index"] for row in rows if "index" in row):
+        print(f"skpose: labels and frame rates of {index}", file=sys.stderr)
+    return rows
 
 
 def resample(content: Any, frame_rate: float | None) -> Any:

@@ -30,7 +30,7 @@ def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:
     add = group.add_argument
     if skip:
         add("--skip-errors", action="store_true", help="skip unreadable files, and exit with status 3")
-    add("--scale", type=positive, metavar="M", help="metres per unit; 0.01 for centimetres; not of AMASS")
+    add("--scale", type=_scale, metavar="M", help="metres per unit; 0.01 for centimetres; auto: by size; not of AMASS")
     add("--up", choices=["x", "y", "z", "-x", "-y", "-z"], metavar="AXIS", help="up axis, such as --up=-y")
     add(
         "--file-frame-rate",
@@ -140,6 +140,10 @@ def one_file(text: str) -> Path:
     if Path(text).is_dir():
         raise argparse.ArgumentTypeError(f"expected a file, got the folder {text!r}")
     return Path(text)
+
+
+def _scale(text: str) -> float | str:
+    return text if text == "auto" else positive(text)
 
 
 def positive(text: str) -> float:

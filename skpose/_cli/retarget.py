@@ -50,8 +50,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> None:
     from skpose._cli import inputs, outputs
+    from skpose.datasets._folder import find_files
 
-    files = inputs.expand(args.files, inputs.MOTIONS)
+    files = find_files(args.files)
     if args.out is not None and len(files) > 1:
         raise ValueError(f"--out is for one motion, got {len(files)} files")
     ((name, target),) = inputs.read(args, [args.onto], required=1)
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> None:
         moved, report = _retarget(inputs.resample(motion, args.frame_rate), target, args)
         print(f"{name}: by {report}")
         if args.out is not None:
-            unit = args.scale if args.onto.suffix.lower() == ".bvh" else None  # the target's
+            unit = args.scale if args.onto.suffix.lower() == ".bvh" and args.scale != "auto" else None  # the target's
             outputs.save_motion(moved, args.out, args.out_scale or unit or 1.0, args.smpl)
 
 

@@ -69,6 +69,11 @@ def likely_unit(size: float, taken: float) -> str:
     return min(others, key=lambda unit: abs(np.log(size * UNITS[unit] / HUMAN)))
 
 
+def likely_scale(size: float) -> float:
+    """The metres of one unit: 1 if the size is then a person's, else those of the unit that is nearest to one."""
+    return 1.0 if SMALLEST <= size <= LARGEST else UNITS[likely_unit(size, 1.0)]
+
+
 def complaint_of_size(size: float, scale: float) -> str | None:
     """The warning about a file's skeleton, its size in m as of `skeleton.size_of`; None if it fits a person."""
     return _complaint(size, scale, "the skeleton is", "in the rest pose")

@@ -1,7 +1,8 @@
-"""Datasets of motions: generated gait and actions, and the motion-capture databases CMU and HDM05."""
+"""Datasets of motions: folders of files, generated gait and actions, the databases CMU and HDM05."""
 
 from skpose.datasets._actions import make_actions
 from skpose.datasets._cmu import fetch_cmu, load_cmu
+from skpose.datasets._folder import load_motions
 from skpose.datasets._gait import make_gait
 from skpose.datasets._hdm05 import load_hdm05
 from skpose.datasets._humanoid import humanoid
@@ -14,6 +15,7 @@ __all__ = [
     "humanoid",
     "load_cmu",
     "load_hdm05",
+    "load_motions",
     "make_actions",
     "make_gait",
 ]

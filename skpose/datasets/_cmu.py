@@ -10,9 +10,8 @@ from sklearn.datasets import fetch_file, get_data_home
 
 from skpose._utils.files import new_file
 from skpose._utils.progress import progress
-from skpose.datasets._index import COLUMNS, INDEX, PathLike, load_folder, read_index, read_motions
+from skpose.datasets._folder import COLUMNS, INDEX, RATE, PathLike, Row, is_index, read_index, read_rows, rows_of
 from skpose.datasets._motions import MotionDataset, Rotations
-from skpose.io._amc import asf_path
 
 SERVER = "http://mocap.cs.cmu.edu"
 LISTING = "index.txt"  # of the trials of a subject
@@ -56,19 +55,19 @@ def load_cmu(
     >>> load_cmu("cmu")  # doctest: +SKIP
     MotionDataset(47 motions of 5 subjects: 1 bend over, scoop up, rise, lift arm, 1 jump, balance, 1 punch/strike, ...
     """
-    return load_folder(folder, _scan, asf_path, verbose, rotations, frame_rate)
-
-
-def _scan(folder: Path) -> list[dict]:
-    """Rows as of an index for a folder with CMU's own layout."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"there is no folder {folder}")
     paths = sorted((folder / "subjects").glob("*/*_*.amc"))
-    if not paths:
+    if not (paths or is_index(folder / INDEX)):
         raise FileNotFoundError(f"{folder} has neither index.csv nor files subjects/SS/SS_TT.amc")
-    rows = []
-    for path in paths:
-        subject, trial = path.stem.rsplit("_", 1)
-        rows.append(dict(zip(COLUMNS, (subject, trial, "", None, path.relative_to(folder)), strict=True)))
-    return rows
+    rows = read_index(folder / INDEX) if is_index(folder / INDEX) else rows_of(paths)
+    return _read(rows, frame_rate, rotations, verbose)
+
+
+def _read(rows: list[Row], frame_rate: float | None, rotations: Rotations, verbose: int) -> MotionDataset:
+    rows = [{"action": ""} | row | {RATE: row.get(RATE) or frame_rate} for row in rows]
+    return read_rows(rows, "raise", rotations, verbose, {})
 
 
 def fetch_cmu(
@@ -136,13 +135,15 @@ def fetch_cmu(
                 rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
                 advance()
     _add_to_index(home / INDEX, rows)
-    return read_motions(home, rows, asf_path, verbose, rotations)
+    return _read([row | {"file": home / str(row["file"])} for row in rows], frame_rate, rotations, verbose)
 
 
 def _add_to_index(path: Path, rows: list[dict]) -> None:
     """Add rows to the index, after other files."""
     new = {row["file"] for row in rows}
-    others = [row for row in read_index(path) if row["file"] not in new] if path.exists() else []
+    known = read_index(path) if path.exists() else []
+    known = [row | {"file": row["file"].relative_to(path.parent).as_posix()} for row in known]
+    others = [row for row in known if row["file"] not in new]
     with new_file(path, replace=True) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
         writer.writeheader()

@@ -1,12 +1,9 @@
 """Reader of the motion-capture database HDM05, from a folder."""
 
-import re
 from pathlib import Path
 
-from skpose.datasets._index import COLUMNS, PathLike, load_folder
+from skpose.datasets._folder import HDM05, INDEX, PathLike, is_index, read_index, read_rows, rows_of
 from skpose.datasets._motions import MotionDataset, Rotations
-
-NAME = re.compile(r"HDM_(?P<subject>[a-z]+)_(?P<trial>(?P<action>.+?)_?\d*)_(?P<rate>\d+)\.amc(\.gz)?", re.IGNORECASE)
 
 
 def load_hdm05(folder: PathLike, *, rotations: Rotations = "rotvec", verbose: int = 0) -> MotionDataset:
@@ -50,22 +47,10 @@ def load_hdm05(folder: PathLike, *, rotations: Rotations = "rotvec", verbose: in
     >>> load_hdm05("hdm05")  # doctest: +SKIP
     MotionDataset(188 motions of 3 subjects: 18 deposit on floor, 18 elbow to knee, 16 grab high, ...
     """
-    return load_folder(folder, _scan, _asf_path, verbose, rotations)
-
-
-def _scan(folder: Path) -> list[dict]:
-    """Rows as of an index for files named as in HDM05."""
-    rows = []
-    for path in sorted(folder.rglob("*.amc*")):
-        match = NAME.fullmatch(path.name)
-        if match:
-            values = (match["subject"], match["trial"], match["action"], float(match["rate"]), path.relative_to(folder))
-            rows.append(dict(zip(COLUMNS, values, strict=True)))
-    if not rows:
+    folder = Path(folder)
+    is_indexed = is_index(folder / INDEX)
+    files = [path for path in sorted(folder.rglob("*.amc*")) if HDM05.fullmatch(path.name)]
+    if not (is_indexed or files):
         raise FileNotFoundError(f"{folder} has neither index.csv nor files such as HDM_bd_squat1Reps_001_120.amc")
-    return rows
-
-
-def _asf_path(amc: Path) -> Path:
-    """The path of the person's skeleton: HDM_bd.asf for HDM_bd_squat1Reps_001_120.amc."""
-    return amc.with_name("_".join(amc.name.split("_")[:2]) + ".asf")
+    rows = read_index(folder / INDEX) if is_indexed else rows_of(files)
+    return read_rows(rows, "raise", rotations, verbose, {})

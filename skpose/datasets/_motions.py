@@ -12,9 +12,11 @@ from skpose._utils.validation import check_choice
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._comparison import check_comparable
+from skpose.skeleton._rest import size_of
 
 ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'
+LARGEST_RATIO = 3.0  # of the sizes of people
 LABELS = "subjects", "trials", "actions"
 Rotations = Literal["rotvec", "file"]
 
@@ -35,6 +37,11 @@ class MotionDataset:
         "rotvec" converts joints of two or three Euler angles to ball joints, see `Motion.to_rotvec`, for which
         "spatial" and "angle" are more accurate. "file" keeps the angles of the files, and their joint limits, which
         ball joints do not have.
+
+    Raises
+    ------
+    ValueError
+        If people differ threefold in size, as where one file is in centimetres; or for labels of another shape.
 
     Attributes
     ----------
@@ -80,6 +87,7 @@ class MotionDataset:
         for i, motion in enumerate(motions):
             if not isinstance(motion, Motion):
                 raise TypeError(f"motions[{i}] must be a skpose.Motion, got {type(motion).__name__}")
+        _check_sizes(motions)
         self.motions = motions if rotations == "file" else tuple(motion.to_rotvec() for motion in motions)
         self.retargeting = ("",) * len(self.motions)
         for name, given in {"subjects": subjects, "trials": trials, "actions": actions}.items():
@@ -298,6 +306,16 @@ class MotionDataset:
             motions = [motion.resample(frame_rate) for motion in motions]
         sequence = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
         return np.concatenate([motion.angles for motion in motions]), sequence
+
+
+def _check_sizes(motions: Sequence[Motion]) -> None:
+    """Refuse motions of people who differ so much in size that they must be in different units."""
+    first = {id(motion.skeleton): i for i, motion in reversed([*enumerate(motions)])}
+    sizes = {i: size_of(motions[i].skeleton) for i in first.values()}
+    small, large = min(sizes, key=sizes.__getitem__, default=0), max(sizes, key=sizes.__getitem__, default=0)
+    if sizes and sizes[large] > LARGEST_RATIO * sizes[small] > 0.0:
+        names = f"motions[{large}] is {sizes[large]:.3g} m from end to end and motions[{small}] {sizes[small]:.3g} m"
+        raise ValueError(f"{names}: expected one unit of length, see scale of the readers")
 
 
 def _count(words: Iterable[str]) -> str:

@@ -11,7 +11,7 @@ from typing import Literal, cast
 
 import numpy as np
 
-from skpose._utils.units import complaint_of_size
+from skpose._utils.units import complaint_of_size, likely_scale
 from skpose.io._arguments import Readable
 from skpose.io._bvh_skeleton import Joint, bone_offsets, choose_root, root_movement
 from skpose.io._conventions import (
@@ -41,7 +41,7 @@ def load_bvh(
     path: Readable,
     *,
     frame_rate: float | None = None,
-    scale: float = 1.0,
+    scale: float | Literal["auto"] = 1.0,
     on_nan: Literal["raise", "drop"] = "raise",
     trust: Literal["header", "rows"] = "header",
     stretch: Literal["raise", "mean"] = "raise",
@@ -58,8 +58,9 @@ def load_bvh(
     frame_rate : float, default=None
         Frames per second, Hz. By default 1 / Frame Time; a number replaces it, with a warning if the two differ by more
         than 1 %.
-    scale : float, default=1.0
-        Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches.
+    scale : float or "auto", default=1.0
+        Metres per unit of length. The format has no unit: 0.01 for files in centimetres, 0.0254 for inches. "auto" is 1
+        if the skeleton is then between 0.3 and 5 m from end to end, else the unit with which it is nearest to 1.7 m.
     on_nan : {"raise", "drop"}, default="raise"
         Refuse a file with NaN or infinite numbers, or leave these frames out. The other frames keep their numbers and
         times, see `Motion.frame_numbers`.
@@ -151,11 +152,16 @@ def load_bvh(
         offsets, longest = bone_offsets(below, numbers, source, stretch)
         positions, axes, angles = root_movement(chain, numbers, longest, root_offset)
         parents: dict[Joint | None, str] = {joint: name for joint, name in names.items() if joint is not chain[-1]}
-        bones = [
-            Bone(names[joint], parents.get(joint.parent), offset, "".join(joint.columns("rotation")).upper())
-            for joint, offset in zip(below, scale * offsets, strict=True)
-        ]
-        skeleton = Skeleton(bones, offset_frame="parent")
+
+        def skeleton_of(scale: float) -> Skeleton:
+            bones = [
+                Bone(names[joint], parents.get(joint.parent), offset, "".join(joint.columns("rotation")).upper())
+                for joint, offset in zip(below, scale * offsets, strict=True)
+            ]
+            return Skeleton(bones, offset_frame="parent")
+
+        scale = likely_scale(size_of(skeleton_of(1.0))) if scale == "auto" else scale
+        skeleton = skeleton_of(scale)
         source.warn(complaint_of_size(size_of(skeleton), scale))
         poses = numbers[:, [column for joint in below for column in joint.columns("rotation").values()]]
         motion = Motion(

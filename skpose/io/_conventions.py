@@ -50,7 +50,7 @@ def check_options(**options: Any) -> None:
     for name, value in options.items():
         if name in CHOICES:
             check_choice(name, value, CHOICES[name])
-        elif value is not None:
+        elif value is not None and (name, value) != ("scale", "auto"):
             check_frame_rate(value) if name == "frame_rate" else check_positive(name, value)
 
 

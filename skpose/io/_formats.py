@@ -109,7 +109,7 @@ def load_motion(path: Readable, **options: Any) -> Motion:
         are ignored, so that files of several formats can be read in a loop; but `root` is only for BVH files, and
         `scale` is not for files in metres (AMASS and those of `save_npz`). The most common are
 
-        - `scale`, metres per unit of length, such as 0.01 for a BVH file in centimetres;
+        - `scale`, metres per unit of length, such as 0.01 for a BVH file in centimetres, or "auto";
         - `frame_rate` in Hz, which AMC files do not state;
         - `asf`, the skeleton of an AMC file, by default in its folder: walk.asf for walk.amc, or 02.asf for 02_01.amc;
         - `up`, the axis of the file's world that points up: "x", "y", "z", "-x", "-y" or "-z";
@@ -154,8 +154,10 @@ def load_motion(path: Readable, **options: Any) -> Motion:
     if found.content != "motion":
         raise source.error(f"this is a {found.name} file without a motion: {found.load.__name__} reads it")
     given = {name: value for name, value in options.items() if value is not None}
+    if found.load is not load_bvh and given.get("scale") == "auto":  # other formats have a unit
+        del given["scale"]
     for name in DECISIVE:
-        if name in given and name not in found.options and (name, given[name]) != ("scale", 1.0):
+        if name in given and name not in found.options and given[name] not in (1.0, "auto"):
             raise ValueError(f"{name}={given[name]!r} is not an option of {found.name} files, as {source.name} is")
     motion: Motion = found.load(source, **{name: given[name] for name in given if name in found.options})
     return motion
