@@ -19,6 +19,7 @@ from skpose.skeleton._bone import BALL
 from skpose.skeleton._rest import size_of
 from skpose.skeleton._sides import sides
 
+FAR, TURNED = 0.03, np.cos(np.radians(25.0))  # m; in recordings of people 5 mm and 7° at most
 BACKWARD = -0.2  # cosine of the angle to forward
 
 
@@ -62,6 +63,9 @@ def fit_skeleton(
         beyond chance. A bone from the pelvis to the neck changes by some 8 % as the back bends.
     UserWarning
         If the standard error of a length is 5 % or more: few frames, or a bone as short as the noise.
+    UserWarning
+        If points that are rigid with the root are 3 cm or more off in the mean, and the trunk is turned by 25° or more
+        relative to them, as in few frames with noise.
     UserWarning
         If toes and nose point backward: then left and right are exchanged, or one axis is reversed.
     UserWarning
@@ -135,6 +139,12 @@ def fit_skeleton(
     warn_of_lengths(lengths)
     if rest.forward and max(rest.forward.values()) < BACKWARD:  # bones that point forward in people
         warn(f"{', '.join(rest.forward)} point backward: left and right are exchanged, or an axis has the wrong sign")
+    if rest.off > FAR and rest.upright and max(rest.upright.values()) < TURNED:
+        angle = np.degrees(np.arccos(max(rest.upright.values())))
+        warn(
+            f"the pelvis does not fit: points are {1000.0 * rest.off:.0f} mm off in the mean, and the trunk is turned "
+            f"by {angle:.0f}°. Less noise, or more frames, would show it"
+        )
     bones = [Bone(layout.root, None, (0.0, 0.0, 0.0))]
     for name, parent in children:
         length = lengths[name].value

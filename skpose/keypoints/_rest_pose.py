@@ -16,6 +16,7 @@ ROUNDS = 200  # at most; each is a few sums
 SETTLED = 1e-10  # change of a mean shape, relative to its size, at which the rounds end
 ROUNDING = 1e-12  # of squares: points on one line have no width
 MIRROR = np.array([-1.0, 1.0, 1.0])  # of left and right in the axes of the root
+UPRIGHT = 0.9  # cosine of the largest angle to up of a trunk that stands
 SURE = 5.0  # of a length's noise and the size, over √n, are 2.5 standard errors of the square of a size
 ACROSS = 0.02  # distance of a point from the line of a bone, relative to the point's, that shows the bone's twist
 
@@ -26,14 +27,17 @@ class RestPose(NamedTuple):
     axes: dict[str, np.ndarray]  # of each joint, as columns (3, 3); x along the bone; the parent's if rigid
     directions: dict[str, np.ndarray]  # (3,) of the bone that ends at each joint but the root
     forward: dict[str, float]  # how far, from -1 to 1, the bones of toes and nose point forward in the mean
+    upright: dict[str, float]  # how far the trunk points up from the root in the mean
+    off: float  # the largest distance of points that are rigid with the root from their mean places, m
 
 
 def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestPose:
     """The rest pose: a standing person for points with known names, and the mean for others."""
     axes = {layout.root: root_axes(points, layout, up)}  # of each joint, in every frame, in the world's axes
     known = {layout.root: ~np.isnan(axes[layout.root][:, 0, 0])}
-    standing, rest = standing_directions(layout), RestPose({layout.root: np.eye(3)}, {}, {})
-    fixed, front = _rigid_shape(points, layout, axes[layout.root]), in_front(layout)
+    standing = standing_directions(layout)
+    fixed, off = _rigid_shape(points, layout, axes[layout.root])
+    rest, front = RestPose({layout.root: np.eye(3)}, {}, {}, {}, off), in_front(layout)
     for level in _levels(layout):
         seen = {name: _directions(points, name, parent, axes[parent], known[parent]) for name, parent in level}
         for name, parent in level:
@@ -49,6 +53,8 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
             elif stands:
                 if mean is not None and name in front:
                     rest.forward[name] = float(mean[2])
+                if mean is not None and parent == layout.root and standing[name][1] > UPRIGHT:
+                    rest.upright[name] = float(mean[1])
                 mean = standing[name]
             if mean is not None:  # except for bones of length zero
                 rest.directions[name] = mean
@@ -101,15 +107,15 @@ def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
     return rotations
 
 
-def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, np.ndarray]:
-    """Where the root and the points that are rigid with it are, in the axes of the root.
+def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> tuple[dict[str, np.ndarray], float]:
+    """Where the root and the points that are rigid with it are, in the axes of the root, and how far off in the mean.
 
     Mean positions in axes that follow the trunk a little do not form one rigid shape. So the shape is found from
     unbiased lengths between all of its points, by classical scaling, and rotated onto the mean positions.
     """
     names = rigid_with(layout.root, layout)
     if not names:
-        return {}
+        return {}, 0.0
     known = ~np.isnan(axes[:, 0, 0])
     means = np.zeros((len(names), 3))
     squares = np.zeros((len(names) + 1, len(names) + 1))
@@ -138,8 +144,9 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> dict[str, 
     flat = np.zeros((len(names), 3))
     flat[:, : len(names)] = (vectors * sizes)[:, ::-1][:, :3]
     u, _, vh = np.linalg.svd(flat.T @ means)
-    shape = dict(zip(names, flat @ u @ vh, strict=True))
-    return {layout.root: np.zeros(3)} | shape
+    shape = flat @ u @ vh
+    off = float(np.linalg.norm(shape - means, axis=1).max())
+    return {layout.root: np.zeros(3)} | dict(zip(names, shape, strict=True)), off
 
 
 def _levels(layout: Layout) -> list[list[tuple[str, str]]]:

@@ -58,3 +58,14 @@ def test_many_frames_show_the_hips_of_a_depth_camera(noise, drop):
         left, right = (zero[skeleton.joint_names.index(name)] for name in ("left_hip", "right_hip"))
         angles.append(np.degrees(np.arctan2(np.linalg.norm(np.cross(left, right)), left @ right)))
     assert np.abs(np.array(angles) - (113 if drop else 180)).max() < 15
+
+
+@pytest.mark.filterwarnings("ignore:lengths of bones", "ignore:.*point backward")
+def test_a_pelvis_that_does_not_fit_is_a_warning():
+    """Three frames with noise of 5 cm: no frame shows how the pelvis is turned."""
+    layout, rng = layouts["kinect20"], np.random.default_rng(1)
+    hips = {"hip_center": (0, 1.0, 0), "left_hip": (0.09, 0.94, 0), "right_hip": (-0.09, 0.94, 0)}
+    trunk = {"shoulder_center": (0, 1.4, 0), "spine": (0, 1.08, 0)}
+    person = np.array([(standing_in(layout) | trunk | hips)[name] for name in layout.names])
+    with pytest.warns(UserWarning, match=r"turned by \d\d°"):
+        fit_skeleton(layout.keypoints(person + rng.normal(0, 0.05, (3, *person.shape)), 15), layout)
