@@ -4,15 +4,17 @@
 
 MSR Action3D (W. Li, Z. Zhang, Z. Liu, 2010, doi:10.1109/CVPRW.2010.5543273) and other folders hold `index.csv` with the
 columns action and subject, and `splits.csv` with the training people of each split, separated by blanks; without it
-each person is tested once, and the others train, on the actions that two people or more do. The motions are those of
-`positions.npz`, joint positions (n_frames, n_joints, 3) of all sequences and `n_frames` of each, or the files of a
-column `file`, which `load_motion` reads. Options state what positions are: `--joints`, their names in order,
-`--layout`, `--frame-rate`, `--scale`.
+each person is tested once, and the others train, on the actions that two people or more do. `--group` is another column
+in place of the subject, such as the view; skeletons are fitted to people. The motions are those of `positions.npz`,
+joint positions (n_frames, n_joints, 3) of all sequences and `n_frames` of each, or the files of a column `file`, or of
+the folder with labels in their names, as `load_motions` reads them. Options state what positions are: `--joints`, their
+names in order, `--layout`, `--frame-rate`, `--scale`.
 
 The protocol, the same for every set, with nothing chosen by hand:
 
 1. Keypoints: a skeleton is fitted to each person's recordings, without labels, and poses to the skeleton.
-2. Motions faster than 15 Hz are resampled to that.
+2. Motions faster than 15 Hz are resampled to that; a single frame is a person who stands still; motions on skeletons of
+   several rest poses are retargeted to the first.
 3. In each split all is learnt from the training people: the skeleton on which motions are compared, their mean; how
    much of the root's orientation is a part of the poses, under "position"; and in the rows "chosen" which kinds of
    distances are features, and whether the model or the nearest motion decides. Choices are made by recognising each
@@ -24,13 +26,15 @@ The protocol, the same for every set, with nothing chosen by hand:
 5. The figure is the share of the test motions that are recognised, mean and standard deviation over the splits; where
    each split tests one person, it is the share of all motions.
 
-As a control the same model learns from actions that are shuffled among the training motions.
+As controls the same model learns from actions that are shuffled among the training motions, and from the positions of
+points relative to their middle without a skeleton, "raw".
 """
 
 import csv
 import time
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,8 +45,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from skpose import inverse_kinematics, motion_distances
-from skpose.datasets import MotionDataset, load_cmu, load_hdm05, make_gait
-from skpose.io import load_motion
+from skpose.datasets import MotionDataset, load_cmu, load_hdm05, load_motions, make_gait
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
 from skpose.metrics import Velocity
 
@@ -50,6 +53,7 @@ RATE = 15  # Hz
 REGULARIZATION = 0.02  # m/rad, of the poses that are fitted to keypoints
 METRICS = ("angle", "position", "rotation", "spatial")
 ROOTS = ("none", "tilt", "whole")
+RAW = "raw"  # the row of positions without a skeleton
 VELOCITIES = {f"velocity {span:g} s": Velocity(span) for span in (0.125, 0.25, 0.5)}
 KINDS = {
     "poses": ("poses",),
@@ -74,6 +78,15 @@ class Split(NamedTuple):
     test: np.ndarray
 
 
+class Collection(NamedTuple):
+    """Motions, their groups, positions (n_frames, n_points * 3) about their middle, and splits."""
+
+    dataset: MotionDataset
+    groups: np.ndarray
+    raw: list[np.ndarray]
+    splits: list[Split]
+
+
 class Right(NamedTuple):
     """How many motions of a split are recognised."""
 
@@ -85,19 +98,23 @@ class Right(NamedTuple):
 class Distances:
     """The distances of a split, of each kind, from all of its motions to the training motions."""
 
-    def __init__(self, dataset: MotionDataset, split: Split):
-        self.train, self.test = ([dataset[i] for i in part] for part in split)
-        self.actions, self.people = dataset.actions[np.concatenate(split)], dataset.subjects[split.train]
-        self.skeleton = MotionDataset(self.train).skeleton
+    def __init__(self, motions, collection: Collection, split: Split):
+        self.train, self.test = ([motions[i] for i in part] for part in split)
+        self.actions = collection.dataset.actions[np.concatenate(split)]
+        self.groups = collection.groups[split.train]
+        self.skeleton = MotionDataset(self.train).skeleton if isinstance(motions, MotionDataset) else None
         self.of_kind: dict[str, np.ndarray] = {}
 
     def measure(self, kind, metric):
         """Compute the distances of a kind."""
-        given = {"metric": metric, "skeleton": self.skeleton, "n_jobs": -1}
-        found = motion_distances(self.train, **given)
+        train, test, given = self.train, self.test, {"metric": metric, "skeleton": self.skeleton, "n_jobs": -1}
+        if self.skeleton is None:
+            train, test = ([of_raw(one, metric) for one in part] for part in (train, test))
+            given["metric"] = "angle"
+        found = motion_distances(train, **given)
         median = np.median(found)
-        if self.test:
-            found = np.concatenate([found, motion_distances(self.test, self.train, **given)])
+        if test:
+            found = np.concatenate([found, motion_distances(test, train, **given)])
         self.of_kind[kind] = found / median
 
     def model(self, kinds, fit, test, actions=None):
@@ -112,14 +129,24 @@ class Distances:
         found = sum(self.of_kind[kind] for kind in kinds)[np.ix_(test, fit)].argmin(axis=1)
         return int((self.actions[fit][found] == self.actions[test]).sum())
 
-    def among_people(self, kinds):
+    def among_groups(self, kinds):
         """The numbers of training motions that are recognised from those of others, by the nearest and by the model."""
         everyone, right = np.arange(len(self.train)), np.zeros(2, int)
-        for person in sorted(set(self.people)):
-            fit, test = everyone[self.people != person], everyone[self.people == person]
+        for group in sorted(set(self.groups)):
+            fit, test = everyone[self.groups != group], everyone[self.groups == group]
             if len(set(self.actions[fit])) > 1:
                 right += np.array([self.nearest(kinds, fit, test), self.model(kinds, fit, test)])
         return right
+
+
+def of_raw(positions, metric):
+    """Positions (n_frames, n) as they are, minus their mean, or as velocities."""
+    if metric == "centered":
+        return positions - positions.mean(axis=0)
+    if isinstance(metric, Velocity):
+        span = min(max(1, round(metric.span * RATE)), len(positions) - 1)
+        return (positions[span:] - positions[:-span]) / (span / RATE)
+    return positions
 
 
 def main():
@@ -130,55 +157,59 @@ def main():
     parser.add_argument("--layout", default="kinect20", choices=list(layouts), help="layout of the joints")
     parser.add_argument("--frame-rate", type=float, help="frame rate of positions.npz, Hz")
     parser.add_argument("--scale", type=float, default=1.0, help="metres for each unit of positions.npz")
+    parser.add_argument("--group", default="subject", help="column of index.csv whose values are tested one by one")
     parser.add_argument(
         "--metrics", nargs="+", default=METRICS, help=f"distances of poses; default: {' '.join(METRICS)}"
     )
     options = parser.parse_args()
     common.print_machine()
     warnings.filterwarnings("ignore", message="Only one sample available")  # of an action, among the training people
-    for name, dataset, splits in sets(options):
-        report(
-            name, dataset, splits[: 2 if options.quick else None], ["position"] if options.quick else options.metrics
-        )
+    for name, collection in sets(options):
+        collection = collection._replace(splits=collection.splits[: 2 if options.quick else None])
+        report(name, collection, ["position"] if options.quick else options.metrics)
 
 
-def sets(options) -> Iterator[tuple[str, MotionDataset, list[Split]]]:
-    """Yield the sets that are asked for, by name, with their splits; without any generated gait."""
+def sets(options) -> Iterator[tuple[str, Collection]]:
+    """Yield the sets that are asked for, by name; without any generated gait."""
     for name, folder, load in (("HDM05", options.hdm05, load_hdm05), ("CMU", options.cmu, load_cmu)):
         if folder:
-            yield name, *by_person(prepared(load(folder)))
+            yield name, by_group(prepared(load(folder)))
     if options.msr:
-        yield "MSR Action3D", *read(Path(options.msr), MSR)
+        yield "MSR Action3D", read(Path(options.msr), MSR)
     if options.folder:
-        yield (
-            Path(options.folder).resolve().name,
-            *read(Path(options.folder), {name: getattr(options, name) for name in MSR}),
-        )
+        folder, positions = Path(options.folder), {name: getattr(options, name) for name in MSR}
+        yield folder.resolve().name, read(folder, positions, options.group)
     if not any((options.hdm05, options.cmu, options.msr, options.folder)):
-        yield "generated gait", *by_person(prepared(make_gait(3, 3, duration=2.0, random_state=0)))
+        yield "generated gait", by_group(prepared(make_gait(3, 3, duration=2.0, random_state=0)))
 
 
-def read(folder, positions):
-    """Return the motions and the splits of a folder; `positions` states what positions.npz holds."""
-    with (folder / "index.csv").open(newline="", encoding="utf-8") as file:
-        index = list(csv.DictReader(file))
-    labels = {f"{name}s": [row[name] for row in index] for name in ("subject", "action")}
+def read(folder, positions, group="subject"):
+    """Return the collection of a folder; `positions` states what positions.npz holds."""
+    index, rows, recordings = folder / "index.csv", [], None
+    if index.exists():
+        rows = read_rows(index)
     if (folder / "positions.npz").exists():
-        motions = fitted(folder / "positions.npz", labels["subjects"], **positions)
+        labels = {f"{name}s": [row[name] for row in rows] for name in ("subject", "action")}
+        motions, recordings = fitted(folder / "positions.npz", labels["subjects"], **positions)
+        dataset = MotionDataset(motions, **labels)
     else:
-        motions = [load_motion(folder / row["file"]) for row in index]
-    dataset = prepared(MotionDataset(motions, **labels))
-    path = folder / "splits.csv"
-    if not path.exists():
-        return by_person(dataset)
+        dataset = load_motions(folder, table=index if rows else None, on_error="raise")
+    groups = [row[group] for row in rows] if rows else dataset.subjects
+    collection = prepared(dataset, np.array(groups), recordings)
+    if not (folder / "splits.csv").exists():
+        return by_group(collection)
+    training = [row[f"training_{group}s"].split() for row in read_rows(folder / "splits.csv")]
+    is_train = [np.isin(collection.groups, some) for some in training]
+    return collection._replace(splits=[Split(np.flatnonzero(train), np.flatnonzero(~train)) for train in is_train])
+
+
+def read_rows(path):
     with path.open(newline="", encoding="utf-8") as file:
-        people = [row["training_subjects"].split() for row in csv.DictReader(file)]
-    is_train = [np.isin(dataset.subjects, some) for some in people]
-    return dataset, [Split(np.flatnonzero(train), np.flatnonzero(~train)) for train in is_train]
+        return list(csv.DictReader(file))
 
 
 def fitted(path, subjects, joints, layout, frame_rate, scale):
-    """Return motions that are fitted to positions, on a skeleton for each person."""
+    """Return motions that are fitted to positions, on a skeleton for each person, and the positions as keypoints."""
     if joints is None or frame_rate is None:
         raise SystemExit(f"{path}: pass --joints and --frame-rate, which it does not state")
     names = joints.replace(",", " ").split()
@@ -188,40 +219,61 @@ def fitted(path, subjects, joints, layout, frame_rate, scale):
     recordings = [Keypoints(part, names, frame_rate) for part in parts]
     own = {person: [k for k, s in zip(recordings, subjects, strict=True) if s == person] for person in set(subjects)}
     skeletons = {person: fit_skeleton(theirs, chosen, symmetric=True) for person, theirs in own.items()}
-    return [
+    motions = [
         inverse_kinematics(k, skeletons[person], regularization=REGULARIZATION).to_motion()
         for k, person in zip(recordings, subjects, strict=True)
     ]
+    return motions, recordings
 
 
-def prepared(dataset):
-    """Return motions of no more than RATE."""
+def prepared(dataset, groups=None, recordings=None):
+    """Return motions of no more than RATE and of two frames or more, and their points without a skeleton."""
+    points = [motion.to_keypoints() for motion in dataset] if recordings is None else recordings
+    raw = []
+    for one in points:
+        step = max(1, round(one.frame_rate / RATE))
+        middle = np.nanmean(one.positions, axis=1, keepdims=True)
+        vectors = np.nan_to_num(one.positions - middle)[::step].reshape(-1, 3 * len(one.names))
+        raw.append(np.repeat(vectors, 2, axis=0) if len(vectors) == 1 else vectors)
     motions = [motion.resample(RATE) if motion.frame_rate > RATE else motion for motion in dataset]
-    return MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions)
+    motions = [still(motion) if len(motion) == 1 else motion for motion in motions]
+    ready = MotionDataset(motions, subjects=dataset.subjects, actions=dataset.actions)
+    try:
+        ready.skeleton  # noqa: B018
+    except ValueError:  # several rest poses, or rigs
+        ready = ready.retarget(ready[0].skeleton, method="auto", n_jobs=-1)
+    return Collection(ready, dataset.subjects if groups is None else groups, raw, [])
 
 
-def by_person(dataset):
-    """Return the motions whose action two people or more do, and splits that test one person each."""
-    people = {action: set(dataset.subjects[dataset.actions == action]) for action in set(dataset.actions)}
-    kept = [i for i, action in enumerate(dataset.actions) if len(people[action]) > 1]
-    labels = {"subjects": dataset.subjects[kept], "actions": dataset.actions[kept]}
-    everybody = sorted(set(labels["subjects"]))
-    parts = [labels["subjects"] == one for one in everybody]
-    splits = [Split(np.flatnonzero(~part), np.flatnonzero(part)) for part in parts]
-    return MotionDataset([dataset[i] for i in kept], **labels), splits
+def still(motion):
+    """Return a motion of two frames that are the only one of another."""
+    rows = {name: np.repeat(getattr(motion, name), 2, axis=0) for name in ("angles", "root_positions", "root_angles")}
+    return replace(motion, frame_numbers=None, seen=None, **rows)
 
 
-def report(name, dataset, splits, metrics):
+def by_group(collection):
+    """Return the motions whose action two groups or more do, and splits that test one group each."""
+    actions, groups = collection.dataset.actions, collection.groups
+    kept = [i for i, action in enumerate(actions) if len(set(groups[actions == action])) > 1]
+    groups = groups[kept]
+    splits = [Split(np.flatnonzero(groups != one), np.flatnonzero(groups == one)) for one in sorted(set(groups))]
+    return Collection(collection.dataset[kept], groups, [collection.raw[i] for i in kept], splits)
+
+
+def report(name, collection, metrics):
     """Print the table of a set."""
+    dataset, splits = collection.dataset, collection.splits
     print(
         f"\n{name}: {len(dataset)} motions at {dataset[0].frame_rate:g} Hz, {len(set(dataset.actions))} actions, "
         f"{len(set(dataset.subjects))} people, {len(splits)} splits"
     )
     rooted = {part: dataset if part == "none" else dataset.with_root(part) for part in ROOTS}
     start = time.perf_counter()
-    roots = [max(ROOTS, key=lambda part: of_root(rooted[part], split)) for split in splits]
-    of_splits = [Distances(rooted[part], split) for part, split in zip(roots, splits, strict=True)]
-    for one in of_splits:
+    roots = [max(ROOTS, key=lambda part: of_root(rooted[part], collection, split)) for split in splits]
+    of_splits = [Distances(rooted[part], collection, split) for part, split in zip(roots, splits, strict=True)]
+    are_comparable = len({rows.shape[1] for rows in collection.raw}) == 1
+    without = [Distances(collection.raw, collection, split) for split in splits if are_comparable]
+    for one in [*of_splits, *without]:
         for kind, metric in (VELOCITIES | {"centered": "centered"}).items():
             one.measure(kind, metric)
     print(
@@ -232,9 +284,9 @@ def report(name, dataset, splits, metrics):
     print(f"{'metric':<10}{'features':<40}{'recognised, %':>16}{'nearest':>16}{'shuffled':>16}{'seconds':>9}")
     n_tested = sum(len(split.test) for split in splits)
     by_people = len(np.unique(np.concatenate([split.test for split in splits]))) == n_tested  # each is tested once
-    for metric in metrics:
+    for metric in [*metrics, *[RAW] * are_comparable]:
         start = time.perf_counter()
-        results = [of_split(one, metric, seed) for seed, one in enumerate(of_splits)]
+        results = [of_split(one, metric, seed) for seed, one in enumerate(without if metric == RAW else of_splits)]
         seconds = time.perf_counter() - start
         for kind in (*KINDS, "chosen"):
             if kind == "chosen":
@@ -250,11 +302,11 @@ def report(name, dataset, splits, metrics):
         print("chosen: " + "; ".join(f"{one}: {choices.count(one)}" for one in dict.fromkeys(choices)), flush=True)
 
 
-def of_root(dataset, split):
+def of_root(dataset, collection, split):
     """The number of training motions that are recognised with this part of the root."""
-    distances = Distances(dataset, Split(split.train, split.train[:0]))
+    distances = Distances(dataset, collection, Split(split.train, split.train[:0]))
     distances.measure("poses", "position")
-    return distances.among_people(("poses",))[1]
+    return distances.among_groups(("poses",))[1]
 
 
 def of_split(distances, metric, seed):
@@ -272,7 +324,7 @@ def of_split(distances, metric, seed):
         )
         for name, kinds in KINDS.items()
     }
-    among = np.array([distances.among_people(kinds) / n for kinds in KINDS.values()])  # (n_kinds, 2)
+    among = np.array([distances.among_groups(kinds) / n for kinds in KINDS.values()])  # (n_kinds, 2)
     least = among.max() - np.sqrt(among.max() * (1.0 - among.max()) / n)
     decides, kinds = np.argwhere(np.transpose(among) >= least)[-1]
     return right, (list(KINDS)[kinds], ("nearest", "model")[decides])
