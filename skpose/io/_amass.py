@@ -2,8 +2,14 @@
 
 N. Mahmood, N. Ghorbani, N. F. Troje, G. Pons-Moll, M. J. Black, "AMASS: archive of motion capture as surface shapes",
 ICCV 2019, doi:10.1109/ICCV.2019.00554.
+
+AMASS, GVHMR, WHAM, TRAM, 4D-Humans, ROMP, EasyMocap, AIST++, Motion-X and Kimodo have the same numbers under other
+keys, as rotation vectors or matrices, as arrays or JSON. EasyMocap's Rh rotates a body about the origin of the model,
+the others about its pelvis.
 """
 
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -12,12 +18,12 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
 from skpose.io._arguments import PathLike, Readable
-from skpose.io._arrays import Archive
+from skpose.io._arrays import Archive, read_array
 from skpose.io._conventions import Up, check_options, choose_rate, stand
+from skpose.io._keypoints_json import is_json, parse_json
 from skpose.io._numbers import drop_not_finite
-from skpose.io._smpl import HANDS, Tree, mean_joints, shaped_joints
-from skpose.io._smpl_parameters import BETAS, RATES, find_key, open_arrays, read_parameters
-from skpose.io._source import open_source
+from skpose.io._smpl import BODY, BY_SIZE, HANDS, MODELS, Tree, mean_joints, shaped_joints
+from skpose.io._source import Source, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._continuity import continuous_triples
 from skpose.skeleton._upright import describe_up, find_up
@@ -25,6 +31,33 @@ from skpose.skeleton._upright import describe_up, find_up
 # By the axis that points up: the heading first; degenerate only where a person lies on the side.
 ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
 FASTEST, FARTHEST = 15.0, 30.0  # m/s, which no person reaches, and m
+# Keys with the same meaning, the best first: in the world before in the camera's axes.
+WHOLE = ("pose_world", "poses", "pose", "smpl_poses", "smpl_thetas", "thetas", "theta", "pred_rotmat")
+ABOUT_ORIGIN = "Rh"
+ROOT, BODIES, JAW = ("root_orient", "global_orient", ABOUT_ORIGIN), ("pose_body", "body_pose"), ("pose_jaw", "jaw_pose")
+FINGERS, EYES = ("pose_hand", ("left_hand_pose", "right_hand_pose")), ("pose_eye", ("leye_pose", "reye_pose"))
+POSITION = ("trans_world", "trans", "transl", "Th", "smpl_trans", "pred_trans", "cam_trans", "pred_cam_t")
+BETAS = ("betas", "shapes", "smpl_betas", "pred_shape")
+RATES = ("mocap_framerate", "mocap_frame_rate", "frame_rate", "framerate", "fps")
+AT_REST = "joints_at_rest"  # (n_joints, 3), m: the key of `save_smpl`
+# A document with such numbers, and not with points: poses have many numbers in one list.
+DOCUMENT = re.compile(
+    r'\s*[\[{].*"(?:smpl_(?:poses|thetas)|pred_rotmat|body_pose|pose_body|global_orient|root_orient'
+    r'|(?:poses?|pose_world|thetas?)"\s*:[\s\[]*(?:[-+.\deE]+\s*,\s*){5})',
+    re.DOTALL,
+)
+N_COLUMNS = 322  # of Motion-X; the columns of each part
+COLUMNS = {
+    "root_orient": slice(0, 3),
+    "pose_body": slice(3, 66),
+    "pose_hand": slice(66, 156),
+    "pose_jaw": slice(156, 159),
+    "transl": slice(309, 312),
+    "betas": slice(312, 322),
+}
+PCA = 78, 87  # numbers of EasyMocap's poses whose hands, after 22 joints, are principal components
+N_HANDS, N_FACE = 90, 9  # numbers
+ROTATION = 0.01  # largest difference of M·Mᵀ from the identity
 
 
 def load_amass(
@@ -109,15 +142,19 @@ def load_amass(
     """
     check_options(frame_rate=frame_rate, on_nan=on_nan, up=up)
     source = open_source(path, "a file of SMPL parameters", binary=True)
-    file = open_arrays(source)
-    with source.format_errors():
-        found = read_parameters(file, on_nan == "raise")
-    rate, tree = _frame_rate(file, frame_rate), found.tree
-    rows, frames = drop_not_finite(np.hstack([found.position, found.rotations]), np.arange(len(found.position)), source)
-    position, poses, joints = rows[:, :3], rows[:, 3:], found.joints
+    file = _open(source)
+    position_key = find_key(file, POSITION)
+    if not position_key:
+        raise source.error(f"expected the key 'trans', zeros (n, 3) if it is not known, found {file.list_keys()}")
+    rows = _read(file, position_key, on_nan == "raise")
+    tree, rate = MODELS[BY_SIZE[rows.shape[1] // 3 - 1]], _frame_rate(file, frame_rate)
+    rows, frames = drop_not_finite(rows, np.arange(len(rows)), source)
+    position, poses = rows[:, :3], rows[:, 3:]
     if model is not None:
         joints = shaped_joints(file, len(tree), model, find_key(file, BETAS) or BETAS[0])
-    elif joints is None:
+    elif AT_REST in file.keys:
+        joints = file.numbers(AT_REST, (len(tree), 3))
+    else:
         warn(
             "bones have the lengths of a person of mean height and proportions, as AMASS files have no skeleton: "
             "model= takes them from the file of an SMPL model and the betas of the motion"
@@ -125,7 +162,7 @@ def load_amass(
         joints = mean_joints(tree)
     skeleton = smpl_skeleton(tree, joints, hands)
     turns = Rotation.from_rotvec(poses[:, :3].reshape(-1, 3)) if len(poses) else None
-    shift = joints[0] if turns is None or not found.is_about_origin else turns.apply(joints[0])
+    shift = joints[0] if turns is None or ABOUT_ORIGIN not in file.keys else turns.apply(joints[0])
     kept = np.isin([*tree], ["pelvis", *skeleton.joint_names])
     with source.format_errors():
         motion = Motion(
@@ -140,11 +177,10 @@ def load_amass(
         )
     speeds = np.linalg.norm(np.diff(position, axis=0), axis=1) * rate
     if len(speeds) and np.median(speeds) > FASTEST and np.ptp(position, axis=0).max() > FARTHEST:
-        key = found.position_key
-        source.warn(f"{key} moves by {np.median(speeds):.3g} m/s in the median frame: is it in metres?")
+        source.warn(f"{position_key} moves by {np.median(speeds):.3g} m/s in the median frame: is it in metres?")
     axis: Any = up
     if up is None:
-        usual = "z" if found.position_key == "trans" else "y"  # as in AMASS
+        usual = "z" if position_key == "trans" else "y"  # as in AMASS
         axis = find_up(motion, usual)
         if axis != usual == "z":
             source.warn(f"{axis} is taken as up, not z as in AMASS, as {describe_up(axis)}: up='z' keeps that")
@@ -173,3 +209,103 @@ def _frame_rate(file: Archive, given: float | None) -> float:
         found = f"{key} of {rate:g}" if key else file.list_keys()
         raise file.source.error(f"expected {RATES[0]}, a positive number, found {found}: pass frame_rate=")
     return choose_rate(file.source, given, rate, key)
+
+
+def is_smpl(source: Source) -> bool:
+    """Whether a file has parameters of a body model; any archive that has no other format counts as one."""
+    if source.kind == "npy":
+        return f"{N_COLUMNS})" in source.data[:200].decode(errors="replace")
+    return source.kind == "zip" or (is_json(source) and DOCUMENT.match(source.head) is not None)
+
+
+def find_key(file: Archive, keys: Sequence[str]) -> str:
+    """The first of the keys that a file has; empty if it has none."""
+    return next((key for key in keys if key in file.keys), "")
+
+
+def _open(source: Source) -> Archive:
+    """The arrays of a file by their keys."""
+    if source.kind == "npy":
+        table = read_array(source, (None, N_COLUMNS))
+        return Archive(source, {key: table[:, columns] for key, columns in COLUMNS.items()})
+    if source.kind == "text":
+        document = parse_json(source)
+        stated = {key: document[key] for key in RATES if isinstance(document, dict) and key in document}
+        frames = _frames(source, document)
+        common = set(frames[0]).intersection(*frames) if frames else set()
+        whole = {key: [frame[key] for frame in frames] if len(frames) > 1 else frames[0][key] for key in common}
+        return Archive(source, stated | whole)
+    file = Archive(source)
+    return _of_kimodo(file) if "posed_joints" in file.keys else file
+
+
+def _frames(source: Source, document: Any) -> list[dict[str, Any]]:
+    """The objects with parameters: one, or one of each frame of a list."""
+    if isinstance(document, dict) and document.keys() & {*WHOLE, *ROOT}:
+        return [document]
+    values = {key: value for key, value in document.items() if "incam" not in key} if isinstance(document, dict) else {}
+    listed = document if isinstance(document, list) else []
+    inside = [found for value in [*values.values(), *listed] if (found := _frames(source, value))]
+    if (values and len(inside) > 1) or (listed and any(len(found) > 1 for found in inside)):
+        raise source.error("expected one person in each frame, found several")
+    return sum(inside, [])
+
+
+def _read(file: Archive, position_key: str, finite: bool) -> np.ndarray:
+    """The positions, m, and the rotation vectors of all joints of a model, (n_frames, 3 + 3 n_joints)."""
+    position = file.numbers(position_key, (None, 3), (None, 1, 3), finite=finite).reshape(-1, 3)
+    if "smpl_scaling" in file.keys:
+        position = position / file.numbers("smpl_scaling", (), (1,))
+
+    def read(choices: Sequence[str | tuple[str, str]]) -> np.ndarray:
+        for choice in choices:
+            keys = (choice,) if isinstance(choice, str) else choice
+            if file.keys.issuperset(keys):
+                return np.hstack([_vectors(file, key, len(position), finite) for key in keys])
+        return np.zeros((len(position), 0))
+
+    found, n_body = read(WHOLE), 3 * len(MODELS[BODY])
+    if not found.shape[1]:
+        found, hands, face = np.hstack([read(ROOT), read(BODIES)]), read(FINGERS), read(JAW)
+        if found.shape[1] == n_body and hands.shape[1] == N_HANDS:  # else principal components
+            face = np.hstack([face, read(EYES), np.zeros((len(face), N_FACE))])[:, : N_FACE * bool(face.shape[1])]
+            found = np.hstack([found, face, hands])
+    elif ABOUT_ORIGIN in file.keys:
+        if found.shape[1] in PCA:
+            file.source.warn("poses: hands are principal components, and are left out")
+            found = found[:, :n_body]
+        found = np.hstack([read([ABOUT_ORIGIN]), found[:, 3:] if found.shape[1] // 3 in BY_SIZE else found])
+    if found.shape[1] not in [3 * size for size in BY_SIZE]:
+        widths = " or ".join(str(3 * size) for size in BY_SIZE)
+        raise file.source.error(f"expected {widths} numbers a frame, found {found.shape[1]} in {file.list_keys()}")
+    return np.hstack([position, found])
+
+
+def _vectors(file: Archive, key: str, n: int, finite: bool) -> np.ndarray:
+    """Rotations under a key, as vectors or matrices, as rotation vectors (n, 3 n_joints)."""
+    array = file.numbers(key, (n, None), (n, None, None), (n, None, 3, 3), finite=finite)
+    if array.ndim < 3 or array.shape[-2:] != (3, 3):
+        return array.reshape(n, -1)
+    matrices = array.reshape(-1, 3, 3)
+    known = np.isfinite(matrices).all(axis=(1, 2))
+    given, found = matrices[known], np.full((len(matrices), 3), np.nan)
+    off = np.abs(given @ given.transpose(0, 2, 1) - np.eye(3)).max(initial=0.0)
+    if off > ROTATION or (np.linalg.det(given) < 0.0).any():
+        raise file.source.error(f"{key}: expected rotation matrices, found others")
+    found[known] = Rotation.from_matrix(given).as_rotvec() if len(given) else given[:, 0]
+    return found.reshape(n, -1)
+
+
+def _of_kimodo(file: Archive) -> Archive:
+    """The parameters of Kimodo's positions and orientations in the world, which show the joints at rest, too."""
+    parents = [list(MODELS[BODY]).index(parent) for parent in MODELS[BODY].values() if parent]
+    positions = file.numbers("posed_joints", (None, None, 3))
+    n_frames, n, _ = positions.shape
+    if n != len(MODELS[BODY]) or not n_frames:
+        raise file.source.error(f"expected the 22 joints of SMPL-X, found {n}: kimodo_convert writes BVH of others")
+    world, joints = file.numbers("global_rot_mats", (n_frames, n, 3, 3)), np.zeros((n, 3))
+    local = np.concatenate([world[:, :1], world[:, parents].swapaxes(-1, -2) @ world[:, 1:]], axis=1)
+    for j, parent in enumerate(parents, start=1):
+        joints[j] = joints[parent] + world[0, parent].T @ (positions[0, j] - positions[0, parent])
+    stated = {key: file.numbers(key, (), (1,)) for key in RATES if key in file.keys}
+    return Archive(file.source, stated | {"pred_rotmat": local, "transl": positions[:, 0], AT_REST: joints})

@@ -16,7 +16,7 @@ Shape = Sequence[int | None]  # that is expected; None is any length
 class Archive:
     """The arrays of an .npz file by their keys, each read when it is requested; or arrays of a file by other keys."""
 
-    def __init__(self, source: Source, arrays: Mapping[str, np.ndarray] | None = None):
+    def __init__(self, source: Source, arrays: Mapping[str, Any] | None = None):
         self.source = source
         if arrays is not None:
             self._arrays, self.keys = arrays, set(arrays)

@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose.io._smpl import BODY, MODELS
+from skpose.keypoints._rest_pose import shortest_rotations
 
 RATE = 20.0  # Hz
 NAMES = tuple(MODELS[BODY])
@@ -22,7 +23,7 @@ EDGES = np.cumsum([0, 1, 2, 1, 3 * (N_JOINTS - 1), 6 * (N_JOINTS - 1), 3 * N_JOI
 N_NUMBERS = int(EDGES[-1])
 SMOOTH = 20.0  # frames, standard deviation over which the heading is smoothed
 STANDS = 0.002  # m², squared way from frame to frame
-UP, FORWARD = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+UP = np.array([0.0, 1.0, 0.0])
 # The direction of the bone to each joint where rotations are zero: of legs and arms down, of feet and head forward.
 AT_REST = {"hip": (1, 0, 0), "collar": (1, 0, 0), "foot": (0, 0, 1), "head": (0, 0, 1), "neck": (0, 1, 0)}
 
@@ -59,7 +60,7 @@ def vectors_of(joints: np.ndarray) -> np.ndarray:
     feet = [NAMES.index(f"{side}_{name}") for side in ("left", "right") for name in ("ankle", "foot")]
     stands = (np.square(steps[:, feet]).sum(axis=2) < STANDS).astype(np.float64)
     velocities = _turned(headings[:-1], steps)
-    parts = places, _rotations(headings, joints)[:-1], velocities
+    parts = places, _rotations(headings.as_matrix(), joints)[:-1], velocities
     return np.hstack([angles, ways, joints[:-1, 0, 1:2], *(part.reshape(n, -1) for part in parts), stands])
 
 
@@ -74,27 +75,18 @@ def _headings(joints: np.ndarray, smooth: float) -> Rotation:
     return _about_up(-np.arctan2(forward[:, 0], forward[:, 2]))
 
 
-def _rotations(headings: Rotation, joints: np.ndarray) -> np.ndarray:
+def _rotations(headings: np.ndarray, joints: np.ndarray) -> np.ndarray:
     """Two columns (n_frames, 21, 6) of the rotation of each bone relative to the one before it, or to the heading."""
     world, found = {"pelvis": headings}, []
     for name, parent in list(MODELS[BODY].items())[1:]:
         part = name.split("_")[-1]
         rest = np.array(AT_REST.get(part, UP if part.startswith("spine") else -UP), dtype=float)
-        rest = rest * [-1, 1, 1] if name.startswith("right") else rest
         bone = joints[:, NAMES.index(name)] - joints[:, NAMES.index(str(parent))]
-        world[name] = _shortest(rest, bone / np.linalg.norm(bone, axis=1, keepdims=True))
+        ends = bone / np.linalg.norm(bone, axis=1, keepdims=True)
+        world[name] = shortest_rotations(rest * [-1, 1, 1] if name.startswith("right") else rest, ends)
         before = headings if part == "collar" else world[str(parent)]  # limbs begin at the heading
-        matrices = (before.inv() * world[name]).as_matrix()
-        found.append(np.concatenate([matrices[..., 0], matrices[..., 1]], axis=1))
+        found.append((before.swapaxes(1, 2) @ world[name])[:, :, :2].swapaxes(1, 2).reshape(-1, 6))
     return np.stack(found, axis=1)
-
-
-def _shortest(rest: np.ndarray, bones: np.ndarray) -> Rotation:
-    """The shortest rotations (n,) that take one unit vector to others (n, 3)."""
-    quaternions = np.concatenate([np.cross(rest, bones), 1.0 + (bones @ rest)[:, None]], axis=1)
-    opposite = np.linalg.norm(quaternions, axis=1) < 1e-8
-    quaternions[opposite] = [*np.cross(rest, np.eye(3)[np.abs(rest).argmin()]), 0.0]
-    return Rotation.from_quat(quaternions)
 
 
 def _about_up(angles: np.ndarray) -> Rotation:
@@ -103,4 +95,4 @@ def _about_up(angles: np.ndarray) -> Rotation:
 
 def _turned(turns: Rotation, points: np.ndarray) -> np.ndarray:
     """Points (n_frames, n_points, 3) after the rotation of each frame, or of the only one."""
-    return np.einsum("nij,nkj->nki", np.broadcast_to(turns.as_matrix(), (len(points), 3, 3)), points)
+    return points @ turns.as_matrix().swapaxes(1, 2)

@@ -10,6 +10,7 @@ import numpy as np
 
 from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
+from skpose.io._amass import is_smpl
 from skpose.io._arguments import Readable
 from skpose.io._arrays import Archive, read_array
 from skpose.io._conventions import Up, Zeros, check_options, choose_scale
@@ -19,7 +20,6 @@ from skpose.io._keypoints_json import is_json, read_folder, read_json
 from skpose.io._motive import is_motive, read_motive
 from skpose.io._mvnx import is_mvnx, read_mvnx
 from skpose.io._qualisys import is_qualisys, read_qualisys
-from skpose.io._smpl_parameters import is_smpl
 from skpose.io._source import Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
