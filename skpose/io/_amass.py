@@ -69,15 +69,15 @@ def load_amass(
     on_nan: Literal["raise", "drop"] = "raise",
     up: Up | None = None,
 ) -> Motion:
-    """Read a motion of AMASS, or any other of SMPL, SMPL-H or SMPL-X in its format, from an .npz file.
+    """Read a motion of SMPL, SMPL-H or SMPL-X: of AMASS, or as programs find it in videos or make it from texts.
 
     Parameters
     ----------
     path : str, path-like or file
-        The file, or an open one.
+        The file, or an open one: .npz, .json, or .npy of Motion-X; or a folder with a JSON file for each frame.
     frame_rate : float, default=None
-        Frames per second, Hz. By default the file's own; a number replaces it, with a warning if the two differ by more
-        than 1 %.
+        Frames per second, Hz. By default the file's own, which only AMASS has; a number replaces it, with a warning if
+        the two differ by more than 1 %.
     model : str or path-like, default=None
         The file of the body model (.npz), from which the lengths of the bones follow with the `betas` of the motion;
         "{gender}" in it becomes female, male or neutral, as the motion states. By default a person of mean height and
@@ -88,13 +88,14 @@ def load_amass(
         Refuse a file with NaN or infinite numbers in the poses or `trans`, or leave these frames out. The other frames
         keep their numbers and times, see `Motion.frame_numbers`.
     up : {"x", "y", "z", "-x", "-y", "-z"}, default=None
-        The axis of the file's world that points up, as in `load_bvh`. By default z.
+        The axis of the file's world that points up, as in `load_bvh`. By default the one along which people stand in
+        nearly all frames, or else z in files with the key `trans`, as in AMASS, and y in others.
 
     Returns
     -------
     Motion
         Motion whose skeleton has a ball joint for every joint of the model except the pelvis, which is the root. Its
-        columns are the file's numbers, rotation vectors in rad, in the file's order.
+        columns are rotation vectors, rad, in the order of the model; those of the file if it has no matrices.
 
     Raises
     ------
@@ -107,23 +108,28 @@ def load_amass(
     -----
     UserWarning
         If no model is given, the model has fewer directions of shape than the file has `betas`, frames are left out,
-        the frame rate is replaced, or `trans` is faster than people, as in centimetres.
+        the frame rate is replaced, positions are faster than people, as in centimetres, or an AMASS file has not z up.
 
     See Also
     --------
     load_motion : Read a motion of any format.
+    save_smpl : Write a person's motion in the format of AMASS.
     skpose.datasets.humanoid : The proportions without a model, as a skeleton of its own.
 
     Notes
     -----
+    Poses have 66, 72, 156 or 165 numbers a frame: the body alone, SMPL, SMPL-H or SMPL-X. The keys are those of AMASS,
+    GVHMR, WHAM, TRAM, 4D-Humans, ROMP, EasyMocap, AIST++ and Kimodo; a table of Motion-X has 322 columns. One person is
+    read, in the world's axes rather than the camera's. EasyMocap's `Rh` rotates the model about its origin.
+
     The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model except `betas`. Bones
     are the differences of J, and the root moves along `trans` + J of the pelvis. The models are not free and not part
     of this library: https://smpl.is.tue.mpg.de, https://mano.is.tue.mpg.de and https://smpl-x.is.tue.mpg.de have them.
     Without one, J of the pelvis is unknown as well, so that positions of the root are shifted by one vector (in the
-    models by 0.3 m).
+    models by 0.3 m). Files of Kimodo and of `save_smpl` have the joints of their person.
 
-    The root's rotation vectors become angles about the axes "ZYX": the heading, then the lean to a side, then forward,
-    where 90° is upright, since a model's own y axis points up.
+    The root's rotation vectors become angles: the heading, then the lean to a side, then forward, where 90° is upright
+    if z is up, since a model's own y axis points up.
 
     Nothing is unpickled. Models are read once and kept while their file does not change.
 
@@ -214,7 +220,7 @@ def _frame_rate(file: Archive, given: float | None) -> float:
 def is_smpl(source: Source) -> bool:
     """Whether a file has parameters of a body model; any archive that has no other format counts as one."""
     if source.kind == "npy":
-        return f"{N_COLUMNS})" in source.data[:200].decode(errors="replace")
+        return f", {N_COLUMNS})" in source.data[:200].decode(errors="replace")
     return source.kind == "zip" or (is_json(source) and DOCUMENT.match(source.head) is not None)
 
 
@@ -248,7 +254,7 @@ def _frames(source: Source, document: Any) -> list[dict[str, Any]]:
     inside = [found for value in [*values.values(), *listed] if (found := _frames(source, value))]
     if (values and len(inside) > 1) or (listed and any(len(found) > 1 for found in inside)):
         raise source.error("expected one person in each frame, found several")
-    return sum(inside, [])
+    return [frame for found in inside for frame in found]
 
 
 def _read(file: Archive, position_key: str, finite: bool) -> np.ndarray:

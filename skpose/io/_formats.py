@@ -27,7 +27,7 @@ from skpose.io._unread import UNREAD as UNREAD
 from skpose.skeleton import Motion
 
 DECISIVE = "root", "scale"  # options without which the result is another
-EXPECTED = "a BVH, AMC, ASF, AMASS, TRC or C3D file, or keypoints as JSON, CSV or arrays"
+EXPECTED = "a BVH, AMC, ASF, SMPL, TRC or C3D file, or keypoints as JSON, CSV or arrays"
 
 
 class Format(NamedTuple):
@@ -95,18 +95,18 @@ def format_of(path: Readable | Source) -> Format:
 
 
 def load_motion(path: Readable, **options: Any) -> Motion:
-    """Read a motion from a BVH, AMC or AMASS file, or from one that `save_npz` wrote.
+    """Read a motion from a BVH, AMC or SMPL file, or from one that `save_npz` wrote.
 
     The format is recognised by the content of the file, not by its name.
 
     Parameters
     ----------
     path : str, path-like or file
-        The file, or an open one; compressed by gzip or not.
+        The file, or an open one; compressed by gzip or not. Or a folder with a JSON file of SMPL for each frame.
     **options
         Options of the loader of the format: `load_bvh`, `load_amc` or `load_amass`. Those that only another format has
         are ignored, so that files of several formats can be read in a loop; but `root` is only for BVH files, and
-        `scale` is not for files in metres (AMASS and those of `save_npz`). The most common are
+        `scale` is not for files in metres (SMPL and those of `save_npz`). The most common are
 
         - `scale`, metres per unit of length, such as 0.01 for a BVH file in centimetres, or "auto";
         - `frame_rate` in Hz, which AMC files do not state;
@@ -132,7 +132,8 @@ def load_motion(path: Readable, **options: Any) -> Motion:
 
     See Also
     --------
-    save_bvh, save_npz : Write a motion.
+    save_bvh, save_npz, save_smpl : Write a motion.
+    skpose.datasets.load_motions : Read a folder.
     load_trc, load_c3d, load_keypoints : Read positions of markers and keypoints.
 
     Examples
@@ -151,7 +152,7 @@ def load_motion(path: Readable, **options: Any) -> Motion:
     source = Source(path, EXPECTED, binary=True)
     found = format_of(source)
     if found.content != "motion":
-        raise source.error(f"this is a {found.name} file without a motion: {found.load.__name__} reads it")
+        raise source.error(f"expected a motion, found {found.name}: {found.load.__name__} reads it")
     given = {name: value for name, value in options.items() if value is not None}
     if found.load is not load_bvh and given.get("scale") == "auto":  # other formats have a unit
         del given["scale"]

@@ -100,7 +100,8 @@ def load_keypoints(
     Notes
     -----
     An .npy file is one array of shape (n_frames, n_points, 3), or (n_frames, n_points, 4), whose fourth number is the
-    confidence, from 0 to 1. An .npz file has these keys:
+    confidence, from 0 to 1; or the vectors of HumanML3D, (n_frames, 263), not standardised, at 20 Hz. An .npz file has
+    these keys:
 
     ============================ =============================================================
     ``positions``, ``keypoints`` the array, as above
@@ -220,7 +221,8 @@ def _from_array(source: Source, array: np.ndarray) -> Stored:
 def _from_archive(source: Source) -> Stored:
     file = Archive(source)
     if (key := _one_of(file, POSITIONS)) is None:
-        raise source.error(f"expected the key {' or '.join(POSITIONS)}, found {file.list_keys()}")
+        keys = " or ".join(POSITIONS)
+        raise source.error(f"expected the key {keys}, found {file.list_keys()}: load_motion reads rotations")
     stored = _from_array(source, file.numbers(key, *SHAPES, finite=False))
     if found := _one_of(file, CONFIDENCES):
         if stored.confidences is not None:

@@ -111,6 +111,23 @@ def test_convert_to_a_loop(options):
     np.testing.assert_allclose(*forward_kinematics(loop.angles[[0, -1]], loop.skeleton), atol=1e-9)
 
 
+def test_convert_to_smpl_and_back(capsys):
+    """Joints are at the same places, whatever the rig calls them."""
+    assert main(["convert", "anna.bvh", "--smpl", "--out", "smpl.npz"]) == 0
+    assert main(["convert", "smpl.npz", "--out", "back.bvh"]) == 0
+    assert main(["convert", "anna.bvh", "--out", "joints.npy"]) == 0
+    before, after = load_bvh("anna.bvh"), load_bvh("back.bvh")
+    for one, other in (("left_shank", "left_knee"), ("right_forearm", "right_elbow")):
+        places = (
+            motion.positions()[:, motion.skeleton.joint_names.index(n)] for motion, n in ((before, one), (after, other))
+        )
+        np.testing.assert_allclose(*places, atol=1e-6)
+    assert np.load("joints.npy").shape[1:] == (22, 3)
+    save_npz("points.npz", before.to_keypoints())
+    assert main(["convert", "points.npz", "--smpl", "--out", "no.npz"]) == 1
+    assert "skeleton" in capsys.readouterr().err
+
+
 def test_convert_keypoints(capsys):
     positions = np.random.default_rng(0).uniform(size=(8, 3, 3))
     save_npz("points.npz", Keypoints(positions, ["a", "b", "c"], 20))
