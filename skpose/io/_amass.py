@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
 from skpose.io._arguments import PathLike, Readable
-from skpose.io._arrays import Archive, read_array
+from skpose.io._arrays import ARRAY, Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._keypoints_json import is_json, parse_json
 from skpose.io._numbers import drop_not_finite
@@ -232,7 +232,7 @@ def find_key(file: Archive, keys: Sequence[str]) -> str:
 def _open(source: Source) -> Archive:
     """The arrays of a file by their keys."""
     if source.kind == "npy":
-        table = read_array(source, (None, N_COLUMNS))
+        table = Archive(source).numbers(ARRAY, (None, N_COLUMNS), finite=False)
         return Archive(source, {key: table[:, columns] for key, columns in COLUMNS.items()})
     if source.kind == "text":
         document = parse_json(source)

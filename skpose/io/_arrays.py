@@ -6,33 +6,43 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source
 
+ARRAY = "the array"
 Shape = Sequence[int | None]  # that is expected; None is any length
 
 
 class Archive:
-    """The arrays of an .npz file by their keys, each read when it is requested; or arrays of a file by other keys."""
+    """The arrays of an .npz file by their keys, each read when it is requested; or arrays of a file by other keys.
+
+    The array of an .npy file has the key "the array".
+    """
 
     def __init__(self, source: Source, arrays: Mapping[str, Any] | None = None):
-        self.source = source
-        if arrays is not None:
-            self._arrays, self.keys = arrays, set(arrays)
-            return
-        if source.kind != "zip":
+        if arrays is None and source.kind not in ("zip", "npy"):
             raise source.error("expected an .npz file, found none")
-        with _damage(source, "the archive"):
-            self._arrays = file = np.load(io.BytesIO(source.data), allow_pickle=False)
-        self.keys = {name for name in file.files if f"{name}.npy" in file.zip.namelist()}
+        self.source = source
+        if arrays is None:
+            with _damage(source, "the archive" if source.kind == "zip" else ARRAY):
+                loaded = np.load(io.BytesIO(source.data), allow_pickle=False)
+            arrays = {ARRAY: loaded} if source.kind == "npy" else loaded
+        self._arrays: Any = arrays
+        self.keys = set(arrays)
+        if isinstance(arrays, NpzFile):
+            self.keys &= {name.removesuffix(".npy") for name in self._arrays.zip.namelist() if name.endswith(".npy")}
 
     def list_keys(self) -> str:
         return ", ".join(sorted(self.keys)[:12]) + (" and others" if len(self.keys) > 12 else "") or "none"
 
     def numbers(self, key: str, *shapes: Shape, finite: bool = True) -> np.ndarray:
         """An array of numbers as float64, if its shape is one of these, and all are finite or need not be."""
-        array = check_numbers(self.source, key, self._read(key), *shapes)
+        array = self._read(key)
+        _check(self.source, key, array, "fiu", shapes)
+        with np.errstate(over="ignore", invalid="ignore"):
+            array = array.astype(np.float64)
         if finite and not np.isfinite(array).all():
             raise self.source.error(f"{key}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
         return array
@@ -50,22 +60,6 @@ class Archive:
             raise self.source.error(f"expected the key {key!r}, found {self.list_keys()}")
         with _damage(self.source, key):
             return np.asarray(self._arrays[key])
-
-
-def read_array(source: Source, *shapes: Shape) -> np.ndarray:
-    """The numbers of an .npy file as float64, if its shape is one of these."""
-    if source.kind != "npy":
-        raise source.error("expected an .npy file, found none")
-    with _damage(source, "the array"):
-        array = np.load(io.BytesIO(source.data), allow_pickle=False)
-    return check_numbers(source, "the array", array, *shapes)
-
-
-def check_numbers(source: Source, key: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:
-    """An array as float64 if it has numbers and one of the shapes."""
-    _check(source, key, array, "fiu", shapes)
-    with np.errstate(over="ignore", invalid="ignore"):
-        return array.astype(np.float64)
 
 
 def _check(source: Source, key: str, array: Any, kinds: str, shapes: Sequence[Shape]) -> None:

@@ -36,12 +36,9 @@ def joints_of(vectors: np.ndarray) -> np.ndarray:
     steps = np.zeros((len(vectors), 3))
     steps[1:, [0, 2]] = ways[:-1]
     root = np.cumsum(to_world.apply(steps), axis=0)
-    joints = np.zeros((len(vectors), N_JOINTS, 3))
-    for j in range(1, N_JOINTS):
-        joints[:, j] = to_world.apply(places[:, 3 * j - 3 : 3 * j]) + root
+    others = _turned(to_world, places.reshape(-1, N_JOINTS - 1, 3)) + root[:, None]
     root[:, 1] = heights[:, 0]
-    joints[:, 0] = root
-    return joints
+    return np.concatenate([root[:, None], others], axis=1)
 
 
 def vectors_of(joints: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._amass import is_smpl
 from skpose.io._arguments import Readable
-from skpose.io._arrays import Archive, read_array
+from skpose.io._arrays import ARRAY, Archive
 from skpose.io._conventions import Up, Zeros, check_options, choose_scale
 from skpose.io._humanml import N_NUMBERS, NAMES, RATE, joints_of
 from skpose.io._keypoints_csv import is_csv, read_csv
@@ -195,7 +195,7 @@ def _read(source: Source, n_points: int | None) -> Stored:
     if source.kind != "zip" and is_smpl(source):
         raise source.error("expected positions, found parameters of SMPL: load_motion reads them")
     if source.kind == "npy":
-        return _from_array(source, read_array(source, *SHAPES))
+        return _from_array(source, Archive(source).numbers(ARRAY, *SHAPES, finite=False))
     if source.kind == "zip":
         return _from_archive(source)
     if is_json(source):

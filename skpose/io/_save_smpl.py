@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -95,17 +96,14 @@ def save_smpl(
     check_choice("content", content, ("poses", "joints", "vectors"))
     check_new(path)
     check_even(motion, "SMPL has")
-    if content != "poses" and motion.frame_rate != RATE:
-        motion = motion.resample(RATE)
+    write: Any
     if content == "poses":
-        arrays = _poses(motion, model)
+        write = partial(np.savez, **_poses(motion, model))
     else:
-        joints = _joints(motion, model) @ quarter_turn(motion.up, "y").T
+        joints = _joints(motion if motion.frame_rate == RATE else motion.resample(RATE), model)
+        write = partial(np.save, arr=joints if content == "joints" else vectors_of(joints))
     with new_file(path) as new, new.open("wb") as file:
-        if content == "poses":
-            np.savez(file, **arrays)
-        else:
-            np.save(file, joints if content == "joints" else vectors_of(joints))
+        write(file)
 
 
 def _poses(motion: Motion, model: PathLike | None) -> dict[str, Any]:
@@ -129,7 +127,7 @@ def _poses(motion: Motion, model: PathLike | None) -> dict[str, Any]:
 
 
 def _joints(motion: Motion, model: PathLike | None) -> np.ndarray:
-    """The positions (n_frames, 22, 3) of the joints of HumanML3D, which the motion may have under these names."""
+    """The positions (n_frames, 22, 3), y up, of HumanML3D's joints, which the motion may have under these names."""
     if model is not None or not {motion.root_name, *motion.skeleton.joint_names}.issuperset(NAMES):
         motion, _, _ = _on_smpl(motion, model)
     at = dict(zip(motion.skeleton.joint_names, motion.positions().swapaxes(0, 1), strict=True))
@@ -137,7 +135,7 @@ def _joints(motion: Motion, model: PathLike | None) -> np.ndarray:
     pelvis, lower, upper = (NAMES.index(name) for name in ("pelvis", *SPINES[3][:2]))
     if np.abs(joints[:, lower] - joints[:, pelvis]).max(initial=0.0) < NEAR:  # no bone without a direction
         joints[:, lower] = (joints[:, lower] + joints[:, upper]) / 2.0
-    return joints
+    return joints @ quarter_turn(motion.up, "y").T
 
 
 def _on_smpl(motion: Motion, model: PathLike | None) -> tuple[Motion, Tree, np.ndarray]:
