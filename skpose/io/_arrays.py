@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.lib.npyio import NpzFile
 
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source
@@ -24,14 +23,14 @@ class Archive:
     def __init__(self, source: Source, arrays: Mapping[str, Any] | None = None):
         if arrays is None and source.kind not in ("zip", "npy"):
             raise source.error("expected an .npz file, found none")
-        self.source = source
+        self.source, loaded = source, arrays
         if arrays is None:
             with _damage(source, "the archive" if source.kind == "zip" else ARRAY):
                 loaded = np.load(io.BytesIO(source.data), allow_pickle=False)
-            arrays = {ARRAY: loaded} if source.kind == "npy" else loaded
-        self._arrays: Any = arrays
-        self.keys = set(arrays)
-        if isinstance(arrays, NpzFile):
+            loaded = {ARRAY: loaded} if source.kind == "npy" else loaded
+        self._arrays: Any = loaded
+        self.keys = set(self._arrays)
+        if arrays is None and source.kind == "zip":  # other files of an archive are not arrays
             self.keys &= {name.removesuffix(".npy") for name in self._arrays.zip.namelist() if name.endswith(".npy")}
 
     def list_keys(self) -> str:
