@@ -23,15 +23,14 @@ class Archive:
     def __init__(self, source: Source, arrays: Mapping[str, Any] | None = None):
         if arrays is None and source.kind not in ("zip", "npy"):
             raise source.error("expected an .npz file, found none")
-        self.source, loaded = source, arrays
+        self.source, names = source, None
         if arrays is None:
             with _damage(source, "the archive" if source.kind == "zip" else ARRAY):
-                loaded = np.load(io.BytesIO(source.data), allow_pickle=False)
-            loaded = {ARRAY: loaded} if source.kind == "npy" else loaded
-        self._arrays: Any = loaded
-        self.keys = set(self._arrays)
-        if arrays is None and source.kind == "zip":  # other files of an archive are not arrays
-            self.keys &= {name.removesuffix(".npy") for name in self._arrays.zip.namelist() if name.endswith(".npy")}
+                loaded: Any = np.load(io.BytesIO(source.data), allow_pickle=False)
+            arrays = {ARRAY: loaded} if source.kind == "npy" else loaded
+            names = loaded.zip.namelist() if source.kind == "zip" else None
+        self._arrays = arrays
+        self.keys = {key for key in arrays if names is None or f"{key}.npy" in names}  # other files are no arrays
 
     def list_keys(self) -> str:
         return ", ".join(sorted(self.keys)[:12]) + (" and others" if len(self.keys) > 12 else "") or "none"
