@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import skpose
 from skpose._cli import options
@@ -12,11 +13,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         subparsers,
         "angles",
         "write the joint angles of a person in degrees as a table",
-        "Write flexion, adduction and rotation of each joint, in degrees, see "
-        "skpose.biomechanics.joint_angles: a row for each frame. A skeleton is fitted to markers and keypoints.",
-        "FILE --out FILE",
+        "Write flexion, adduction and rotation of each joint, in degrees, see skpose.biomechanics.joint_angles: a row "
+        "for each frame, or for each per cent of each stride. A skeleton is fitted to markers and keypoints.",
+        "FILE [FILE ...] --out FILE",
     )
-    options.add_file(parser)
+    options.add_files(parser, "motions, markers or keypoints")
     options.add_out(parser, ".csv")
     parser.add_argument(
         "--zero",
@@ -24,6 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         metavar="FRAME|FILE",
         help="standing frame or static trial; default: rest",
     )
+    parser.add_argument("--cycles", action="store_true", help="strides over per cent, of one or more files")
     options.add_reading(parser, skip=False)
     parser.set_defaults(func=run)
 
@@ -36,17 +38,45 @@ def run(args: argparse.Namespace) -> None:
     from skpose._cli import inputs
     from skpose._utils.files import new_file
 
-    files = [args.file, args.zero] if isinstance(args.zero, Path) else [args.file]
-    motions = _fit([content for _, content in inputs.read(args, files, inputs.load_moving)], args.layout)
-    found = skpose.biomechanics.joint_angles(motions[0], zero=motions[1] if len(motions) > 1 else args.zero)
+    files = inputs.expand(args.files)
+    if len(files) > 1 and not args.cycles:
+        raise ValueError(f"one file has rows of frames, got {len(files)} files: pass --cycles")
+    standing = [args.zero] if isinstance(args.zero, Path) else []
+    contents = [content for _, content in inputs.read(args, [*files, *standing], inputs.load_moving)]
+    if standing:
+        *motions, zero = _fit(contents, args.layout)
+    else:
+        motions, zero = [_fit([content], args.layout)[0] for content in contents], args.zero
+    found = [skpose.biomechanics.joint_angles(motion, zero=zero) for motion in motions]
     with new_file(args.out) as new, new.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["time [s]", *found.names])
-        for time, row in zip(found.times, found.degrees, strict=True):
-            table.writerow([f"{time:.6g}", *("" if np.isnan(value) else f"{value:.4f}" for value in row)])
-    print(f"{args.out}: {found!r}")
-    for reason in dict.fromkeys(found.missing.values()):
-        print(f"not in all frames: {', '.join(name for name, why in found.missing.items() if why == reason)}: {reason}")
+        if args.cycles:
+            _tabulate(files, motions, found).to_csv(file, index=False, float_format="%.6g")
+        else:
+            table = csv.writer(file)
+            table.writerow(["time [s]", *(f"{name} [deg]" for name in found[0].names)])
+            for time, row in zip(found[0].times, found[0].degrees, strict=True):
+                table.writerow([f"{time:.6g}", *("" if np.isnan(value) else f"{value:.4f}" for value in row)])
+    print(f"{args.out}: {', '.join(map(repr, found))}")
+    missing = {(name, reason) for one in found for name, reason in one.missing.items()}
+    for reason in sorted({reason for _, reason in missing}):
+        print(f"not in all frames: {', '.join(sorted(name for name, why in missing if why == reason))}: {reason}")
+
+
+def _tabulate(files: list[Path], motions: list["skpose.Motion"], found: list[Any]) -> Any:
+    """The strides of all files as a dataframe, by the events of C3D files that have them."""
+    import pandas
+
+    tables = []
+    for path, motion, angles in zip(files, motions, found, strict=True):
+        quantities = skpose.io.load_c3d_quantities(path) if path.suffix.lower() == ".c3d" else {}
+        known = {name: one for name, one in quantities.items() if one.kind == "events"}
+        events = skpose.biomechanics.gait_events(motion, events=known or None)
+        print(f"{path}: {events}{' of the file' * bool(known)}")
+        if len(events.strides):
+            tables.append(angles.cycles(events).assign(subject=path.parent.name, trial=path.stem))
+    if not tables:
+        raise ValueError("no file has a stride")
+    return pandas.concat(tables, ignore_index=True)
 
 
 def _fit(contents: list, layout: str | None) -> list["skpose.Motion"]:

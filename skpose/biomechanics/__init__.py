@@ -3,6 +3,7 @@
 | module             | content                                                                             |
 |--------------------|-------------------------------------------------------------------------------------|
 | `_joint_angles`    | flexion, adduction, rotation; `_measure` measures joints with formulas of `_angles` |
+| `_cycles`          | their cycles, such as strides, over per cent                                        |
 | `_person`          | the joints of a person; `_segments` and `_axes` have the segments between them      |
 | `_seen`            | the segments shown by the positions to which a motion was fitted                    |
 | `_zero`            | the pose in which angles are zero                                                   |
@@ -13,7 +14,6 @@
 
 from skpose.biomechanics._gait_events import GaitEvents as GaitEvents
 from skpose.biomechanics._gait_events import gait_events
-from skpose.biomechanics._gait_parameters import GaitParameter as GaitParameter
 from skpose.biomechanics._gait_parameters import GaitParameters as GaitParameters
 from skpose.biomechanics._gait_parameters import gait_parameters
 from skpose.biomechanics._joint_angles import JointAngles as JointAngles

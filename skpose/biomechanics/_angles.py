@@ -10,6 +10,7 @@ hinge, as knee and elbow are.
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 # Bend of a joint, degrees, that shows the rotation of the segment before it, fully and at all. In
 # between a straight limb becomes a bent one without a jump; flexion of a straight limb is measured as if it were not
@@ -59,12 +60,8 @@ def set_upright(y: np.ndarray) -> np.ndarray:
     Directions to the side, where flexion is not defined, are taken as adduction alone.
     """
     flexion, adduction = direction_angles(y)
-    flexion = np.nan_to_num(flexion)
-    sin_f, cos_f, sin_a, cos_a = np.sin(flexion), np.cos(flexion), np.sin(adduction), np.cos(adduction)
-    zero = np.zeros(len(y))
-    x = np.stack([cos_f, sin_f, zero], axis=1)
-    y = np.stack([-sin_f * cos_a, cos_f * cos_a, sin_a], axis=1)
-    return np.stack([x, y, np.cross(x, y)], axis=2)
+    axes: np.ndarray = Rotation.from_euler("ZX", np.stack([np.nan_to_num(flexion), adduction], axis=1)).as_matrix()
+    return axes
 
 
 def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
@@ -83,13 +80,6 @@ def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The angles between vectors (..., 3), degrees."""
     angles: np.ndarray = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1)))
     return angles
-
-
-def about_y(angles: np.ndarray) -> np.ndarray:
-    """The rotations (n, 3, 3) by angles about y."""
-    sin, cos, zero = np.sin(angles), np.cos(angles), np.zeros(len(angles))
-    rows = [[cos, zero, sin], [zero, zero + 1.0, zero], [-sin, zero, cos]]
-    return np.moveaxis(np.array(rows), 2, 0)
 
 
 def partly(bend: np.ndarray) -> np.ndarray:

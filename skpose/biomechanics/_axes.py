@@ -15,7 +15,7 @@ from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._segments import LIMBS, Segment, Turned
 from skpose.kinematics._anatomy import SIDES, Anatomy, path_up
 from skpose.kinematics._body import find_bends, flexion_axis
-from skpose.kinematics._lines import ROOT
+from skpose.kinematics._lines import ROOT, unit
 from skpose.skeleton import Skeleton
 
 UPRIGHT = np.cos(np.radians(45.0))  # of the angle to the vertical up to which legs and trunk stand in a rest pose
@@ -109,8 +109,9 @@ def rest_axes(reference: Reference, segments: dict[str, Segment]) -> dict[str, n
             along = reference.direction(segments[name])
             line = reference.lines.get(f"{side}_{ends[0]}")
             if limb == "foot":  # the sole is on the floor, or as far from it as the legs are spread
-                spread = _spread(body, reference.direction(segments[f"{side}_shank"]))
-                axes[name] = _heading(spread, along)
+                shank = reference.direction(segments[f"{side}_shank"])
+                up = unit((shank @ body[:, 0]) * body[:, 0] - shank)
+                axes[name] = _with_line(up, np.cross(along, up))
             elif line is not None:
                 axes[name] = _with_line(-along, line)
             else:
@@ -144,30 +145,10 @@ def _raised_arms(segments: dict[str, Segment], turned: Turned, up: np.ndarray) -
 def _with_line(y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Axes with a given y, whose z is as near to a line as may be; any axes with y if both are parallel."""
     x = np.cross(y, z)
-    size = np.linalg.norm(x)
-    if size < PARALLEL:
+    if np.linalg.norm(x) < PARALLEL:
         return rotation_onto(np.array([0.0, 1.0, 0.0]), y)
-    x /= size
+    x = unit(x)
     return np.stack([x, y, np.cross(x, y)], axis=1)
-
-
-def _spread(body: np.ndarray, shank: np.ndarray) -> np.ndarray:
-    """The axes of the body, rotated about its x as a leg is that is spread to the side."""
-    _, down, right = body.T @ shank
-    x, up, z = body.T
-    y = -down * up - right * z
-    y /= np.linalg.norm(y)
-    return np.stack([x, y, np.cross(x, y)], axis=1)
-
-
-def _heading(body: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Axes, rotated about their y so that x is as near to a direction as may be."""
-    across = np.cross(along, body[:, 1])
-    size = np.linalg.norm(across)
-    if size < PARALLEL:
-        return body
-    z = across / size
-    return np.stack([np.cross(body[:, 1], z), body[:, 1], z], axis=1)
 
 
 def _thumb_of(skeleton: Skeleton, positions: np.ndarray, hand: Segment) -> np.ndarray | None:

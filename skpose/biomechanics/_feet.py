@@ -7,15 +7,16 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, median_filter
 from scipy.signal import butter, sosfiltfilt
 
 from skpose._utils.validation import check_kind
 from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import degrees_between
-from skpose.biomechanics._person import add_joints, check_joints, require
+from skpose.biomechanics._person import find_person, require
 from skpose.biomechanics._seen import find_shown
-from skpose.kinematics._anatomy import SIDES, find_anatomy
+from skpose.kinematics._anatomy import SIDES
+from skpose.motions._phases import LONGEST_GAP
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._upright import describe_up, find_up
 
@@ -23,8 +24,8 @@ PARTS = ("hip", "ankle", "toe")
 MARKS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
 LEAST_RATE = 25.0  # Hz; the contact of a running foot then has some six frames
 CUTOFF = 10.0  # Hz, of the low-pass filter
+SPIKES = 1, 3, 1  # joints, frames and axes of the median before it
 HEADING = 0.25  # s, standard deviation of the weights in the mean velocity, the direction of travel
-LONGEST_GAP = 0.1  # s, without frames, to interpolate
 LEGS = (0.2, 1.5)  # m, from hip to ankle, shortest and longest
 # Largest movement of the pelvis between two frames, and the error of a frame. Sprinters reach 12 m/s, figure skaters
 # 2,050°/s. The fastest of 235 recordings of CMU and HDM05 has 4.4 m/s and 670°/s, except CMU 03_02, which jumps.
@@ -37,6 +38,7 @@ class Feet(NamedTuple):
     """Pelvis and feet over time, up last; the two sides are left and right."""
 
     step: float  # s, from frame to frame
+    seen: np.ndarray  # (2, n) whether hips, ankle and toe are seen, short gaps included
     pelvis: np.ndarray  # (n, 3) m, amid the hips
     travel: np.ndarray  # (n, 2) m/s, velocity of the pelvis along the floor, averaged over about a step
     facing: np.ndarray  # (n, 2) unit vectors along the floor, ahead of the pelvis
@@ -47,14 +49,12 @@ class Feet(NamedTuple):
 
 def find_feet(skeleton: Skeleton, joints: Mapping[str, str] | None) -> dict[str, str]:
     """The names of the joints at hips, ankles and toes, as given or as found."""
-    landmarks = find_anatomy(skeleton)
-    # The toe markers of gait laboratories are where the toes begin; toe tips are noisy in many files.
-    toes = {f"{side}_toe": landmarks.joints[f"{side}_ball"] for side in SIDES if f"{side}_ball" in landmarks.joints}
-    person = add_joints(skeleton, landmarks._replace(joints=landmarks.joints | toes), joints, MARKS)
-    require(person, MARKS)
-    if joints:
-        check_joints(skeleton, person, joints)
-    return {mark: skeleton.joint_names[person.joints[mark]] for mark in MARKS}
+    found = find_person(skeleton, joints, [mark for mark in MARKS if not mark.endswith("toe")]).joints
+    for side in SIDES:  # the toe markers of gait laboratories are where the toes begin; toe tips are noisy
+        if f"{side}_toe" not in (joints or {}) and f"{side}_ball" in found:
+            found[f"{side}_toe"] = found[f"{side}_ball"]
+    require(found, MARKS)
+    return {mark: skeleton.joint_names[found[mark]] for mark in MARKS}
 
 
 def check_recording(motion: Motion) -> None:
@@ -71,56 +71,55 @@ def check_recording(motion: Motion) -> None:
         raise ValueError(
             f"motion.up is {motion.up!r}, but {describe_up(found)}: use dataclasses.replace(motion, up=...)"
         )
-    gaps = np.diff(motion.frame_numbers) / motion.frame_rate
-    if gaps.max() > LONGEST_GAP + 1.5 / motion.frame_rate:
-        raise ValueError(f"gait events need all frames, but {gaps.max():.2g} s are missing: {_cut(int(gaps.argmax()))}")
-
-
-def _cut(frame: int) -> str:
-    return f"use motion[:{frame + 1}] and motion[{frame + 1}:]"
 
 
 def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
-    """Pelvis and feet in the world, low-pass filtered."""
-    skeleton = motion.skeleton
-    columns = [skeleton.joint_names.index(joints[mark]) for mark in MARKS]
-    here = motion.positions()[:, columns].swapaxes(0, 1)
-    shown = _find_frames(motion, columns)
-    feet = feet_at(here[:, shown][..., _axes(motion.up)], motion.frame_numbers[shown], motion.frame_rate)
+    """Pelvis and feet in the world, low-pass filtered; a row for each frame from the first to the last."""
+    columns = [motion.skeleton.joint_names.index(joints[mark]) for mark in MARKS]
+    here, shown = motion.positions()[:, columns].swapaxes(0, 1), find_shown(motion, columns)
+    both = [MARKS.index(f"{side}_hip") for side in SIDES]
+    hips = shown[:, both].all(axis=1)
+    rows = motion.frame_numbers - motion.frame_numbers[0]
+    every, seen = np.arange(rows[-1] + 1), np.zeros((len(SIDES), rows[-1] + 1), dtype=bool)
+    for side, known in enumerate(seen):
+        known[rows] = hips & shown[:, [MARKS.index(f"{SIDES[side]}_{part}") for part in PARTS]].all(axis=1)
+        for gap in runs_of(~known):
+            if gap.start > 0 and gap.stop < len(known) and gap.stop - gap.start <= LONGEST_GAP * motion.frame_rate:
+                known[gap] = True
+    if not seen.any():
+        raise ValueError("gait events need hips and feet, but no frame shows all of them")
+    marks = [
+        [np.interp(every, rows[known], x[known]) for x in mark.T] if known.any() else np.full((3, len(every)), np.nan)
+        for mark, known in zip(here[..., _axes(motion.up)], shown.T, strict=True)
+    ]
+    feet = feet_at(np.array(marks).transpose(0, 2, 1), seen, motion.frame_rate)
     metre = 1.0
     if not LEGS[0] <= feet.leg <= LEGS[1]:
         metre = feet.leg  # a person's is nearly one
         warn(f"legs of {feet.leg:.3g} m are not a person's, so lengths are not in metres: read the file with scale=")
-    _check_jumps(here[[MARKS.index("left_hip"), MARKS.index("right_hip")]] / metre, motion)
+    _check_jumps(here[both] / metre, motion, np.flatnonzero(hips))
     return feet
 
 
-def _find_frames(motion: Motion, columns: list[int]) -> np.ndarray:
-    """The frames that show hips and feet; refuse long gaps between them, and ends without them."""
-    frames = np.flatnonzero(find_shown(motion, columns).all(axis=1))
-    if not len(frames):
-        raise ValueError("gait events need hips and feet, but no frame shows all of them")
-    first, last = int(frames[0]), int(frames[-1])
-    if last - first + 1 < len(motion):
-        raise ValueError(f"hips and feet are not seen in all frames: use motion[{first}:{last + 1}]")
-    gaps = np.diff(frames) - 1
-    if gaps.max(initial=0) > LONGEST_GAP * motion.frame_rate:
-        frame = int(frames[gaps.argmax()])
-        raise ValueError(f"hips and feet are not seen for {gaps.max()} frames after frame {frame}: {_cut(frame)}")
-    return frames
+def runs_of(known: np.ndarray) -> list[slice]:
+    """The parts of an array of bool that are True throughout."""
+    parts: list[slice] = np.ma.clump_masked(np.ma.masked_array(known, known))
+    return parts
 
 
-def _check_jumps(hips: np.ndarray, motion: Motion) -> None:
-    """Refuse motions whose pelvis, between hips at (2, n, 3) m, jumps between frames: two recordings in one."""
-    hips = _without_spikes(hips)
-    seconds = np.diff(motion.frame_numbers) / motion.frame_rate
+def _check_jumps(hips: np.ndarray, motion: Motion, shown: np.ndarray) -> None:
+    """Refuse motions whose pelvis, between hips at (2, n, 3), jumps between shown frames: two recordings in one."""
+    hips = median_filter(hips[:, shown], size=SPIKES, mode="mirror")
+    seconds = np.diff(motion.frame_numbers[shown]) / motion.frame_rate
     metres = np.linalg.norm(np.diff(hips.mean(axis=0), axis=0), axis=1)
     across = hips[1] - hips[0]
     degrees = degrees_between(across[:-1], across[1:])
     for steps, unit, limit, error in ((metres, " m", FASTEST, ERROR), (degrees, "°", FASTEST_TURN, ERROR_OF_TURN)):
-        most = int((steps - limit * seconds).argmax())
-        if steps[most] > limit * seconds[most] + error:
-            raise ValueError(f"the pelvis jumps by {steps[most]:.3g}{unit} after frame {most}: {_cut(most)}")
+        over = steps - limit * seconds
+        if over.max(initial=0.0) > error:
+            most = int(over.argmax())
+            cut = f"use motion[:{shown[most] + 1}] and motion[{shown[most + 1]}:]"
+            raise ValueError(f"the pelvis jumps by {steps[most]:.3g}{unit} after frame {shown[most]}: {cut}")
 
 
 def _axes(up: str) -> list[int]:
@@ -134,28 +133,9 @@ def to_world(positions: np.ndarray, up: str) -> np.ndarray:
     return positions[:, np.argsort(_axes(up))]
 
 
-def _without_spikes(positions: np.ndarray) -> np.ndarray:
-    """The median of each frame of (6, n, 3) and its two neighbours, "3" with Tukey's rule at the ends.
-
-    At the ends the third value is extrapolated from the next two medians (J. W. Tukey, "Exploratory data analysis",
-    1977): a low-pass filter would take a spike in the first or last frame for a movement.
-    """
-    if positions.shape[1] < 4:
-        return positions
-    smooth = positions.copy()
-    smooth[:, 1:-1] = np.median([positions[:, :-2], positions[:, 1:-1], positions[:, 2:]], axis=0)
-    for end, near, far in ((0, 1, 2), (-1, -2, -3)):
-        ahead = 3.0 * smooth[:, near] - 2.0 * smooth[:, far]
-        smooth[:, end] = np.median([positions[:, end], smooth[:, near], ahead], axis=0)
-    return smooth
-
-
-def feet_at(positions: np.ndarray, numbers: np.ndarray, rate: float) -> Feet:
-    """Pelvis and feet from the positions (6, n, 3) of `MARKS`, up last, at numbered frames."""
-    every = np.arange(numbers[0], numbers[-1] + 1)
-    if len(every) > len(numbers):
-        positions = np.stack([[np.interp(every, numbers, x) for x in mark.T] for mark in positions]).transpose(0, 2, 1)
-    positions = _without_spikes(positions)
+def feet_at(positions: np.ndarray, seen: np.ndarray, rate: float) -> Feet:
+    """Pelvis and feet from the positions (6, n, 3) of `MARKS`, up last, and where each foot is seen, (2, n)."""
+    positions = median_filter(positions, size=SPIKES, mode="mirror")
     low_pass = butter(2, CUTOFF, fs=rate, output="sos")
     positions = sosfiltfilt(low_pass, positions, axis=1, padlen=min(9, positions.shape[1] - 1))
     left_hip, left_ankle, left_toe, right_hip, right_ankle, right_toe = positions
@@ -166,11 +146,12 @@ def feet_at(positions: np.ndarray, numbers: np.ndarray, rate: float) -> Feet:
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
     legs = [np.linalg.norm(hip - ankle, axis=1) for hip, ankle in ((left_hip, left_ankle), (right_hip, right_ankle))]
     return Feet(
-        float(every[1] / rate - every[0] / rate),
+        1.0 / rate,
+        seen,
         pelvis,
         travel,
         facing,
         np.stack([left_ankle, right_ankle]),
         np.stack([left_toe, right_toe]),
-        float(np.max(legs)),
+        float(np.nanmax(legs)),
     )

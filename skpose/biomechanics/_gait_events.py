@@ -1,13 +1,15 @@
 """Gait events: when the feet come down on the floor and leave it."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skpose.biomechanics._feet import check_recording, feet_of, find_feet, to_world
-from skpose.biomechanics._steps import Stance, Stride, find_stances, find_strides
+from skpose.biomechanics._feet import Feet, check_recording, feet_of, find_feet, to_world
+from skpose.biomechanics._steps import Stance, find_stances, find_strides, stances_at
+from skpose.io import C3DQuantity
 from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion
 
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     import pandas
 
 CONTACT, OFF = "foot contact", "foot off"
+# Names of events, such as "left foot contact", "Right Foot Strike", "LHS" and "RTO".
+EVENT = re.compile(r"(l|r).*?(?:(strike|contact|down|on|hs|ic)|off|to)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,7 +58,7 @@ class GaitEvents:
     >>> from skpose.datasets import humanoid
     >>> still = Motion(humanoid(), np.zeros((60, 42)), 60, np.linspace([0, 0, 0], [0, 0, 0.05], 60))
     >>> gait_events(still).reason.partition(",")[0]
-    'the pelvis travels at most 0.051 m/s'
+    'the pelvis travels at most 0.049 m/s'
     """
 
     feet: np.ndarray
@@ -98,7 +102,9 @@ class GaitEvents:
         return pandas.DataFrame(columns)
 
 
-def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> GaitEvents:
+def gait_events(
+    motion: Motion, *, joints: Mapping[str, str] | None = None, events: Mapping[str, Any] | None = None
+) -> GaitEvents:
     r"""Find when the feet come down and leave the floor in walking and running.
 
     A foot comes down about when it is farthest ahead of the pelvis in the direction of travel, and leaves the floor
@@ -116,23 +122,27 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
     motion : Motion
         Walking or running, with the positions of the root, at 25 Hz or more.
     joints : mapping of str to str, default=None
-        Names of joints for any of "left_hip", "left_ankle", "left_toe", "right_hip", "right_ankle" and "right_toe",
-        where a toe is any point at the front of the foot. The others are found, as toes the points where they begin.
+        Joints by landmark, as in `joint_angles`. Hips, ankles and toes are used, as toes the points where they begin
+        unless a toe is given.
+    events : mapping of str to array-like, default=None
+        Known events, times in s or numbers of frames: "left foot contact", "left foot off" and the same of the right,
+        also under the names of C3D files, such as "Left Foot Strike". The result of `skpose.io.load_c3d_quantities` can
+        be passed as it is. None detects them.
 
     Returns
     -------
     GaitEvents
-        The events of all strides; the first has a swing before it. Without gait there are none, and
-        `GaitEvents.reason` states why.
+        The events of all strides, or of a single step; the first has a swing before it. Without gait there are none,
+        and `GaitEvents.reason` states why. Events of a foot that is not seen for more than 0.1 s are missing there.
 
     Raises
     ------
     TypeError
         If `motion` is not a Motion.
     ValueError
-        If the root does not move, the frame rate is below 25 Hz, more than 0.1 s of frames are missing, people stand
-        along another axis than `Motion.up`, or joints are unknown. If the pelvis jumps between frames, by more than
-        12 m/s and 1 cm or 2,200°/s and 5°: another recording begins, or frames are missing.
+        If the root does not move, the frame rate is below 25 Hz, people stand along another axis than `Motion.up`, or
+        joints or names of events are unknown. If the pelvis jumps between frames, by more than 12 m/s and 1 cm or
+        2,200°/s and 5°: another recording begins.
 
     See Also
     --------
@@ -178,24 +188,18 @@ def gait_events(motion: Motion, *, joints: Mapping[str, str] | None = None) -> G
     >>> events = gait_events(walk)
     >>> events.to_pandas().head(4).round(2)
         foot         event  frame  time [s]
-    0  right  foot contact      2      0.03
-    1   left      foot off      2      0.04
+    0  right  foot contact      1      0.01
+    1   left      foot off      2      0.03
     2  right      foot off     37      0.62
     3   left  foot contact     38      0.64
     """
     check_recording(motion)
     names = find_feet(motion.skeleton, joints)
     feet = feet_of(motion, names)
-    stances = find_stances(feet)
-    strides, reason = find_strides(feet, stances)
-    return _collect(motion, names, stances, strides, reason)
-
-
-def _collect(
-    motion: Motion, names: dict[str, str], stances: list[Stance], strides: list[Stride], reason: str
-) -> GaitEvents:
-    """Collect the contacts of strides, and the foot offs before and after them."""
-    used = {number for stride in strides for number in stride}
+    stances = find_stances(feet) if events is None else _stances_of(events, motion, feet)
+    strides, used, reason = find_strides(feet, stances)
+    if events is not None:
+        used = {i for i, stance in enumerate(stances) if np.isfinite(stance.contact)}
     rows: list[tuple[float, int, str, int]] = [(stances[i].contact, stances[i].side, CONTACT, i) for i in used]
     for i, stance in enumerate(stances):
         following = [j for j in range(i + 1, len(stances)) if stances[j].side == stance.side]
@@ -218,3 +222,20 @@ def _collect(
         reason=reason,
         motion_times=motion.times,
     )
+
+
+def _stances_of(events: Mapping[str, Any], motion: Motion, feet: Feet) -> list[Stance]:
+    """The stances between events that the user gives, by times, s, or frames."""
+    rows: dict[tuple[int, str], list[float]] = {(side, kind): [] for side in (0, 1) for kind in (CONTACT, OFF)}
+    for name, given in events.items():
+        values, is_own = (given.values, given.kind == "events") if isinstance(given, C3DQuantity) else (given, True)
+        match = EVENT.match(name)
+        if match and is_own:
+            at = np.ravel(values)
+            times = motion.times[at] if np.issubdtype(at.dtype, np.integer) else at
+            side, kind = "lr".index(match[1].lower()), CONTACT if match[2] else OFF
+            rows[side, kind] += (times * motion.frame_rate - motion.frame_numbers[0]).tolist()
+        elif not isinstance(given, C3DQuantity):
+            raise ValueError(f"events must have names such as 'left foot contact', got {name!r}")
+    found = [one for side in (0, 1) for one in stances_at(feet, side, rows[side, CONTACT], rows[side, OFF])]
+    return sorted(found, key=Stance.start)

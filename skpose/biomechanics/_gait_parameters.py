@@ -1,7 +1,7 @@
 """Spatio-temporal parameters of gait: cadence, speed, lengths and widths of steps, shares of stance."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,39 +31,6 @@ FASTEST_WALK, FASTEST_RUN = 220.0, 300.0
 LEAST_RATIO, LARGEST_RATIO, LEG = 3.6, 10.0, 0.9
 
 
-class GaitParameter(NamedTuple):
-    """One quantity of gait over the strides of a foot, see `GaitParameters.summary`.
-
-    Attributes
-    ----------
-    quantity : str
-        Its name, such as "step_length".
-    unit : str
-        Its unit, such as "m".
-    foot : str
-        "left", "right" or "both".
-    mean : float
-        The mean over the strides; NaN without any.
-    std : float
-        The standard deviation over the strides, of a sample (divided by n − 1); NaN for fewer than two.
-    n_strides : int
-        Number of strides with a known quantity.
-
-    Examples
-    --------
-    >>> from skpose.biomechanics import GaitParameter
-    >>> GaitParameter("cadence", "steps/min", "both", 112.0, 2.5, 6).unit
-    'steps/min'
-    """
-
-    quantity: str
-    unit: str
-    foot: str
-    mean: float
-    std: float
-    n_strides: int
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class GaitParameters:
     """Spatio-temporal parameters of every stride, as `gait_parameters` finds them.
@@ -77,74 +44,44 @@ class GaitParameters:
         "left" or "right".
     starts : ndarray of shape (n_strides,)
         Time of the first contact, s.
-    cadence : ndarray of shape (n_strides,)
-        Steps per minute: 120 over the stride time.
-    speed : ndarray of shape (n_strides,)
-        Stride length over stride time, m/s.
-    stride_time, step_time : ndarray of shape (n_strides,)
-        Duration, s.
-    stride_length : ndarray of shape (n_strides,)
-        Distance between the two positions of the foot, m.
-    step_length : ndarray of shape (n_strides,)
-        Distance of the contact ahead of the other foot, along the line between the two positions of the foot, m.
-    step_width : ndarray of shape (n_strides,)
-        Distance of the other foot from that line, m; negative where the feet cross.
-    stance : ndarray of shape (n_strides,)
-        Share of the stride with the foot on the floor, %.
-    double_support : ndarray of shape (n_strides,)
-        Share of the stride with both feet on the floor, %; 0 in running. NaN if the beginning or end of the other
-        foot's stance was not recorded.
+    values : dict of str to ndarray of shape (n_strides,)
+        By quantity:
+
+        - "cadence": steps per minute, 120 over the stride time
+        - "speed": stride length over stride time, m/s
+        - "stride_time", "step_time": duration, s
+        - "stride_length": distance between the two positions of the foot, m
+        - "step_length": distance of the contact ahead of the other foot, along the line between these positions, m
+        - "step_width": distance of the other foot from that line, m; negative where the feet cross
+        - "stance": share of the stride with the foot on the floor, %
+        - "double_support": share of the stride with both feet on the floor, %; 0 in running
+
+        Shares are NaN where the beginning or end of a stance was not recorded.
     events : GaitEvents
         The events from which they are computed.
 
     Examples
     --------
     >>> from skpose.biomechanics import GaitParameters
-    >>> "step_length" in GaitParameters.__dataclass_fields__  # see gait_parameters
-    True
+    >>> list(GaitParameters.__dataclass_fields__)  # see gait_parameters
+    ['feet', 'starts', 'values', 'events']
     """
 
     feet: np.ndarray
     starts: np.ndarray
-    cadence: np.ndarray
-    speed: np.ndarray
-    stride_time: np.ndarray
-    stride_length: np.ndarray
-    step_time: np.ndarray
-    step_length: np.ndarray
-    step_width: np.ndarray
-    stance: np.ndarray
-    double_support: np.ndarray
+    values: dict[str, np.ndarray]
     events: GaitEvents
 
     def __len__(self) -> int:
         return len(self.feet)
 
     def __repr__(self) -> str:
-        of = {one.quantity: one for one in self.summary() if one.foot == "both"}
         counts = " and ".join(f"{np.count_nonzero(self.feet == side)} {side}" for side in SIDES)
         shown = {"cadence": ".0f", "speed": ".2f", "step_length": ".2f", "stance": ".0f", "double_support": ".0f"}
-        words = [f"{name.replace('_', ' ')} {of[name].mean:{form}} {UNITS[name]}" for name, form in shown.items()]
+        means = {name: np.ma.masked_invalid(self.values[name]).mean() for name in shown}
+        words = [f"{name.replace('_', ' ')} {float(means[name]):{form}} {UNITS[name]}" for name, form in shown.items()]
         rate = f"{self.events.frame_rate:g} Hz, {self.events.up} up"
         return f"GaitParameters({counts} strides at {rate}: {', '.join(words)})"
-
-    def summary(self) -> list[GaitParameter]:
-        """Summarise every quantity by mean and standard deviation over strides, left, right and both.
-
-        Returns
-        -------
-        list of GaitParameter
-            Each a quantity of a foot; ``pandas.DataFrame(parameters.summary())`` is a table.
-        """
-        found = []
-        for quantity, unit in UNITS.items():
-            values = getattr(self, quantity)
-            for foot in (*SIDES, "both"):
-                known = values[np.isfinite(values) & ((self.feet == foot) | (foot == "both"))]
-                mean = float(known.mean()) if len(known) else np.nan
-                std = float(known.std(ddof=1)) if len(known) > 1 else np.nan
-                found.append(GaitParameter(quantity, unit, foot, mean, std, len(known)))
-        return found
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Convert the parameters to a pandas DataFrame, one row for each stride.
@@ -159,7 +96,7 @@ class GaitParameters:
         ImportError
             If pandas is not installed.
         """
-        quantities = {f"{name} [{unit}]": getattr(self, name) for name, unit in UNITS.items()}
+        quantities = {f"{name} [{unit}]": self.values[name] for name, unit in UNITS.items()}
         import pandas
 
         return pandas.DataFrame({"foot": self.feet, "start [s]": self.starts, **quantities})
@@ -179,7 +116,8 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     Returns
     -------
     GaitParameters
-        Of each stride; `GaitParameters.summary` has mean and standard deviation, left and right.
+        Of each stride. Mean, standard deviation and number: ``parameters.to_pandas().groupby("foot").agg(["mean",
+        "std", "count"])``.
 
     Raises
     ------
@@ -236,18 +174,16 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     >>> walk = replace(walk, root_positions=np.concatenate([[[0, 0, 0]], np.cumsum(steps, axis=0)]))
     >>> found = gait_parameters(walk)
     >>> found  # doctest: +NORMALIZE_WHITESPACE
-    GaitParameters(4 left and 5 right strides at 60 Hz, y up: cadence 109 steps/min, speed 1.06 m/s, step length 0.58 m,
+    GaitParameters(4 left and 5 right strides at 60 Hz, y up: cadence 109 steps/min, speed 1.05 m/s, step length 0.58 m,
                    stance 50 %, double support 1 %)
-    >>> [(one.foot, round(one.mean, 2), round(one.std, 2)) for one in found.summary() if one.quantity == "step_length"]
-    [('left', 0.6, 0.07), ('right', 0.56, 0.04), ('both', 0.58, 0.05)]
+    >>> found.to_pandas().groupby("foot")["step_length [m]"].mean().round(2).tolist()
+    [0.6, 0.56]
     """
     events = motion if isinstance(motion, GaitEvents) else gait_events(motion)
     if not len(events.strides):
         raise ValueError(f"gait_parameters needs at least one stride, got none: {events.reason}")
-    rows = [_measure(events, *stride) for stride in events.strides]
-    columns = {name: np.array([row[name] for row in rows]) for name in UNITS}
-    first = events.strides[:, 0]
-    found = GaitParameters(feet=events.feet[first], starts=events.times[first], events=events, **columns)
+    first, other, last = events.strides.T
+    found = GaitParameters(events.feet[first], events.times[first], _measure(events, first, other, last), events)
     leg = LEG
     if isinstance(motion, Motion) and len(motion):
         up = "xyz".index(events.up)
@@ -258,9 +194,10 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
 
 def _warn_of_rate(found: GaitParameters, leg: float) -> None:
     """Warn about a cadence that is impossible, or unlikely with these steps and legs, m."""
-    cadence, known = float(np.median(found.cadence)), found.stance[np.isfinite(found.stance)]
+    cadence, stance = float(np.median(found.values["cadence"])), found.values["stance"]
+    known = stance[np.isfinite(stance)]
     walks, rate = len(known) > 0 and float(np.median(known)) > 50.0, found.events.frame_rate
-    ratio = 1e3 * float(np.median(found.step_length)) / cadence
+    ratio = 1e3 * float(np.median(found.values["step_length"])) / cadence
     is_short = leg > 0.0 and ratio * (LEG / leg) ** 1.5 < LEAST_RATIO
     if cadence > (FASTEST_WALK if walks else FASTEST_RUN):
         warn(f"cadence is {cadence:.0f} steps/min, faster than people: is the frame rate of {rate:g} Hz right?")
@@ -271,34 +208,33 @@ def _warn_of_rate(found: GaitParameters, leg: float) -> None:
         )
 
 
-def _measure(events: GaitEvents, first: int, other: int, last: int) -> dict[str, float]:
-    """All quantities of a stride, from the numbers of its three contacts."""
-    start, between, end = (float(events.times[i]) for i in (first, other, last))
+def _measure(events: GaitEvents, first: np.ndarray, other: np.ndarray, last: np.ndarray) -> dict[str, np.ndarray]:
+    """All quantities of strides, from the numbers of their three contacts."""
+    start, between, end = events.times[[first, other, last]]
     duration = end - start
     up = np.eye(3)["xyz".index(events.up)]
     flat = events.positions - np.outer(events.positions @ up, up)
     along = flat[last] - flat[first]
-    length = float(np.linalg.norm(along))
-    along = along / length
-    to_left = np.cross(up, along)
-    width = float((flat[other] - flat[first]) @ to_left) * (-1.0 if events.feet[first] == "left" else 1.0)
-    off = _off_between(events, str(events.feet[first]), start, end)
-    other_off = _off_between(events, str(events.feet[other]), start - duration, between)
-    both = max(other_off - start, 0.0) + max(off - between, 0.0)
+    length = np.linalg.norm(along, axis=1)
+    along /= length[:, None]
+    to_other = np.where(events.feet[first] == "left", -1.0, 1.0)[:, None] * np.cross(up, along)
+    off, other_off = _offs_between(events, first, start, end), _offs_between(events, other, start - duration, between)
+    both = np.maximum(other_off - start, 0.0) + np.maximum(off - between, 0.0)
     return {
         "cadence": 120.0 / duration,
         "speed": length / duration,
         "stride_time": duration,
         "stride_length": length,
         "step_time": end - between,
-        "step_length": float((flat[last] - flat[other]) @ along),
-        "step_width": width,
+        "step_length": ((flat[last] - flat[other]) * along).sum(axis=1),
+        "step_width": ((flat[other] - flat[first]) * to_other).sum(axis=1),
         "stance": 100.0 * (off - start) / duration,
         "double_support": 100.0 * both / duration,
     }
 
 
-def _off_between(events: GaitEvents, foot: str, start: float, end: float) -> float:
-    """The last time between two at which a foot leaves the floor; NaN if unknown."""
-    inside = (events.feet == foot) & (events.kinds == OFF) & (events.times > start) & (events.times < end)
-    return float(events.times[inside][-1]) if inside.any() else np.nan
+def _offs_between(events: GaitEvents, contacts: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """The last times between others at which the feet of contacts leave the floor; NaN if unknown."""
+    inside = (events.feet == events.feet[contacts][:, None]) & (events.kinds == OFF)
+    inside &= (events.times > starts[:, None]) & (events.times < ends[:, None])
+    return np.fmax.reduce(np.where(inside, events.times, np.nan), axis=1)

@@ -1,16 +1,20 @@
 """Clinical joint angles: flexion, adduction, rotation."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from skpose._utils.validation import check_kind, near_names
+from skpose._utils.warnings import warn
+from skpose.biomechanics._cycles import tabulate_cycles
+from skpose.biomechanics._gait_events import gait_events
 from skpose.biomechanics._measure import measure
 from skpose.biomechanics._person import find_person
 from skpose.biomechanics._segments import find_segments
 from skpose.biomechanics._zero import find_zero
+from skpose.datasets import MotionDataset
 from skpose.skeleton import Motion
 
 if TYPE_CHECKING:
@@ -33,6 +37,8 @@ class JointAngles:
         The pose in which joints are at zero.
     missing : dict of str to str
         The reason for each angle that is NaN in some frames.
+    forward : ndarray of shape (3,) or None
+        The direction in the world relative to which ``pelvis_rotation`` is measured.
 
     Examples
     --------
@@ -52,6 +58,7 @@ class JointAngles:
     times: np.ndarray
     zero: str
     missing: dict[str, str]
+    forward: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.degrees)
@@ -76,7 +83,8 @@ class JointAngles:
         Returns
         -------
         pandas.DataFrame of shape (n_frames, n_angles)
-            Angles, degrees; the index is the time of each frame, s. ``attrs`` has unit, zero and missing.
+            Angles by their names and unit, such as "knee_flexion_left [deg]"; the index is the time of each frame, s.
+            ``attrs`` has zero and missing.
 
         Raises
         ------
@@ -85,14 +93,76 @@ class JointAngles:
         """
         import pandas
 
-        table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time [s]"), list(self.names))
-        table.attrs.update(unit="degrees", zero=self.zero, missing=dict(self.missing))
+        columns = [f"{name} [deg]" for name in self.names]
+        table = pandas.DataFrame(self.degrees, pandas.Index(self.times, name="time [s]"), columns)
+        table.attrs.update(zero=self.zero, missing=dict(self.missing))
         return table
 
+    def cycles(self, cycles: Any) -> "pandas.DataFrame":
+        """Convert the angles to a table of cycles over their phases, such as strides from 0 to 100 %.
 
+        Parameters
+        ----------
+        cycles : GaitEvents, Repetitions or array-like of shape (n_cycles, 2)
+            Where the cycles are:
+
+            - `GaitEvents`: strides of each foot, from contact to contact. Angles of the trunk use the foot with more
+              strides, and pelvis_rotation is relative to the direction of each stride.
+            - `Repetitions`: the same cycles for both sides.
+            - array of int: start and stop of each cycle, as in ``motion[start:stop]``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each angle, cycle and per cent: columns "angle", such as "knee_flexion", "side" ("left", "right"
+            or "middle"), "cycle", "start [s]", "phase [%]" and "value [deg]".
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        ValueError
+            Without cycles, and for cycles of a recording with frames at other times.
+
+        See Also
+        --------
+        skpose.plot.JointAnglesDisplay : The curves as a picture.
+
+        Notes
+        -----
+        Each cycle is interpolated linearly at 101 points in time, except across NaN and gaps of more than 0.1 s. Jumps
+        of 360° are removed, and cycles that differ by whole turns are shifted onto each other. Mean, standard deviation
+        and number of cycles: ``table.groupby(["angle", "side", "phase [%]"])["value [deg]"].agg(["mean", "std",
+        "count"])``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from skpose import Motion
+        >>> from skpose.biomechanics import joint_angles
+        >>> from skpose.datasets import humanoid
+        >>> poses = np.zeros((61, 42))
+        >>> poses[:, humanoid().dof_names.index("left_shank_rx")] = np.sin(np.linspace(0, 3 * np.pi, 61)) ** 2
+        >>> table = joint_angles(Motion(humanoid(), poses, frame_rate=30)).cycles([(0, 21), (20, 41), (40, 61)])
+        >>> knee = table[(table["angle"] == "knee_flexion") & (table["side"] == "left")]
+        >>> knee.groupby("cycle")["value [deg]"].max().round(1).tolist()
+        [57.3, 57.3, 57.3]
+        """
+        return tabulate_cycles(self, cycles)
+
+
+@overload
 def joint_angles(
     motion: Motion, *, zero: int | Motion | None = None, joints: Mapping[str, str] | None = None
-) -> JointAngles:
+) -> JointAngles: ...
+@overload
+def joint_angles(
+    motion: Sequence[Motion] | MotionDataset,
+    *,
+    zero: int | Motion | Sequence[int | Motion] | None = None,
+    joints: Mapping[str, str] | None = None,
+) -> "pandas.DataFrame": ...
+def joint_angles(motion: Any, *, zero: Any = None, joints: Mapping[str, str] | None = None) -> Any:
     r"""Measure joint angles as defined in biomechanics, in degrees.
 
     Flexion, adduction and rotation of hip, knee, ankle, shoulder, elbow and wrist, the angles of trunk and neck, and
@@ -101,13 +171,13 @@ def joint_angles(
 
     Parameters
     ----------
-    motion : Motion
-        The motion of a person.
-    zero : int or Motion, default=None
+    motion : Motion, list of Motion or MotionDataset
+        The motion of a person, or recordings of walks and runs.
+    zero : int, Motion or list of these, default=None
         The standing pose with all angles zero: a frame of the motion, or a recording on the same skeleton, whose mean
         is taken. The person must stand upright in it. None takes the axes of the segments from the rest pose of the
         skeleton, which must stand, but may hold arms and knees in any way: straight limbs that hang down are at zero,
-        and feet flat on the floor.
+        and feet flat on the floor. A list has one for each recording.
     joints : Mapping of str to str, default=None
         Joints by landmark, such as ``{"left_knee": "KneeL"}``, for skeletons with unknown names, or to correct the
         joints found by name. Anatomy are hip, knee, ankle, ball, toe, shoulder, elbow, wrist and hand, each with
@@ -117,11 +187,14 @@ def joint_angles(
     -------
     JointAngles
         A column for each angle that the skeleton has; `JointAngles.to_pandas` makes a dataframe.
+    pandas.DataFrame
+        Of a list or a dataset: the strides that `gait_events` finds in all recordings, as `JointAngles.cycles` has
+        them, with the columns "subject" and "trial", as mixed models take them.
 
     Raises
     ------
     TypeError
-        If `motion` is not a Motion, or `zero` neither a frame nor a Motion.
+        If `motion` has other elements than Motions, or `zero` is neither a frame nor a Motion.
     ValueError
         If the motion has no frames. If the joints of the legs are unknown, or `joints` do not fit a person: a knee that
         is not below the hip, one joint for two landmarks, exchanged sides. If the rest pose does not stand upright and
@@ -139,6 +212,8 @@ def joint_angles(
     UserWarning
         If positions show only the line of the hips of the pelvis: its tilt is NaN, and the hips' angles are relative to
         the trunk.
+    UserWarning
+        If recordings of a list have no strides.
 
     See Also
     --------
@@ -218,14 +293,37 @@ def joint_angles(
     >>> angles["knee_flexion_left"].round(6)
     array([ 0., 60.])
     """
+    if isinstance(motion, Sequence | MotionDataset):
+        return _tabulate_all(motion, zero, joints)
     check_kind(motion, Motion, "motion", "Motion(skeleton, poses, frame_rate) makes one of poses")
     if not len(motion):
         raise ValueError("joint_angles needs at least one frame, got none")
     person = find_person(motion.skeleton, joints)
     segments = find_segments(motion.skeleton, person)
     reference, words = find_zero(motion, zero, person, segments)
-    columns, reasons = measure(motion, segments, reference)
+    columns, reasons, forward = measure(motion, segments, reference)
     names = tuple(columns)
     degrees = np.degrees(np.stack([columns[name] for name in names], axis=1))
     missing = {name: reasons[name] for name in names if np.isnan(columns[name]).any()}
-    return JointAngles(names, degrees, motion.times, words, missing)
+    return JointAngles(names, degrees, motion.times, words, missing, forward)
+
+
+def _tabulate_all(motions: Sequence[Motion] | MotionDataset, zero: Any, joints: Mapping[str, str] | None) -> Any:
+    """A dataframe with the strides of several recordings."""
+    import pandas
+
+    n = len(motions)
+    zeros = zero if isinstance(zero, Sequence) else [zero] * n
+    labels = zip(getattr(motions, "subjects", [""] * n), getattr(motions, "trials", range(n)), strict=True)
+    found = [
+        (
+            {"subject": subject, "trial": trial},
+            joint_angles(motion, zero=one, joints=joints),
+            gait_events(motion, joints=joints),
+        )
+        for motion, one, (subject, trial) in zip(motions, zeros, labels, strict=True)
+    ]
+    if without := [f"{label}: {events.reason}" for label, _, events in found if not len(events.strides)]:
+        warn(f"{len(without)} of {n} recordings have no strides, such as {without[0]}")
+    tables = [angles.cycles(events).assign(**label) for label, angles, events in found if len(events.strides)]
+    return pandas.concat(tables, ignore_index=True)

@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
 from skpose.biomechanics._angles import (
     BENT,
     HANGING,
-    about_y,
     angles_of,
     direction_angles,
     elevation_angles,
@@ -21,6 +21,8 @@ from skpose.biomechanics._axes import Reference, joint_axes, rest_axes, rotation
 from skpose.biomechanics._seen import find_seen
 from skpose.biomechanics._segments import LIMBS, Segment, Turned, turn_segments
 from skpose.kinematics._anatomy import SIDES
+from skpose.kinematics._lines import unit
+from skpose.motions._phases import without_jumps
 from skpose.skeleton import Motion
 
 
@@ -124,7 +126,7 @@ class _Joints:
         else:
             self.add("pelvis_tilt", tilt, UPRIGHT_PELVIS, *shown_by)
         self.add("pelvis_list", pelvis_list, UPRIGHT_PELVIS, *shown_by)
-        self.add("pelvis_rotation", _unwrap(rotation), UPRIGHT_PELVIS, *shown_by)
+        self.add("pelvis_rotation", without_jumps(rotation, 2.0 * np.pi), UPRIGHT_PELVIS, *shown_by)
 
     def _shown_by(self, *names: str) -> list[str]:
         """The segments that must be seen to know others."""
@@ -213,7 +215,7 @@ class _Joints:
             towards = np.einsum("nji,nj->ni", before, self._upward(self.turned, following))
             shown, bend = hinge_rotations(axes, towards, HINGES[joint.distal][1])
             rotation = np.where(bend >= BENT, shown, np.nan)
-            axes = axes @ about_y(partly(bend) * shown)
+            axes = axes @ Rotation.from_euler("y", (partly(bend) * shown)[:, None]).as_matrix()
         self.since[distal] = before @ axes @ at_distal.T
         return *direction_angles(y), rotation
 
@@ -225,13 +227,6 @@ class _Joints:
         toes = axes.T @ self.reference.direction(self.segments[distal])
         up = np.arctan2(along[:, 1], along[:, 0]) - np.arctan2(toes[1], toes[0])
         return ((up + np.pi) % (2.0 * np.pi) - np.pi,)
-
-
-def _unwrap(angles: np.ndarray) -> np.ndarray:
-    """Remove jumps by whole turns; NaN stays."""
-    known, out = ~np.isnan(angles), angles.copy()
-    out[known] = np.unwrap(angles[known])
-    return out
 
 
 def _axes_by_lines(turned: Turned, segments: dict[str, Segment], name: str) -> np.ndarray:
@@ -246,18 +241,21 @@ def _axes_by_lines(turned: Turned, segments: dict[str, Segment], name: str) -> n
         towards = turned.positions[:, trunk.start] + turned.positions[:, trunk.end] - hips
     else:
         towards = hips - sum(turned.positions[:, segments[f"{side}_thigh"].end] for side in SIDES)
-    x = np.cross(towards, z)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    x = unit(np.cross(towards, z))
     return np.stack([x, np.cross(z, x), z], axis=2)
 
 
 def measure(
     motion: Motion, segments: dict[str, Segment], reference: Reference
-) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    """The angles (n_frames,) of all joints by name, rad, relative to a reference pose, and the reasons for NaN."""
+) -> tuple[dict[str, np.ndarray], dict[str, str], np.ndarray]:
+    """The angles (n_frames,) of all joints by name, rad, relative to a reference pose, and the reasons for NaN.
+
+    The last is the direction (3,) in the world relative to which the pelvis is rotated.
+    """
     joints = _Joints(motion, segments, reference)
     vertical = np.eye(3)["xyz".index(motion.up)]
-    joints.pelvis(rotation_onto(reference.body[:, 1], vertical) @ reference.body)
+    world = rotation_onto(reference.body[:, 1], vertical) @ reference.body
+    joints.pelvis(world)
     for joint in MIDDLE:
         joints.measure(joint, "")
     for joint in OF_SIDES:
@@ -267,4 +265,4 @@ def measure(
         for name in joints.columns:
             if name.startswith(start) and name.endswith(side):
                 joints.hide(name, reason)
-    return joints.columns, joints.reasons
+    return joints.columns, joints.reasons, world[:, 0]

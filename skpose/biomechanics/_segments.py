@@ -27,11 +27,6 @@ LIMBS = {
     "forearm": ("elbow", ("wrist",)),
     "hand": ("wrist", ("hand",)),
 }
-LANDMARKS = (
-    *(f"{side}_{mark}" for side in SIDES for mark in ("hip", "knee", "ankle", "ball", "toe")),
-    *(f"{side}_{mark}" for side in SIDES for mark in ("shoulder", "elbow", "wrist", "hand")),
-    *("head", "head_top", "head_center"),
-)
 
 
 class Segment(NamedTuple):

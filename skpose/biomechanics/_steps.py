@@ -6,12 +6,13 @@ the front of the foot slower than 0.8 of it (Bonci et al.). A runner's foot is t
 part must also be about as low as at its slowest moment.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
 
-from skpose.biomechanics._feet import Feet
+from skpose.biomechanics._feet import Feet, runs_of
 
 ANKLE, TOE = 0.5, 0.8  # of the speed of travel; slower parts of the foot stand
 LOW = 0.05  # of the length of the leg; parts of the foot that are lower above their floor stand
@@ -22,6 +23,7 @@ PHASES = (0.3, 0.7)  # of a stride, between which the other foot comes down
 STRIDE_TIMES = (0.3, 3.0)  # s
 SIDEWAYS = 45.0  # degrees between the direction of a stride and that in which the pelvis faces
 FORWARD = 0.35  # of the length of the leg: shorter strides are steps on the spot
+LEAST_ROWS = 4  # in which a foot is seen
 SLIDES = 0.33  # of the speed of travel: a foot on the floor is slower in half of its stance; 0.23 in recordings
 UPRIGHT = 0.5  # of the length of the leg, least height of the pelvis above the lower ankle
 
@@ -30,10 +32,14 @@ class Stance(NamedTuple):
     """A foot on the floor."""
 
     side: int
-    contact: float  # row, not whole; NaN if it is on the floor when the recording begins
-    off: float  # row; NaN if it is on the floor when the recording ends
+    contact: float  # row, not whole; NaN if it is on the floor when the foot begins to be seen
+    off: float  # row; NaN if it is on the floor when the foot stops being seen
     position: np.ndarray  # (3,) m, of the ankle
     slide: float  # median speed of the slower part of the foot, of the speed of travel
+
+    def start(self) -> float:
+        """The row of its first event."""
+        return float(np.nan_to_num(np.fmin(self.contact, self.off), nan=-1.0))
 
 
 Stride = tuple[int, int, int]  # from one contact of a foot to its next, with the other foot's in between
@@ -50,26 +56,27 @@ def find_stances(feet: Feet) -> list[Stance]:
     ahead = feet.travel / np.maximum(speed, 1e-12)[:, None]
     speed = np.maximum(speed, least_speed_of(feet))
     found: dict[tuple, Stance] = {}
-    for side in range(2):
-        parts = feet.ankles[side], feet.toes[side]
-        speeds = [np.linalg.norm(np.gradient(part, feet.step, axis=0), axis=1) / speed for part in parts]
+    for side, run in [(side, run) for side, seen in enumerate(feet.seen) for run in runs_of(seen)]:
+        if run.stop - run.start < LEAST_ROWS:
+            continue
+        parts = feet.ankles[side, run], feet.toes[side, run]
+        speeds = [np.linalg.norm(np.gradient(part, feet.step, axis=0), axis=1) / speed[run] for part in parts]
         slow = [own / share for own, share in zip(speeds, (ANKLE, TOE), strict=True)]
-        fore, aft = (((part - feet.pelvis)[:, :2] * ahead).sum(axis=1) for part in parts)
+        fore, aft = (((part - feet.pelvis[run])[:, :2] * ahead[run]).sum(axis=1) for part in parts)
         for rows in _supports(fore, aft, SWING * feet.leg):
-            floors = [_floor(part[rows, 2], own[rows]) for part, own in zip(parts, slow, strict=True)]
+            # The floor is the median height in the slower half of the rows.
+            floors = [
+                np.median(part[rows, 2][own[rows] <= np.median(own[rows])])
+                for part, own in zip(parts, slow, strict=True)
+            ]
             heights = [(part[:, 2] - floor) / (LOW * feet.leg) for part, floor in zip(parts, floors, strict=True)]
             # A part stands below 1, if it is slow and low; the foot stands if one of them does.
             unrest = np.minimum(*(np.maximum(*both) for both in zip(slow, heights, strict=True)))
             middle = rows.start + int(unrest[rows].argmin())
             if unrest[middle] < 1.0:
-                stance = _stance(side, unrest, middle, parts[0], speeds)
+                stance = _stance(side, unrest, middle, parts[0], speeds, run.start)
                 found.setdefault((side, str(stance.contact), str(stance.off)), stance)
-    return sorted(found.values(), key=lambda one: one.contact if np.isfinite(one.contact) else -1.0)
-
-
-def _floor(heights: np.ndarray, slow: np.ndarray) -> float:
-    """The height at which a part of a foot stands: the median of the slower half of the rows."""
-    return float(np.median(heights[slow <= np.median(slow)]))
+    return sorted(found.values(), key=Stance.start)
 
 
 def _supports(fore: np.ndarray, aft: np.ndarray, least: float) -> list[slice]:
@@ -83,8 +90,10 @@ def _supports(fore: np.ndarray, aft: np.ndarray, least: float) -> list[slice]:
     return supports
 
 
-def _stance(side: int, unrest: np.ndarray, middle: int, ankle: np.ndarray, speeds: list[np.ndarray]) -> Stance:
-    """The stance around a moment; its ends are interpolated between frames."""
+def _stance(
+    side: int, unrest: np.ndarray, middle: int, ankle: np.ndarray, speeds: list[np.ndarray], start: int
+) -> Stance:
+    """The stance around a moment, of rows that start later; its ends are interpolated between frames."""
     moving = np.flatnonzero(unrest >= 1.0)
     before, after = moving[moving < middle], moving[moving > middle]
     contact, off = np.nan, np.nan
@@ -98,43 +107,63 @@ def _stance(side: int, unrest: np.ndarray, middle: int, ankle: np.ndarray, speed
     rows = slice(first, last + 1)
     slower = np.minimum(*speeds)[rows]
     still = speeds[0][rows] <= np.median(speeds[0][rows])
-    return Stance(side, contact, off, ankle[rows][still].mean(axis=0), float(np.median(slower)))
+    position = ankle[rows][still].mean(axis=0)
+    return Stance(side, start + contact, start + off, position, float(np.median(slower)))
 
 
-def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], str]:
-    """The strides of walking or running, or why there are none."""
+def stances_at(feet: Feet, side: int, contacts: list[float], offs: list[float]) -> list[Stance]:
+    """The stances of a foot between known contacts and offs, rows; NaN for the ends that are not known."""
+    order = sorted([*((row, True) for row in contacts), *((row, False) for row in offs)])
+    found = []
+    for i, (row, is_contact) in enumerate(order):
+        if is_contact or not i or not order[i - 1][1]:
+            off = next((other for other, begins in order[i : i + 2] if not begins), np.nan)
+            ends = (row if is_contact else np.nan), off
+            rows = slice(*(int(np.clip(np.nan_to_num(end, nan=row), 0, len(feet.pelvis) - 1)) for end in ends))
+            ankle = feet.ankles[side, rows.start : rows.stop + 1]
+            found.append(Stance(side, *ends, np.median(ankle, axis=0), 0.0))
+    return found
+
+
+def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], set[int], str]:
+    """The strides of walking or running, the numbers of their stances, or of a single step's, and why none are."""
     fastest = np.linalg.norm(feet.travel, axis=1).max()
     if fastest < least_speed_of(feet):
-        return [], f"the pelvis travels at most {fastest:.2g} m/s, and gait begins at {least_speed_of(feet):.2g} m/s"
+        why = f"the pelvis travels at most {fastest:.2g} m/s, and gait begins at {least_speed_of(feet):.2g} m/s"
+        return [], set(), why
     numbers = [i for i, stance in enumerate(stances) if np.isfinite(stance.contact)]
     triples = list(zip(numbers, numbers[1:], numbers[2:], strict=False))
-    complaints = [_complaint(feet, *(stances[i] for i in triple)) for triple in triples]
+    complaints = [_complaint(feet, [stances[i] for i in triple]) for triple in triples]
     strides = [triple for triple, complaint in zip(triples, complaints, strict=True) if not complaint]
     if strides:
-        return strides, ""
-    if not complaints:
-        return [], f"a stride needs three contacts after a swing, and there are {len(numbers)}"
-    return [], max(complaints, key=complaints.count)
+        return strides, {i for stride in strides for i in stride}, ""
+    if complaints:
+        return [], set(), max(complaints, key=complaints.count)
+    is_step = len(numbers) == 2 and not _complaint(feet, [stances[i] for i in numbers])
+    why = f"a stride needs three contacts after a swing, and there are {len(numbers)}"
+    return [], set(numbers) if is_step else set(), why
 
 
-def _complaint(feet: Feet, first: Stance, other: Stance, last: Stance) -> str:
-    """Why three contacts are not a stride; empty if they are."""
-    if not first.side == last.side != other.side:
+def _complaint(feet: Feet, contacts: list[Stance]) -> str:
+    """Why three contacts are not a stride, or two not a half of one; empty if they are."""
+    first, other, last = contacts[0], contacts[1], contacts[-1]
+    if any(one.side == following.side for one, following in pairwise(contacts)):
         return "left and right foot do not come down in turn"
-    duration = last.contact - first.contact
+    share = 2.0 / (len(contacts) - 1)
+    duration = share * (last.contact - first.contact)
     if not STRIDE_TIMES[0] <= duration * feet.step <= STRIDE_TIMES[1]:
         return f"a foot comes down again after {duration * feet.step:.2g} s, and strides take 0.3 to 3 s"
     if not PHASES[0] <= (other.contact - first.contact) / duration <= PHASES[1]:
         return "left and right foot come down nearly together, as in jumps"
-    along = (last.position - first.position)[:2]
+    along = share * (last.position - first.position)[:2]
     length = float(np.linalg.norm(along))
     if length < max(least_speed_of(feet) * duration * feet.step, FORWARD * feet.leg):
         return f"the feet move by {length:.2g} m only, as in steps on the spot"
-    slide = max(one.slide for one in (first, other, last) if np.isfinite(one.off))
+    slide = max((one.slide for one in contacts if np.isfinite(one.off)), default=0.0)
     if slide > SLIDES:
         return f"the feet slide at {slide:.2g} of the speed of travel while they should stand"
     rows = slice(int(first.contact), int(last.contact) + 1)
-    if (feet.pelvis[rows, 2] - feet.ankles[:, rows, 2].min(axis=0)).min() < UPRIGHT * feet.leg:
+    if (feet.pelvis[rows, 2] - np.fmin.reduce(feet.ankles[:, rows, 2])).min() < UPRIGHT * feet.leg:
         return "the pelvis is less than half the length of the legs above the feet, as in sitting"
     facing = feet.facing[rows].mean(axis=0)
     angle = np.degrees(np.arctan2(abs(facing[0] * along[1] - facing[1] * along[0]), facing @ along))

@@ -11,11 +11,10 @@ from skpose.biomechanics._angles import degrees_between
 from skpose.biomechanics._seen import find_shown
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._places import joint_places, rotation_places
+from skpose.motions._alignment import joint_rotations
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._bone import with_columns
 from skpose.skeleton._interpolation import interpolate_poses
 from skpose.skeleton._rest import NO_DIRECTION
-from skpose.skeleton._rotations import rotations_of
 from skpose.skeleton._sides import partners
 
 if TYPE_CHECKING:
@@ -281,8 +280,8 @@ def symmetry(
     by_half = interpolate_poses(motion.skeleton.bones, mirror.angles, rows)
     image_by_half = forward_kinematics(by_half, motion.skeleton)
     distances = {
-        NONE: float(_distances(there, image).mean()),
-        HALF: float(_distances(there, image_by_half).mean()) if is_closed else np.nan,
+        NONE: float(np.linalg.norm(there - image, axis=2).mean()),
+        HALF: float(np.linalg.norm(there - image_by_half, axis=2).mean()) if is_closed else np.nan,
     }
     chosen: str = shift
     if shift == "auto":
@@ -295,9 +294,9 @@ def symmetry(
     return SymmetryResult(
         partners=tuple(skeleton.joint_names[k] for k in partners(skeleton.joint_names)),
         phases=100.0 * numbers / numbers[-1],
-        positions=_distances(there, others),
+        positions=np.linalg.norm(there - others, axis=2),
         directions=directions,
-        rotations=_rotations_between(motion.angles, its_angles, skeleton),
+        rotations=np.degrees(joint_rotations(motion.angles, its_angles, skeleton)),
         shift=chosen,
         distances=distances,
         frame_rate=motion.frame_rate,
@@ -336,11 +335,6 @@ def _frames_late(positions: np.ndarray, numbers: np.ndarray) -> float:
     return float(((positions[-1] - positions[0]) * velocity).sum() / speed**2)
 
 
-def _distances(positions: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Distances (n, n_joints), m."""
-    return np.linalg.norm(positions - others, axis=2)
-
-
 def _check_lag(there: np.ndarray, image: np.ndarray, is_closed: bool, distances: dict[str, float], shift: str) -> None:
     """Refuse a motion whose sides do the same at another lag than none and half: no cycle, or several."""
     n = len(there)
@@ -349,7 +343,7 @@ def _check_lag(there: np.ndarray, image: np.ndarray, is_closed: bool, distances:
     best, nearest = 0, np.inf
     for lag in lags.tolist():
         shifted = np.roll(image[:-1], -lag, axis=0) if is_closed else image[lag:]
-        mean = float(_distances(there[: len(shifted)], shifted).mean())
+        mean = float(np.linalg.norm(there[: len(shifted)] - shifted, axis=2).mean())
         if mean < nearest:
             best, nearest = lag, mean
     as_good = shift == NONE or nearest < AS_GOOD * distances[HALF]
@@ -363,13 +357,3 @@ def _bones(positions: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """The vectors (n, n_joints, 3) from the parents to the joints."""
     padded = np.concatenate([positions, np.zeros_like(positions[:, :1])], axis=1)
     return positions - padded[:, skeleton.parents]
-
-
-def _rotations_between(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """The angles (n, n_joints) between rotations relative to parents, degrees; NaN without dofs."""
-    angles = np.full((len(a), skeleton.n_joints), np.nan)
-    for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
-        if bone.dofs:
-            here, there = (rotations_of(bone, poses[:, columns]) for poses in (a, b))
-            angles[:, j] = np.degrees((here.inv() * there).magnitude())
-    return angles

@@ -150,15 +150,12 @@ def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
 def _find_deviations(turned: Turned, segments: dict[str, Segment], up: np.ndarray) -> list[Deviation]:
     """Deviations of limbs from a standing person's, except in the `FEW` worst frames."""
     along = {name: turned.direction(segment) for name, segment in segments.items()}
-    found: list[Deviation] = []
-
-    def add(what: str, a: np.ndarray, b: np.ndarray, *joints: tuple[str, str], limit: float = LIMIT) -> None:
-        found.append(Deviation(what, float(np.quantile(degrees_between(a, b), 1.0 - FEW)), limit, joints))
-
     down = np.broadcast_to(-up, along["pelvis"].shape)
-    hips = along["pelvis"].mean(axis=0)
-    add("the line of its hips is rotated", along["pelvis"], np.broadcast_to(hips, down.shape))
-    add("its thighs are apart", along["left_thigh"], along["right_thigh"])
+    hips = np.broadcast_to(along["pelvis"].mean(axis=0), down.shape)
+    pairs: list[tuple[str, np.ndarray | None, np.ndarray | None, float, tuple[tuple[str, str], ...]]] = [
+        ("the line of its hips is rotated", along["pelvis"], hips, LIMIT, ()),
+        ("its thighs are apart", along["left_thigh"], along["right_thigh"], LIMIT, ()),
+    ]
     trunk = down
     if "trunk" in segments:
         ends = [
@@ -166,17 +163,23 @@ def _find_deviations(turned: Turned, segments: dict[str, Segment], up: np.ndarra
             for name in ("pelvis", "trunk")
         ]
         trunk = ends[0] - ends[1]
-        add("its trunk leans", trunk, down)
+        pairs.append(("its trunk leans", trunk, down, LIMIT, ()))
     for side in SIDES:
-        thigh, shank = (along[f"{side}_{limb}"] for limb in ("thigh", "shank"))
-        add(f"its {side} thigh is away from down", thigh, down)
-        add(f"its {side} shank is away from down", shank, down)
-        add(f"its {side} knee is bent", thigh, shank)
-        arm, forearm = (along.get(f"{side}_{limb}") for limb in ("upper_arm", "forearm"))
-        if arm is not None:
-            add(f"its {side} upper arm is away from the trunk", arm, trunk, ("shoulder", side), ("elbow", side))
-            if forearm is not None:
-                add(f"its {side} elbow is bent", arm, forearm, ("elbow", side), limit=ELBOW_LIMIT)
+        thigh, shank, arm, forearm = (
+            along.get(f"{side}_{limb}") for limb in ("thigh", "shank", "upper_arm", "forearm")
+        )
+        pairs += [
+            (f"its {side} thigh is away from down", thigh, down, LIMIT, ()),
+            (f"its {side} shank is away from down", shank, down, LIMIT, ()),
+            (f"its {side} knee is bent", thigh, shank, LIMIT, ()),
+            (f"its {side} upper arm is away from the trunk", arm, trunk, LIMIT, (("shoulder", side), ("elbow", side))),
+            (f"its {side} elbow is bent", arm, forearm, ELBOW_LIMIT, (("elbow", side),)),
+        ]
+    found = [
+        Deviation(what, float(np.quantile(degrees_between(a, b), 1.0 - FEW)), limit, joints)
+        for what, a, b, limit, joints in pairs
+        if a is not None and b is not None
+    ]
     return sorted(found, key=lambda each: -each.degrees)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from skpose._utils.units import complaint_of_extent
 from skpose.io._arguments import Readable
-from skpose.io._c3d_file import Parameters, read_recording
+from skpose.io._c3d_file import MIPS, Parameters, read_recording
 from skpose.io._conventions import Up, Zeros, check_options, number_names, read_unit, stand_markers
 from skpose.io._error import MocapFormatError
 from skpose.io._source import Source, open_source
@@ -31,11 +31,11 @@ Groups = dict[str, list[tuple[str, str]]]  # by a label without its prefix, the 
 
 
 class C3DQuantity(NamedTuple):
-    """A quantity that a model has computed from markers in each frame, such as the angles of a joint."""
+    """A quantity that a model has computed from markers in each frame, such as the angles of a joint, or an event."""
 
-    kind: str  # "angles", "forces", "moments", "powers", "reactions", "scalars" or another group of the file
+    kind: str  # "angles", "forces", "moments", "powers", "reactions", "scalars", "events" or another group of the file
     unit: str  # such as "deg", "N" or "Nmm"; empty if the file names none
-    values: np.ndarray  # (n_frames, 3), as in the file, NaN where there are none
+    values: np.ndarray  # (n_frames, 3), as in the file, NaN where there are none; of events (n_events,), times, s
 
 
 def load_c3d(
@@ -95,7 +95,7 @@ def load_c3d(
     are labels that no group lists and that end in Angle, Force, GRF, Moment, Torque or Power.
 
     A marker is lost where its residual is negative. Numbers may be floats or scaled integers, of Intel, DEC or MIPS.
-    Analog channels, events, force plates and rotations are not read.
+    Analog channels, force plates and rotations are not read.
 
     References
     ----------
@@ -128,7 +128,7 @@ def load_c3d(
 
 
 def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
-    """Read angles, forces, moments, powers and scalars, which models such as Plug-in Gait write among the points.
+    """Read angles, forces, moments, powers and scalars, which models such as Plug-in Gait write, and events.
 
     Parameters
     ----------
@@ -139,7 +139,8 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     -------
     dict of str to C3DQuantity
         By label, in the order of the file: `kind`, such as "angles" or "moments", `unit`, such as "deg", and `values`,
-        (n_frames, 3), of the points that are not positions, see the notes of `load_c3d`.
+        (n_frames, 3), of the points that are not positions, see the notes of `load_c3d`. Events, such as "Left Foot
+        Strike", follow with the kind "events" and times (n_events,) since the first frame, s; `gait_events` takes them.
 
     Raises
     ------
@@ -165,11 +166,17 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
     """
     source = open_source(path, "a C3D file", binary=True)
     with source.format_errors():
-        parameters, _, positions, names, kinds = _read(source, None)
+        parameters, rate, positions, names, kinds = _read(source, None)
         found = dict[str, C3DQuantity]()
         for i, kind in kinds.items():
             units = parameters.texts(f"POINT:{kind.removesuffix('S')}_UNITS")
             found[names[i]] = C3DQuantity(kind.lower(), next(iter(units), ""), positions[:, i])
+        first = int.from_bytes(source.data[6:8], "big" if parameters.processor == MIPS else "little")
+        times = parameters.numbers("EVENT:TIMES").reshape(-1, 2) @ [60.0, 1.0] - (first - 1) / rate  # min and s
+        words = (_texts_if_any(parameters, name) for name in ("EVENT:CONTEXTS", "EVENT:LABELS"))
+        events = [(f"{context} {label}".strip(), time) for time, context, label in zip(times, *words, strict=False)]
+        for name in dict.fromkeys(name for name, _ in events):
+            found[name] = C3DQuantity("events", "s", np.array([time for other, time in events if other == name]))
         return found
 
 

@@ -87,15 +87,20 @@ class Parameters:
         return kind, shape, data
 
     def number(self, name: str, default: float) -> float:
-        """The one finite number of a parameter, an integer as a signed one; `default` where there is none."""
-        found = self._decode(name)
-        if found is None:
+        """The one finite number of a parameter; `default` where there is none."""
+        if name not in self._records:
             return default
-        kind, _, data = found
-        values = self.floats(data) if kind == 4 else np.frombuffer(data, f"{self.order}i{abs(kind)}").astype(float)
-        if kind == -1 or len(values) != 1 or not np.isfinite(values[0]):
-            raise self._source.error(f"{name}: expected one finite number, found {data[:20]!r}")
+        values = self.numbers(name)
+        if len(values) != 1 or not np.isfinite(values[0]):
+            raise self._source.error(f"{name}: expected one finite number, found {values[:5].tolist()}")
         return float(values[0])
+
+    def numbers(self, name: str) -> np.ndarray:
+        """All numbers of a parameter, integers as signed ones; none where there is none."""
+        kind, _, data = self._decode(name) or (4, (), b"")
+        if kind == -1:
+            raise self._source.error(f"{name}: expected numbers, found {data[:20]!r}")
+        return self.floats(data) if kind == 4 else np.frombuffer(data, f"{self.order}i{kind}").astype(float)
 
     def texts(self, name: str) -> list[str]:
         """All texts of a parameter and its continuations, NAME2 and so on, without the blanks around them."""

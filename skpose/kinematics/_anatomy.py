@@ -28,6 +28,7 @@ HEAD = "head"  # the joint between neck and head
 HEAD_TOP, HEAD_CENTER = "head_top", "head_center"
 HIPS = "hips"  # the joint that carries both legs, if it is not the root
 ORDER = (LEG, (COLLAR, *ARM))  # in this order, as far as known
+ENDS_OF = ((ANKLE, BALL), (ANKLE, TOE), (WRIST, HAND))  # likewise; robots have both at one joint
 
 # Parts of the body in names, in lower case and without signs; the first that is found counts.
 PARTS = {
@@ -359,19 +360,17 @@ def _points_forward(skeleton: Skeleton, joint: int, joints: dict[str, int]) -> b
 # --- checks -----------------------------------------------------------------------------------------------------------
 
 
-def find_misplaced(skeleton: Skeleton, joints: Mapping[str, int]) -> str:
-    """State which joints do not follow each other as in a person; empty if all do."""
-    names = skeleton.joint_names
-    for side in SIDES:
-        for order in ORDER:
-            here = [joints[f"{side}_{mark}"] for mark in order if f"{side}_{mark}" in joints]
-            for above, below in itertools.pairwise(here):
-                if above not in path_up(skeleton, below)[1:]:
-                    return f"its joint {names[below]!r} does not come after {names[above]!r}"
-    if HEAD in joints and any(
-        joints.get(f"{side}_{mark}") in path_up(skeleton, joints[HEAD]) for side in SIDES for mark in (SHOULDER, HIP)
-    ):
-        return f"its joint {names[joints[HEAD]]!r} comes after an arm or a leg"
+def find_misplaced(skeleton: Skeleton, joints: Mapping[str, int], more: Sequence[tuple[str, str]] = ()) -> str:
+    """State which joints do not follow each other as in a person, by more pairs than `ORDER`; empty if all do."""
+    names, above = skeleton.joint_names, {mark: path_up(skeleton, joint)[1:] for mark, joint in joints.items()}
+    for side, order in itertools.product(SIDES, (*ORDER, *more)):
+        for upper, lower in itertools.pairwise(mark for part in order if (mark := f"{side}_{part}") in joints):
+            if joints[upper] not in above[lower]:
+                return f"its joint {names[joints[lower]]!r} does not come after {names[joints[upper]]!r}"
+    firsts = {f"{side}_{mark}" for side in SIDES for mark in (SHOULDER, HIP)}.intersection(joints)
+    for mark in sorted(firsts | {HEAD, HEAD_TOP, HEAD_CENTER}.intersection(joints)):
+        if any(joints[first] in above[mark] for first in firsts - {mark}):
+            return f"its joint {names[joints[mark]]!r} comes after an arm or a leg"
     return ""
 
 

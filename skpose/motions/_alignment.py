@@ -293,7 +293,9 @@ def align_motions(
         distance=float((sums[-1, column] / n_counted).astype(dtype)),
         distances=costs[path[:, 0], path[:, 1]],
         joint_distances=None if skeleton is None else _joint_distances(poses_a, poses_b, path, skeleton),
-        joint_rotations=None if skeleton is None else _joint_rotations(poses_a, poses_b, path, skeleton),
+        joint_rotations=None
+        if skeleton is None
+        else np.nan_to_num(joint_rotations(poses_a[path[:, 0]], poses_b[path[:, 1]], skeleton)),
         a=poses_a,
         b=poses_b,
         skeleton=skeleton,
@@ -308,11 +310,11 @@ def _joint_distances(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: S
     return np.asarray(np.linalg.norm(positions_b[path[:, 1]] - positions_a[path[:, 0]], axis=2))
 
 
-def _joint_rotations(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Angles (n_pairs, n_joints) between the rotations of each joint relative to its parent, rad."""
-    angles = np.zeros((len(path), skeleton.n_joints))
+def joint_rotations(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Angles (n, n_joints) between the rotations of each joint relative to its parent, rad; NaN without dofs."""
+    angles = np.full((len(a), skeleton.n_joints), np.nan)
     for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
         if bone.dofs:
             of_a, of_b = (rotations_of(bone, poses[:, columns].astype(np.float64)) for poses in (a, b))
-            angles[:, j] = (of_a[path[:, 0]].inv() * of_b[path[:, 1]]).magnitude()
+            angles[:, j] = (of_a.inv() * of_b).magnitude()
     return angles

@@ -164,7 +164,7 @@ def test_angles_of_a_motion(sway, capsys):
         assert main(["angles", "sway.npz", *options, "--out", f"{i}.csv"]) == 0
         header, table = read_angles(f"{i}.csv")
         expected = joint_angles(sway, zero=zero)
-        assert header == ["time [s]", *expected.names]
+        assert header == ["time [s]", *(f"{name} [deg]" for name in expected.names)]
         np.testing.assert_allclose(table[:, 0], sway.times, atol=1e-5)
         np.testing.assert_allclose(table[:, 1:], expected.degrees, atol=1e-4)
         assert expected.zero in capsys.readouterr().out
@@ -201,7 +201,7 @@ def test_angles_of_keypoints(sway, capsys):
     points = layout.keypoints(load_keypoints("points.npz"))
     expected = joint_angles(inverse_kinematics(points, fit_skeleton(points, layout)).to_motion())
     header, table = read_angles("a.csv")
-    assert header[1:] == list(expected.names)
+    assert header[1:] == [f"{name} [deg]" for name in expected.names]
     np.testing.assert_allclose(table[:, 1:], expected.degrees, atol=1e-4)
     for i, name in enumerate(("left_hip", "left_ankle")):
         Path("points.npz").unlink()
