@@ -11,6 +11,7 @@ from walkers import SKELETON, rotation_about, walk
 
 from skpose import Motion, Skeleton
 from skpose.biomechanics import gait_events, gait_parameters
+from skpose.io import C3DQuantity
 
 OFF_BY = 0.012  # s, at 100 Hz: a foot that stops at once is slow that much before it stands, after the filter
 
@@ -244,3 +245,62 @@ def test_recordings_of_walks_and_runs(cmu):
             assert 30.0 < stance < 40.0
             assert 145.0 < cadence < 175.0
             assert mean_of(found, "double_support") == 0.0
+
+
+def known_events(stride=120 / 110, stance=0.62, duration=6.0):
+    """The events of `walk`, s."""
+    numbers = np.arange(1, int(duration / stride) - 1)
+    return {
+        f"{foot} foot {kind}": (numbers + lag + share) * stride
+        for foot, lag in (("left", 0.0), ("right", 0.5))
+        for kind, share in (("contact", 0.0), ("off", stance))
+    }
+
+
+@pytest.mark.parametrize("form", ["times", "frames", "of a C3D file"])
+def test_known_events_are_taken_as_they_are(form):
+    motion, known = walk(), known_events()
+    expected = np.sort(np.concatenate([*known.values()]))
+    if form == "frames":
+        known = {name: np.rint(times * 100).astype(int) for name, times in known.items()}
+        expected = np.rint(expected * 100) / 100
+    elif form == "of a C3D file":
+        names = {"contact": "Strike", "off": "Off"}
+        known = {
+            " ".join([foot.title(), "Foot", names[kind]]): C3DQuantity("events", "s", times)
+            for (foot, _, kind), times in ((name.split(), times) for name, times in known.items())
+        }
+        known["LKneeAngles"] = C3DQuantity("angles", "deg", np.zeros((len(motion), 3)))
+    events = gait_events(motion, events=known)
+    np.testing.assert_allclose(events.times, expected, atol=1e-9)
+    found = gait_parameters(events)
+    assert len(found) == 4
+    assert mean_of(found, "stance") == pytest.approx(62.0, abs=0.01 if form != "frames" else 1.0)
+    assert mean_of(found, "step_length") == pytest.approx(0.6, abs=2e-3)
+
+
+def test_known_events_of_one_foot_and_names():
+    events = gait_events(walk(), events={"RHS": [1.0, 2.0], "RTO": [1.6]})
+    assert events.to_pandas()["event"].tolist() == ["foot contact", "foot off", "foot contact"]
+    assert not len(events.strides)
+    with pytest.raises(ValueError, match="left foot contact"):
+        gait_events(walk(), events={"heel": [1.0]})
+
+
+def test_a_foot_that_is_not_seen_lacks_its_events():
+    motion = walk()
+    seen = np.ones((len(motion), motion.skeleton.n_joints), bool)
+    seen[200:290, motion.skeleton.joint_names.index("left_foot")] = False
+    seen[400:405] = False  # a short gap is interpolated
+    whole, part = gait_events(motion), gait_events(replace(motion, seen=seen))
+    lost = (whole.feet == "left") & (whole.times > 2.0) & (whole.times < 2.9)
+    assert lost.sum() == 2
+    np.testing.assert_allclose(part.times, whole.times[~lost], atol=2e-3)
+    assert 3 < len(part.strides) < len(whole.strides)
+
+
+def test_a_short_walk_has_the_events_of_a_step():
+    events = gait_events(walk(duration=1.3))
+    assert np.count_nonzero(events.kinds == "foot contact") == 2
+    assert not len(events.strides)
+    assert "three contacts" in events.reason

@@ -4,12 +4,14 @@ import csv
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import robot_of_hinges
+from walkers import walk
 
 from skpose import Bone, Motion, Skeleton, forward_kinematics, inverse_kinematics
 from skpose._cli.main import main
-from skpose.biomechanics import joint_angles
+from skpose.biomechanics import gait_events, joint_angles
 from skpose.datasets import humanoid
 from skpose.io import load_bvh, load_keypoints, load_motion, save_npz
 from skpose.keypoints import Keypoints, fit_skeleton, layouts
@@ -216,6 +218,23 @@ def test_angles_that_are_refused(sway, capsys):
     assert "--layout" in capsys.readouterr().err
     assert main(["angles", "sway.npz", "--zero", "points.npz", "--out", "a.csv"]) == 1
     assert "--zero" in capsys.readouterr().err
+
+
+def test_angles_over_cycles(capsys):
+    """Two walks and a recording without strides are one table; several files need --cycles."""
+    save_npz("a.npz", walk(duration=3.0))
+    save_npz("b.npz", walk(step=0.5, duration=3.0))
+    save_npz("c.npz", walk(duration=1.0))
+    assert main(["angles", "a.npz", "b.npz", "c.npz", "--cycles", "--out", "d.csv"]) == 0
+    assert "c.npz: GaitEvents(none" in capsys.readouterr().out
+    table = pd.read_csv("d.csv")
+    assert set(table["trial"]) == {"a", "b"}
+    motion = load_motion("b.npz")
+    expected = joint_angles(motion).cycles(gait_events(motion))
+    np.testing.assert_allclose(table["value [deg]"][table["trial"] == "b"], expected["value [deg]"], atol=1e-4)
+    assert main(["angles", "c.npz", "--cycles", "--out", "e.csv"]) == 1
+    assert main(["angles", "a.npz", "b.npz", "--out", "e.csv"]) == 1
+    assert "--cycles" in capsys.readouterr().err
 
 
 @pytest.mark.slow

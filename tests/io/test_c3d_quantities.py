@@ -1,6 +1,7 @@
 """What models write among the points of C3D files: no positions, and offered by name; ezc3d is a second opinion."""
 
 import io
+import struct
 
 import c3d_files
 import numpy as np
@@ -89,3 +90,20 @@ def test_groups_that_the_file_names(listed):
     )
     found = {name: (one.kind, one.unit) for name, one in load_c3d_quantities(data).items()}
     assert found == {"LGR": ("reactions", "N")} | ({"S1": ("stresses", "")} if listed else {})
+
+
+@pytest.mark.parametrize("processor", [c3d_files.INTEL, c3d_files.DEC, c3d_files.MIPS])
+def test_events_have_times_since_the_first_frame(processor):
+    """Times are minutes and seconds since the recording began, of which the file has the frames from 101 on."""
+    order = ">" if processor == c3d_files.MIPS else "<"
+    times = np.array([[0.0, 1.5], [1.0, 2.0], [0.0, 1.75]])
+    group = struct.pack("2b", 5, -3) + b"EVENT" + struct.pack(order + "H", 3) + b"\0"
+    values = {"CONTEXTS": ["Left", "Left", "Right"], "LABELS": ["Foot Strike", "Foot Strike", "Foot Off"]}
+    more = [c3d_files.parameter(3, name, value, processor) for name, value in values.items()]
+    more.append(c3d_files.parameter(3, "TIMES", times, processor, shape=(2, 3)))
+    data = written(more=[group, *more], processor=processor)
+    found = load_c3d_quantities(io.BytesIO(c3d_files.with_header(data, processor, first=101, last=120)))
+    events = {name: one for name, one in found.items() if one.kind == "events"}
+    assert list(events) == ["Left Foot Strike", "Right Foot Off"]
+    np.testing.assert_allclose(events["Left Foot Strike"].values, [0.5, 61.0])
+    np.testing.assert_allclose(events["Right Foot Off"].values, [0.75])

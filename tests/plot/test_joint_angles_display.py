@@ -2,6 +2,7 @@ from itertools import pairwise
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.collections import FillBetweenPolyCollection
 
@@ -216,3 +217,34 @@ def test_cycles_must_be_of_the_recording(cycles):
 def test_unknown_names_are_refused():
     with pytest.raises(ValueError, match="names"):
         JointAnglesDisplay.from_angles(some_angles(), CYCLES, names=["knee"])
+
+
+def test_tables_of_cycles_are_drawn_as_the_cycles_themselves():
+    angles, names = some_angles(), ["hip_flexion", "pelvis_tilt"]
+    table = angles.cycles(CYCLES).assign(trial=0)
+    both = pd.concat([table, table.assign(trial=1)])  # cycle 0 of one trial is not that of the other
+    for given in (both, both.sample(frac=1.0, random_state=0)):
+        display = JointAnglesDisplay.from_angles(given, names=names)
+        for side, name in {"left": "hip_flexion_left", "": "pelvis_tilt"}.items():
+            curves = curves_of(angles[name], angles.times[CYCLES - [0, 1]])
+            assert_drawn(display.axes_[names[side == ""]], side, np.concatenate([curves, curves]))
+        assert labels_of(display)[0] == "left, 8 cycles"
+
+
+def test_norm_is_a_band_behind_the_curves():
+    angles = some_angles()
+    phases = np.linspace(100, 0, 51)
+    norm = pd.DataFrame({"angle": "hip_flexion", "phase [%]": phases, "mean": phases / 4, "std": 5.0})
+    display = JointAnglesDisplay.from_angles(angles, CYCLES, norm=norm, names=["hip_flexion", "pelvis_tilt"])
+    for name, n_bands in {"hip_flexion": 3, "pelvis_tilt": 2}.items():
+        bands = [
+            len(one.get_paths()[0].vertices) > 4 if one.get_paths() else False
+            for one in display.axes_[name].collections
+        ]
+        assert len(bands) == n_bands
+    edges = display.axes_["hip_flexion"].collections[0].get_paths()[0].vertices
+    low, high = edges[edges[:, 0] == 50.0][:, 1].min(), edges[edges[:, 0] == 50.0][:, 1].max()
+    assert (low, high) == (7.5, 17.5)
+    assert labels_of(display)[-1] == "norm ± standard deviation"
+    with pytest.raises(ValueError, match="norm needs cycles"):
+        JointAnglesDisplay.from_angles(angles, norm=norm)
