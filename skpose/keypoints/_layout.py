@@ -10,6 +10,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_choice
 from skpose._utils.warnings import warn
 from skpose.keypoints._checks import UPS, complaints_of, turn_up
+from skpose.keypoints._hips import RULES, hip_center
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._names import find_names
 from skpose.skeleton._sides import others, partners, sides
@@ -31,7 +32,9 @@ class Layout:
     parents : mapping of str to str or None
         Parent of each point and of each midpoint; None for the only root.
     midpoints : mapping of str to iterable of str, default={}
-        Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips.
+        Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips. Hip
+        joint centres can be computed from markers instead: ("harrington", ASIS, other ASIS, PSIS, other PSIS) [1]_, or
+        ("davis", the same, knee, ankle) [2]_, where "other" is of the other side.
     rigid : iterable of str, default=()
         Points that are fixed to their parent, such as the hips to the pelvis and the ears to the nose. The bones of all
         others are ball joints.
@@ -63,6 +66,14 @@ class Layout:
     Notes
     -----
     `dataclasses.replace` changes a layout: ``replace(layouts["coco17"], up="z")`` is COCO's with z up.
+
+    References
+    ----------
+    .. [1] M. E. Harrington, A. B. Zavatsky, S. E. M. Lawson, Z. Yuan, T. N. Theologis, "Prediction of the hip joint
+       centre in adults, children, and patients with cerebral palsy based on magnetic resonance imaging", J. Biomech.
+       40(3), 2007, :doi:`10.1016/j.jbiomech.2006.02.003`.
+    .. [2] R. B. Davis, S. Õunpuu, D. Tyburski, J. R. Gage, "A gait analysis data collection and reduction technique",
+       Human Movement Science 10(5), 1991, :doi:`10.1016/0167-9457(91)90046-Z`.
 
     Examples
     --------
@@ -116,7 +127,7 @@ class Layout:
         if len(points) < len(self.points) or not all(isinstance(name, str) and name for name in points):
             raise ValueError(f"{layout}: points must be different, non-empty strings, got {self.points}")
         known = set(self.names)
-        for name, ends in self.midpoints.items():
+        for name, (_, ends) in self._parts.items():
             if len(set(ends)) < 2 or not set(ends) <= known:
                 absent = ", ".join(map(repr, sorted(set(ends) - known, key=str))) or "another point"
                 raise ValueError(f"{layout}: midpoint {name!r} of {ends} needs {absent}")
@@ -139,6 +150,14 @@ class Layout:
     def points(self) -> tuple[str, ...]:
         """All points: the array's, then the midpoints."""
         return (*self.names, *self.midpoints)
+
+    @property
+    def _parts(self) -> dict[str, tuple[str, tuple[str, ...]]]:
+        """The rule of each midpoint, "" for the mean, and the points that it is computed from."""
+        return {
+            name: (ends[0], ends[1:]) if ends and ends[0] in RULES else ("", ends)
+            for name, ends in self.midpoints.items()
+        }
 
     @property
     def root(self) -> str:
@@ -240,10 +259,11 @@ class Layout:
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
         columns |= {name: (np.full((len(given), 3), np.nan), np.zeros(len(given))) for name in missing}
-        for name, ends in self.midpoints.items():
+        for (name, (rule, ends)), side in zip(self._parts.items(), sides(list(self.midpoints)), strict=True):
             if name not in columns:
                 parts, confidence = zip(*(columns[end] for end in ends), strict=True)
-                columns[name] = np.mean(parts, axis=0), np.min(confidence, axis=0)
+                place = hip_center(rule, side, parts) if rule else np.mean(parts, axis=0)
+                columns[name] = place, np.min(confidence, axis=0)
         array, confidences = (np.stack([columns[name][i] for name in self.points], axis=1) for i in (0, 1))
         array, axis = turn_up(array, up)
         return Keypoints(array, self.points, given.frame_rate, confidences=confidences, up=axis)

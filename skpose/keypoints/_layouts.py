@@ -39,9 +39,10 @@ class _Layouts(Mapping[str, Layout]):
 
     Files of markers name their points, and some lack a few:
     ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers are on the skin,
-    and so are the ends of bones that are markers; the hips of "plug_in_gait39" are means of markers of the pelvis,
-    above the joints. If a file has joint centres, a `Layout` with these is better. Medial markers of knees and ankles
-    are often in the standing trial only: ``layout.keypoints(markers, absent="unseen")`` reads the other trials.
+    and so are the ends of bones that are markers; the hips of "plug_in_gait39" are computed from those of the pelvis by
+    Harrington's regression, see `Layout`. If a file has joint centres, a `Layout` with these is better. Medial markers
+    of knees and ankles are often in the standing trial only: ``layout.keypoints(markers, absent="unseen")`` reads the
+    other trials.
 
     Examples
     --------

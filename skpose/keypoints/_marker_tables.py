@@ -1,5 +1,6 @@
 """Sets of markers, and of the points that Pose2Sim has in their place, as tables: points, and means of them."""
 
+from skpose.keypoints._hips import HARRINGTON
 from skpose.keypoints._table import RIGID, layout_of
 
 # As Pose2Sim writes them, y up. Some of its files have a point Hip, which is then taken, and some have none.
@@ -194,7 +195,6 @@ OPENCAP_MOCAP55 = layout_of(
     },
 )
 
-# Means of the markers of the pelvis stand for the hips: some 8 cm above the joints.
 PLUG_IN_GAIT39 = layout_of(
     "plug_in_gait39",
     (
@@ -250,8 +250,8 @@ PLUG_IN_GAIT39 = layout_of(
     up="z",
     midpoints={
         "pelvis": ("LASI", "RASI", "LPSI", "RPSI"),
-        "left_hip": ("LASI", "LPSI"),
-        "right_hip": ("RASI", "RPSI"),
+        "left_hip": (HARRINGTON, "LASI", "RASI", "LPSI", "RPSI"),
+        "right_hip": (HARRINGTON, "RASI", "LASI", "RPSI", "LPSI"),
         "thorax": ("C7", "CLAV", "T10", "STRN"),
         "head": ("LFHD", "RFHD", "LBHD", "RBHD"),
         "left_wrist": ("LWRA", "LWRB"),

@@ -5,7 +5,7 @@ import reference
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton
-from skpose.keypoints import Layout
+from skpose.keypoints import Keypoints, Layout
 
 PEOPLE = ["coco17", "smpl24", "plug_in_gait39"]
 
@@ -169,11 +169,10 @@ def standing(name):
 
 
 def standing_in(layout):
-    """Return the position of each point of a layout on the standing person; midpoints are means."""
-    found = {name: standing(name) for name in layout.names}
-    for name, parts in layout.midpoints.items():
-        found[name] = np.mean([found[part] for part in parts], axis=0)
-    return found
+    """Return the position of each point of a layout on the standing person."""
+    given = Keypoints([[standing(name) for name in layout.names]], layout.names, 30)
+    found = layout.keypoints(given)
+    return dict(zip(found.names, found.positions[0], strict=True))
 
 
 def person(layout):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from people import ALONE
+from scipy.spatial.transform import Rotation
 
-from skpose.keypoints import Layout, layouts
+from skpose.keypoints import Keypoints, Layout, layouts
 from skpose.skeleton._sides import partners, sides
 
 ARM = {"names": ["a", "b", "c"], "parents": {"a": None, "b": "a", "c": "b"}}
@@ -147,3 +148,39 @@ def test_an_ankle_never_hangs_on_a_hip(name, joints):
     below = [point for point in layout.points if layout.parents[point] in joints and point not in layout.rigid]
     ends = [point for point in layout.points if layout.parents[point] in below]
     assert set(layout.points) - {*parts, *below, *ends} == set(layout.without([*parts, *below, *ends]).points)
+
+
+@pytest.mark.parametrize("rule", ["harrington", "davis"])
+def test_hip_joint_centres_are_those_of_the_published_regressions(rule):
+    """A pelvis 240 mm wide and 150 mm deep, legs of 900 mm; Harrington et al. (2007), table 3, Davis et al. (1991)."""
+    markers = {
+        "LASI": (0.0, 0.12, 0.0),
+        "LPSI": (-0.15, 0.05, 0.0),
+        "LKNE": (0.0, 0.12, -0.5),
+        "LANK": (0.0, 0.12, -0.9),
+    }
+    markers |= {"R" + name[1:]: np.array(at) * [1, -1, 1] for name, at in markers.items()}
+    parts = {}
+    for side, (near, far) in {"left_hip": "LR", "right_hip": "RL"}.items():
+        leg = (near + "KNE", near + "ANK") if rule == "davis" else ()
+        parts[side] = (rule, near + "ASI", far + "ASI", near + "PSI", far + "PSI", *leg)
+    layout = Layout("hips", markers, dict.fromkeys([*markers, *parts], "LASI") | {"LASI": None}, parts, up="z")
+    turned = Rotation.from_rotvec([0.3, -1.0, 2.0])
+    found = layout.keypoints(Keypoints(turned.apply([*markers.values()])[None] + 2.0, markers, 100, up="z"))
+    if rule == "harrington":
+        x, y, z = -0.24 * 150 - 9.9, 0.33 * 240 + 7.3, -0.30 * 240 - 10.9
+    else:
+        c, d = 0.115 * 900 - 15.3, 0.1288 * 900 - 48.56 + 7.0
+        cos_b, sin_b, cos_t, sin_t = (f(np.radians(a)) for a in (18.0, 28.4) for f in (np.cos, np.sin))
+        x, y, z = c * cos_t * sin_b - d * cos_b, 120 - c * sin_t, -c * cos_t * cos_b - d * sin_b
+    expected = turned.apply(np.array([[x, y, z], [x, -y, z]]) / 1000.0) + 2.0
+    np.testing.assert_allclose(found.positions[0, -2:], expected, atol=1e-9)
+
+
+def test_a_lost_marker_of_the_pelvis_loses_the_hips():
+    layout = layouts["plug_in_gait39"]
+    positions = np.random.default_rng(0).normal(size=(3, 39, 3))
+    positions[1, layout.names.index("LPSI")] = np.nan
+    found = layout.keypoints(positions, frame_rate=100)
+    hips = found.positions[:, [found.names.index(f"{side}_hip") for side in ("left", "right")]]
+    np.testing.assert_array_equal(np.isnan(hips).any(axis=(1, 2)), [False, True, False])
