@@ -60,8 +60,7 @@ def set_upright(y: np.ndarray) -> np.ndarray:
     Directions to the side, where flexion is not defined, are taken as adduction alone.
     """
     flexion, adduction = direction_angles(y)
-    axes: np.ndarray = Rotation.from_euler("ZX", np.stack([np.nan_to_num(flexion), adduction], axis=1)).as_matrix()
-    return axes
+    return np.asarray(Rotation.from_euler("ZX", np.stack([np.nan_to_num(flexion), adduction], axis=1)).as_matrix())
 
 
 def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
@@ -78,8 +77,7 @@ def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[
 
 def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The angles between vectors (..., 3), degrees."""
-    angles: np.ndarray = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1)))
-    return angles
+    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))))
 
 
 def partly(bend: np.ndarray) -> np.ndarray:

@@ -61,17 +61,18 @@ def find_reference(
     left, right = positions[pelvis.start], positions[pelvis.end]
     is_rest = up is None
     if up is None:
-        legs = [positions[segments[f"{side}_shank"].end] - positions[segments[f"{side}_thigh"].start] for side in SIDES]
-        upward = -legs[0] - legs[1]
+        legs = {
+            f"its {side} leg": positions[segments[f"{side}_thigh"].start] - positions[segments[f"{side}_shank"].end]
+            for side in SIDES
+        }
+        upward = sum(legs.values())
         axis = int(np.abs(upward).argmax())
         up = np.eye(3)[axis] * np.sign(upward[axis])
-        for side, leg in zip(SIDES, legs, strict=True):
-            if degrees_between(-leg, up) > np.degrees(np.arccos(UPRIGHT)):
-                return f"its {side} leg points {degrees_between(-leg, up):.0f}° away from down"
         if "trunk" in segments:
-            spine = (positions[segments["trunk"].start] + positions[segments["trunk"].end] - left - right) / 2.0
-            if degrees_between(spine, up) > np.degrees(np.arccos(UPRIGHT)):
-                return f"its trunk leans {degrees_between(spine, up):.0f}° away from up"
+            legs["its trunk"] = positions[segments["trunk"].start] + positions[segments["trunk"].end] - left - right
+        for what, line in legs.items():
+            if degrees_between(line, up) > np.degrees(np.arccos(UPRIGHT)):
+                return f"{what} leans by {degrees_between(line, up):.0f}°"
     across = (right - left) - (right - left) @ up * up
     size = np.linalg.norm(across)
     if size <= UPRIGHT * np.linalg.norm(right - left):
@@ -128,18 +129,18 @@ def joint_axes(reference: Reference, joint: str, distal: Segment | None) -> np.n
 
 def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The smallest rotation (3, 3) that takes a direction to another."""
-    matrix: np.ndarray = Rotation.align_vectors(b, a)[0].as_matrix()
-    return matrix
+    return np.asarray(Rotation.align_vectors(b, a)[0].as_matrix())
 
 
 def _raised_arms(segments: dict[str, Segment], turned: Turned, up: np.ndarray) -> dict[tuple[str, str], str]:
     """The angles that arms which point up in a rest pose give no zero, and why."""
-    unknown: dict[tuple[str, str], str] = {}
-    for side in SIDES:
-        if (arm := segments.get(f"{side}_upper_arm")) and degrees_between(turned.direction(arm)[0], -up) > RAISED:
-            why = f"the rest pose, in which the {side} arm points up, does not show how a hanging arm is rotated"
-            unknown |= {("shoulder_rotation", side): why, ("elbow", side): why}
-    return unknown
+    arms = {side: segments[f"{side}_upper_arm"] for side in SIDES if f"{side}_upper_arm" in segments}
+    return {
+        (angle, side): f"the rest pose, in which the {side} arm points up, does not show how a hanging arm is rotated"
+        for side, arm in arms.items()
+        for angle in ("shoulder_rotation", "elbow")
+        if degrees_between(turned.direction(arm)[0], -up) > RAISED
+    }
 
 
 def _with_line(y: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -103,8 +103,7 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
 
 def runs_of(known: np.ndarray) -> list[slice]:
     """The parts of an array of bool that are True throughout."""
-    parts: list[slice] = np.ma.clump_masked(np.ma.masked_array(known, known))
-    return parts
+    return list(np.ma.clump_masked(np.ma.masked_array(known, known)))
 
 
 def _check_jumps(hips: np.ndarray, motion: Motion, shown: np.ndarray) -> None:

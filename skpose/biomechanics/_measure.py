@@ -59,13 +59,11 @@ HINGES = {"thigh": ("shank", -1.0), "upper_arm": ("forearm", 1.0)}  # the next s
 
 LOCKED = "flexion and rotation are one where the limb points to the side"
 HANGS = f"an arm that hangs within {np.degrees(HANGING):.0f}° of the trunk has no plane of elevation"
-STRAIGHT = f"positions do not show it; the next joint does where it is bent by {BENT:.0f}° and more"
 NO_POINTS = "positions show it only by points off the line of the segment"
 PALM = "no thumb next to the line of the hand shows where the palm is"
 HINGE = "positions do not show it without points off the line of the limb above; the joint is taken for a hinge"
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 UNSEEN = "positions of its points are not seen"
-NO_END = "positions do not show the rotation of a head without a point beyond its joint"
 NO_TILT = "positions show only the line of the hips"
 # Angles, 0 to 2, of joints below a line that depend on the rotation of the line about itself.
 BELOW_LINES = {
@@ -141,7 +139,10 @@ class _Joints:
             return  # nothing bends between them
         if distal in self.lines and not self.segments[distal].along.any():
             for angle in joint.angles:
-                self.hide(f"{joint.name}_{angle}", NO_END)
+                self.hide(
+                    f"{joint.name}_{angle}",
+                    "positions do not show the rotation of a head without a point beyond its joint",
+                )
             return
         at_proximal, at_distal = self._axes_of(joint, side, proximal, distal)
         before = self.since[proximal] @ at_proximal
@@ -153,7 +154,14 @@ class _Joints:
             following = f"{side}_{HINGES[joint.distal][0]}" if joint.distal in HINGES else ""
             three = self._measure_line(joint, before, at_distal, distal, following)
             if following in self.segments:
-                of_rotation, reasons = [*shown_by, following], [LOCKED, LOCKED, STRAIGHT]
+                of_rotation, reasons = (
+                    [*shown_by, following],
+                    [
+                        LOCKED,
+                        LOCKED,
+                        f"positions do not show it; the next joint does where it is bent by {BENT:.0f}° and more",
+                    ],
+                )
         else:
             three = angles_of(before.transpose(0, 2, 1) @ self.since[distal] @ at_distal)
         hidden = self._hidden(joint, side, proximal, distal)

@@ -45,9 +45,11 @@ def _check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str])
     joints = {mark: joint for mark, joint in person.joints.items() if mark in LANDMARKS}
     if misplaced := find_misplaced(skeleton, joints, ENDS_OF):
         raise ValueError(f"joints do not fit the skeleton: {misplaced}")
+    # A foot ends at the ball or the toe, so that both may be at one joint.
+    parts = {mark: "head" if mark in HEADS else mark.replace("toe", "ball") for mark in joints}
     for mark in given:
         for other in joints:
-            if joints[other] == joints[mark] and _part(other) != _part(mark):
+            if joints[other] == joints[mark] and parts[other] != parts[mark]:
                 raise ValueError(f"{mark} and {other} are one joint, {given[mark]!r}: check joints=")
     hips, shoulders = pair_of(joints, "hip"), pair_of(joints, "shoulder")
     if hips is not None and shoulders is not None:
@@ -55,8 +57,3 @@ def _check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str])
         across, above = (at_zero[right] - at_zero[left] for left, right in (hips, shoulders))
         if across @ above < OTHER_SIDE * np.linalg.norm(across) * np.linalg.norm(above):
             raise ValueError("the left arm is on the side of the right leg: exchange left and right of one in joints=")
-
-
-def _part(mark: str) -> str:
-    """A landmark, or the one that may be at the same joint: a foot ends at the ball or the toe."""
-    return "head" if mark in HEADS else mark.replace("toe", "ball")

@@ -32,7 +32,6 @@ BETTER = 0.7  # of the distance without a shift; a lag with less is better
 AS_GOOD = 1.3  # times the distance at half a cycle; a lag with less is as good, as in several cycles
 EQUAL = 1e-9  # m, of rounding
 LAGS = 60  # that are compared
-MOST_NAMES = 5  # of joints in a message
 
 Quantity = Literal["position", "direction", "rotation"]
 
@@ -310,7 +309,7 @@ def _warn_of_unseen(motion: Motion) -> None:
     shown = find_shown(motion, range(motion.skeleton.n_joints)).all(axis=0)
     if not shown.all():
         names = np.array(motion.skeleton.joint_names)[~shown]
-        some = f"{', '.join(names[:MOST_NAMES])}{' and more' * (len(names) > MOST_NAMES)}"
+        some = f"{', '.join(names[:5])}{' and more' * (len(names) > 5)}"
         warn(
             f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out with select"
         )

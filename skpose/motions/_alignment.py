@@ -1,10 +1,12 @@
 """The alignment of two motions: which frames correspond, and where the joints differ."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
@@ -21,6 +23,7 @@ from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
+from skpose.skeleton._root import find_root_joint
 from skpose.skeleton._rotations import rotations_of
 
 Quantity = Literal["distance", "rotation"]
@@ -73,8 +76,9 @@ class Alignment:
     distances : ndarray of shape (n_pairs,)
         Distance between the poses of each pair, m, or rad for "angle".
     joint_distances : ndarray of shape (n_pairs, n_joints) or None
-        Distance between the positions of each joint relative to the root, m, without the weights of the joints. The
-        columns are ``skeleton.joint_names``. None without a skeleton.
+        Distance between the positions of each joint relative to the root, m, in the axes of the world without the
+        heading: a root that is tilted does not move the feet. Without the weights of the joints. The columns are
+        ``skeleton.joint_names``. None without a skeleton.
     joint_rotations : ndarray of shape (n_pairs, n_joints) or None
         Angle between the rotations of each joint relative to its parent, rad, at most π; zero for joints without dofs.
         None without a skeleton.
@@ -292,7 +296,7 @@ def align_motions(
         path=path,
         distance=float((sums[-1, column] / n_counted).astype(dtype)),
         distances=costs[path[:, 0], path[:, 1]],
-        joint_distances=None if skeleton is None else _joint_distances(poses_a, poses_b, path, skeleton),
+        joint_distances=None if skeleton is None else _joint_distances(a, b, (poses_a, poses_b), path, skeleton),
         joint_rotations=None
         if skeleton is None
         else np.nan_to_num(joint_rotations(poses_a[path[:, 0]], poses_b[path[:, 1]], skeleton)),
@@ -304,10 +308,15 @@ def align_motions(
     )
 
 
-def _joint_distances(a: np.ndarray, b: np.ndarray, path: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+def _joint_distances(
+    a: Motion | ArrayLike, b: Motion | ArrayLike, poses: Sequence[np.ndarray], path: np.ndarray, skeleton: Skeleton
+) -> np.ndarray:
     """Distances (n_pairs, n_joints) between the positions of each joint, m."""
-    positions_a, positions_b = (forward_kinematics(poses.astype(np.float64), skeleton) for poses in (a, b))
-    return np.asarray(np.linalg.norm(positions_b[path[:, 1]] - positions_a[path[:, 0]], axis=2))
+    positions = [forward_kinematics(each.astype(np.float64), skeleton) for each in poses]
+    if isinstance(a, Motion) and isinstance(b, Motion) and not find_root_joint(skeleton):
+        tilts = (Rotation.from_rotvec(each.with_root("tilt").angles[:, :3]) for each in (a, b))
+        positions = [np.einsum("nij,nkj->nki", R.as_matrix(), at) for R, at in zip(tilts, positions, strict=True)]
+    return np.asarray(np.linalg.norm(positions[1][path[:, 1]] - positions[0][path[:, 0]], axis=2))
 
 
 def joint_rotations(a: np.ndarray, b: np.ndarray, skeleton: Skeleton) -> np.ndarray:

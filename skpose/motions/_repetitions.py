@@ -45,6 +45,8 @@ class Repetitions:
         The skeleton on which the poses were compared; None for an array without one.
     times : ndarray of shape (n_frames,) or None
         Time of each frame of the recording, s; None for an array.
+    reason : str
+        The reason if there are none.
 
     Examples
     --------
@@ -64,6 +66,7 @@ class Repetitions:
     motions: list
     skeleton: Skeleton | None
     times: np.ndarray | None
+    reason: str = ""
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -228,6 +231,8 @@ def segment_repetitions(
     >>> noise = np.random.default_rng(0).normal(size=(100, 3))
     >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0)
     Repetitions(none, fitness 0.57, p = 0.44)
+    >>> segment_repetitions(noise, skeleton=Skeleton.chain(3), random_state=0).reason
+    'the p-value is above 0.05: random orders of its parts repeat as much'
     """
     (checked,) = check_single_motions({"motion": motion}, skeleton)
     if min_frames is not None and max_frames is not None and min_frames > max_frames:
@@ -243,11 +248,15 @@ def segment_repetitions(
     limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
     frames = Frames(*_turn_euler(poses, chosen, checked.skeleton), n_jobs)
     best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, NOTHING
+    reason = "no movement comes back to its first pose and repeats"
     if best is not None:
         fitness = best.fitness
         pvalue = p_value(frames, limits, n_surrogates, check_random_state(random_state), n_threads)
-        if fitness >= min_fitness and pvalue <= alpha:
-            found = best.repetitions()
+        found = best.repetitions()
+        if fitness < min_fitness:
+            found, reason = NOTHING, f"the fitness is below {min_fitness:g}: little of the recording repeats"
+        elif pvalue > alpha:
+            found, reason = NOTHING, f"the p-value is above {alpha:g}: random orders of its parts repeat as much"
     warn_of_unconverged(frames.unconverged, frames.n_pairs)
     starts, stops = found.segments.T
     given, times = (motion, motion.times) if isinstance(motion, Motion) else (poses, None)
@@ -257,7 +266,16 @@ def segment_repetitions(
         if missing > MISSING * len(one):
             warn(f"repetition {i} lacks {missing} frames of the recording, and is compared as if it were complete")
     return Repetitions(
-        starts, stops, found.distances, found.template, fitness, pvalue, repeated, checked.skeleton, times
+        starts,
+        stops,
+        found.distances,
+        found.template,
+        fitness,
+        pvalue,
+        repeated,
+        checked.skeleton,
+        times,
+        "" if len(starts) else reason,
     )
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -5,7 +7,7 @@ from conftest import SKELETONS, in_turns
 from scipy.spatial.transform import Rotation
 
 from skpose import Motion, Skeleton, motion_distances, pose_distances
-from skpose.datasets import MotionDataset, make_gait
+from skpose.datasets import make_gait
 from skpose.metrics import Angle, Geodesic, Spatial
 from skpose.metrics._registry import METRICS
 from skpose.motions import align_motions
@@ -124,6 +126,16 @@ def test_without_a_skeleton_there_are_no_joints():
     assert known.joint_distances.shape == (len(known.path), 2)
 
 
-A, B = two_motions(ARM)
-MOTION = Motion(ARM, A, 10)
-DATASET = MotionDataset([MOTION, MOTION])
+def test_a_pelvis_that_is_tilted_does_not_move_the_feet():
+    """A walk, and the same with the pelvis tilted 10° about the line of the hips; trunk and legs stay in the world."""
+    motion = make_gait(1, 1, activities=["walk"], duration=1.0, frame_rate=20, random_state=0)[0]
+    names, angles, tilt = motion.skeleton.dof_names, motion.angles.copy(), Rotation.from_rotvec([np.radians(10), 0, 0])
+    for name in ("abdomen", "left_thigh", "right_thigh"):
+        i = names.index(f"{name}_rotvec_x")
+        angles[:, i : i + 3] = (tilt.inv() * Rotation.from_rotvec(angles[:, i : i + 3])).as_rotvec()
+    root = Rotation.from_euler("xyz", np.zeros((len(motion), 3))) * tilt
+    tilted = replace(motion, angles=angles, root_angles=root.as_euler("xyz"), root_axes="xyz")
+    found = align_motions(motion, tilted, metric="angle")
+    assert found.joint_distances.max() < 1e-6
+    positions = [reference.forward_kinematics(one.angles, one.skeleton) for one in (motion, tilted)]
+    assert np.linalg.norm(positions[0] - positions[1], axis=2).max() > 0.1

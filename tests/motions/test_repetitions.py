@@ -95,6 +95,7 @@ def test_a_pose_that_lasts_does_not_repeat(n):
     found = segment_repetitions(np.ones((n, 3)), skeleton=ARM)
     assert (len(found), found.template, found.motions, found.pvalue) == (0, None, [], 1.0)
     assert repr(found) == "Repetitions(none, fitness 0.00, p = 1)"
+    assert "repeats" in found.reason
 
 
 def test_one_exercise_does_not_repeat():
