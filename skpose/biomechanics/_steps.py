@@ -23,7 +23,6 @@ PHASES = (0.3, 0.7)  # of a stride, between which the other foot comes down
 STRIDE_TIMES = (0.3, 3.0)  # s
 SIDEWAYS = 45.0  # degrees between the direction of a stride and that in which the pelvis faces
 FORWARD = 0.35  # of the length of the leg: shorter strides are steps on the spot
-LEAST_ROWS = 4  # in which a foot is seen
 SLIDES = 0.33  # of the speed of travel: a foot on the floor is slower in half of its stance; 0.23 in recordings
 UPRIGHT = 0.5  # of the length of the leg, least height of the pelvis above the lower ankle
 
@@ -56,9 +55,8 @@ def find_stances(feet: Feet) -> list[Stance]:
     ahead = feet.travel / np.maximum(speed, 1e-12)[:, None]
     speed = np.maximum(speed, least_speed_of(feet))
     found: dict[tuple, Stance] = {}
-    for side, run in [(side, run) for side, seen in enumerate(feet.seen) for run in runs_of(seen)]:
-        if run.stop - run.start < LEAST_ROWS:
-            continue
+    runs = [(side, run) for side, seen in enumerate(feet.seen) for run in runs_of(seen) if run.stop - run.start > 3]
+    for side, run in runs:
         parts = feet.ankles[side, run], feet.toes[side, run]
         speeds = [np.linalg.norm(np.gradient(part, feet.step, axis=0), axis=1) / speed[run] for part in parts]
         slow = [own / share for own, share in zip(speeds, (ANKLE, TOE), strict=True)]

@@ -5,8 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-HARRINGTON, DAVIS = "harrington", "davis"
-RULES = HARRINGTON, DAVIS
+HARRINGTON, DAVIS = RULES = "harrington", "davis"
 BETA, THETA = np.radians(18.0), np.radians(28.4)  # Davis: angles of the hip in the sagittal and the frontal plane
 RADIUS = 0.007  # m, of a marker
 
@@ -30,7 +29,9 @@ def hip_center(rule: str, side: str, markers: Sequence[np.ndarray]) -> np.ndarra
         lengths = sum(np.linalg.norm(b - a, axis=1) for a, b in pairwise([asis, *leg]))
         length = np.ma.median(np.ma.masked_invalid(lengths))
         c, trochanter = 0.115 * length - 0.0153, 0.1288 * length - 0.04856 + RADIUS
-        x = c * np.cos(THETA) * np.sin(BETA) - trochanter * np.cos(BETA)
-        y = -c * np.cos(THETA) * np.cos(BETA) - trochanter * np.sin(BETA)
-        place = x, y, width / 2.0 - c * np.sin(THETA)
+        place = (
+            c * np.cos(THETA) * np.sin(BETA) - trochanter * np.cos(BETA),
+            -c * np.cos(THETA) * np.cos(BETA) - trochanter * np.sin(BETA),
+            width / 2.0 - c * np.sin(THETA),
+        )
     return np.ma.filled(origin + place[0] * ahead + place[1] * up + place[2] * outward, np.nan)

@@ -18,7 +18,7 @@ LEGEND: dict[str, Any] = {"frameon": False, "fontsize": "small", "borderaxespad"
 NOTE: dict[str, Any] = {"fontsize": "small", "color": "0.4"}
 NAMES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
 SIDES = ("left", "right", "")  # of angles; angles of the trunk have none
-NORM: dict[str, Any] = {"color": "0.85", "linewidth": 0.0, "zorder": 0.2}
+NORM: dict[str, Any] = {"color": "#efe4bd", "linewidth": 0.0, "zorder": 0.2}
 
 
 class JointAnglesDisplay:
@@ -96,7 +96,7 @@ class JointAnglesDisplay:
         n_columns = min(n_columns, len(columns))
         n_rows = -(-len(columns) // n_columns)
         handles = _legend(columns, cycles, show_cycles, self.norm is not None)
-        per_line = n_columns if n_columns < 3 else len(handles)
+        per_line = n_columns if n_columns < 3 else 4
         legend = LINE * (1 - -len(handles) // per_line)
         size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + legend)
         self.ax_, self.figure_ = axes(ax, size)
@@ -141,8 +141,7 @@ class JointAnglesDisplay:
         if high - low < 10.0:  # degrees, so that noise does not look like movement
             middle = (low + high) / 2.0
             ax.set_ylim(middle - 5.0, middle + 5.0)
-        first, last = (0.0, 100.0) if cycles else self.angles.times[[0, -1]]
-        ax.set_xlim(first, last)
+        ax.set_xlim(*((0.0, 100.0) if cycles else self.angles.times[[0, -1]]))
         if cycles:
             ax.set_xticks([0, 25, 50, 75, 100])
         ax.locator_params(axis="y", nbins=5, steps=[1, 2, 3, 5, 10])
@@ -172,8 +171,8 @@ class JointAnglesDisplay:
         cycles : GaitEvents, Repetitions or array-like of shape (n_cycles, 2), default=None
             Where the cycles are, see `JointAngles.cycles`. None draws curves over time.
         norm : pandas.DataFrame, default=None
-            Mean and standard deviation of other people, degrees, drawn as a grey band for both sides: columns "angle",
-            such as "knee_flexion", "phase [%]", "mean" and "std".
+            Mean and standard deviation of other people, degrees, drawn as a yellow band: columns "angle", such as
+            "knee_flexion", for both sides, "phase [%]", "mean" and "std".
         ax : matplotlib Axes, default=None
             The axes to draw into; None makes new ones.
         **options
