@@ -323,7 +323,7 @@ def _tabulate_all(motions: Sequence[Motion] | MotionDataset, zero: Any, joints: 
         )
         for motion, one, (subject, trial) in zip(motions, zeros, labels, strict=True)
     ]
-    if without := [f"{label}: {events.reason}" for label, _, events in found if not len(events.strides)]:
+    if without := [f"trial {label['trial']}: {events.reason}" for label, _, events in found if not len(events.strides)]:
         warn(f"{len(without)} of {n} recordings have no strides, such as {without[0]}")
     tables = [angles.cycles(events).assign(**label) for label, angles, events in found if len(events.strides)]
     return pandas.concat(tables, ignore_index=True)
