@@ -4,6 +4,7 @@ Each is written twice, for pages in light and in dark colours, but for the card 
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -14,10 +15,12 @@ from matplotlib.path import Path as Outline
 from sklearn.manifold import ClassicalMDS
 
 from skpose import Motion, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose.biomechanics import gait_events, joint_angles
 from skpose.datasets import humanoid, make_actions, make_gait
 from skpose.geodesics import frechet_mean
 from skpose.metrics import Geodesic
 from skpose.motions import MotionDistanceTransformer, align_motions
+from skpose.plot import JointAnglesDisplay
 from skpose.skeleton._sides import sides
 from skpose.view._shape import find_shape, outline
 
@@ -295,6 +298,27 @@ def save(name, size, draw, *arguments):
         plt.close(figure)
 
 
+def save_strides():
+    """Write joint angles of a walk over the stride, with those of five other people as a band."""
+    walks = []
+    for motion in make_gait(6, 1, activities=["walk"], duration=8, random_state=0):
+        ends = [motion.skeleton.joint_names.index(name) for name in ("left_shank", "right_shank")]
+        ankles = forward_kinematics(motion.angles, motion.skeleton)[:, ends]
+        lower = ankles[:-1, :, 1].argmin(axis=1)
+        steps = -np.diff(ankles, axis=0)[np.arange(len(lower)), lower]  # the lower ankle stands still
+        walks.append(replace(motion, root_positions=np.concatenate([np.zeros((1, 3)), steps.cumsum(axis=0)])))
+    others = joint_angles(walks[1:]).groupby(["angle", "phase [%]"])["value [deg]"]
+    norm = others.agg(["mean", "std"]).reset_index()
+    for theme, ink in INKS.items():
+        parts = "text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"
+        with plt.rc_context(dict.fromkeys(parts, ink["grey"]) | {"axes.facecolor": "none"}):
+            display = JointAnglesDisplay.from_angles(joint_angles(walks[0]), gait_events(walks[0]), norm=norm)
+        path = TARGET / f"strides_{theme}.svg"
+        display.figure_.savefig(path, metadata={"Date": None}, bbox_inches="tight")
+        path.write_text(shorten(path.read_text(encoding="utf-8")), encoding="utf-8")
+        plt.close(display.figure_)
+
+
 def shorten(svg):
     """Return a drawing with two digits after the points of its outlines, which are in points."""
     return re.sub(r' d="[^"]*"', lambda outline: re.sub(r"(\.\d\d)\d+", r"\1", outline[0]), svg)
@@ -343,6 +367,7 @@ if __name__ == "__main__":
     save("warping", (6.4, 3.7), draw_warping)
     save("means", (7.0, 2.5), draw_means)
     save("keypoints", (6.0, 2.85), draw_keypoints)
+    save_strides()
     save("path", (4.0, 1.6), draw_path)
     save("embedding", (4.0, 1.6), draw_embedding)
     save_for_readme()

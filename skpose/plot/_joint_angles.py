@@ -18,7 +18,7 @@ LEGEND: dict[str, Any] = {"frameon": False, "fontsize": "small", "borderaxespad"
 NOTE: dict[str, Any] = {"fontsize": "small", "color": "0.4"}
 NAMES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion")
 SIDES = ("left", "right", "")  # of angles; angles of the trunk have none
-NORM: dict[str, Any] = {"color": "#efe4bd", "linewidth": 0.0, "zorder": 0.2}
+NORM: dict[str, Any] = {"color": "#d9b84a", "alpha": 0.35, "linewidth": 0.0, "zorder": 0.2}
 
 
 class JointAnglesDisplay:
@@ -256,5 +256,5 @@ def _legend(columns: dict[str, dict[str, str]], cycles: Cycles | None, show_cycl
     if cycles and not show_cycles and max(map(len, cycles.curves.values())) > 1:
         handles.append(Patch(color="0.5", alpha=0.3, linewidth=0.0, label="± standard deviation"))
     if has_norm:
-        handles.append(Patch(color=NORM["color"], linewidth=0.0, label="norm ± standard deviation"))
+        handles.append(Patch(**NORM, label="norm ± standard deviation"))
     return handles
