@@ -266,8 +266,8 @@ def joint_angles(motion: Any, *, zero: Any = None, joints: Mapping[str, str] | N
     for hinges. Otherwise rotations are NaN. Files of rotations have all of them, measured or not; BVH files of pose
     estimators have them too.
 
-    *Accuracy.* From markers, flexion of hip and knee agrees with OpenSim's inverse kinematics by r ≥ 0.9985. Rotation of
-    the hip is the least certain angle, r 0.63 to 0.92, as skin moves most at the thigh. An angle that is not zero in
+    *Accuracy.* From markers, flexion of hip and knee agrees with OpenSim's inverse kinematics by r ≥ 0.9985. Rotation
+    of the hip is the least certain angle, r 0.63 to 0.92, as skin moves most at the thigh. An angle that is not zero in
     `zero`, such as that of elbows that are bent there, has an offset.
 
     Every call computes the forward kinematics of all frames, and a rotation for each joint: some 80 µs a frame.
