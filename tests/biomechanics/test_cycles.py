@@ -8,7 +8,7 @@ from walkers import walk
 
 from skpose.biomechanics import gait_events, joint_angles
 from skpose.datasets import MotionDataset
-from skpose.motions import segment_repetitions
+from skpose.motions import Repetitions
 
 WALK = walk()
 ANGLES, EVENTS = joint_angles(WALK), gait_events(WALK)
@@ -29,11 +29,13 @@ def test_a_row_for_each_angle_cycle_and_per_cent():
 
 
 def test_repetitions_and_frames_are_cycles_of_both_sides():
-    repetitions = segment_repetitions(WALK, random_state=0)
+    starts, stops = np.array([20, 130, 300]), np.array([110, 290, 420])
+    repetitions = Repetitions(starts, stops, np.zeros(3), 0, 0.5, 0.01, [], None, WALK.times)
     table = ANGLES.cycles(repetitions)
-    frames = np.stack([repetitions.starts, repetitions.stops], axis=1)
-    assert table.equals(ANGLES.cycles(frames))
-    assert table.groupby(["angle", "side"])["cycle"].nunique().unique().tolist() == [len(repetitions)]
+    assert table.equals(ANGLES.cycles(np.stack([starts, stops], axis=1)))
+    assert table.groupby(["angle", "side"])["cycle"].nunique().unique().tolist() == [3]
+    with pytest.raises(ValueError, match="of the recording"):
+        ANGLES.cycles(replace(repetitions, times=WALK.times + 1.0))
 
 
 @pytest.mark.parametrize("up", ["x", "y", "z"])
@@ -47,13 +49,13 @@ def test_the_pelvis_is_rotated_relative_to_the_direction_of_the_stride(up, headi
 
 
 def test_many_recordings_give_one_table():
-    walks = [WALK, walk(step=0.5, heading=1.0)]
+    walks = [WALK, walk(step=0.5, heading=1.0, duration=2.5)]
     table = joint_angles(MotionDataset(walks, subjects=["anna", "ben"], trials=["1", "2"], rotations="file"))
     assert table.groupby("subject")["trial"].unique().map(list).to_dict() == {"anna": ["1"], "ben": ["2"]}
     first = ANGLES.cycles(EVENTS)
     assert table[table["subject"] == "anna"][first.columns].equals(first)
-    still = replace(WALK, root_positions=WALK.root_positions * 0.01)
+    still = replace(walks[1], root_positions=walks[1].root_positions * 0.01)
     with pytest.warns(UserWarning, match="1 of 2 recordings"):
-        assert set(joint_angles([WALK, still])["trial"]) == {0}
+        assert set(joint_angles([walks[1], still])["trial"]) == {0}
     with pytest.raises(TypeError, match="motion must be a Motion"):
         joint_angles([WALK.angles])

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Motion, Skeleton, inverse_kinematics
-from skpose.biomechanics import joint_angles
+from skpose.biomechanics import gait_events, joint_angles
 from skpose.io import load_amass, load_trc
 from skpose.keypoints import fit_skeleton, layouts
 from skpose.kinematics import forward_kinematics
@@ -314,6 +314,8 @@ def test_joints_of_unknown_names_can_be_given():
     joints = {f"{side}_{mark}": letters[side.capitalize() + name] for side in SIDES for mark, name in given.items()}
     found = joint_angles(motion, joints=joints)
     assert_same(joint_angles(moving(skeleton)), found, names=[n for n in found.names if "wrist" not in n])
+    travelling = replace(motion, root_positions=np.linspace([0, 0.9, 0], [0, 0.9, 1], len(motion)))
+    assert gait_events(travelling, joints=joints).joints["left_toe"] == joints["left_toe"]  # by the same landmarks
     with pytest.raises(ValueError, match="joint999"):
         joint_angles(motion, joints=joints | {"left_knee": "joint999"})
     with pytest.raises(ValueError, match="unknown landmark 'knee'"):
