@@ -12,7 +12,7 @@ from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
 from skpose.motions._search import Request, find
 from skpose.neighbors import PoseKNeighborsTransformer
-from skpose.neighbors._results import Neighbors
+from skpose.neighbors._nearest_so_far import Neighbors
 
 
 class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransformer):
