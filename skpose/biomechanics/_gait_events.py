@@ -198,9 +198,7 @@ def gait_events(
     names = find_feet(motion.skeleton, joints)
     feet = feet_of(motion, names)
     stances = find_stances(feet) if events is None else _stances_of(events, motion, feet)
-    strides, used, reason = find_strides(feet, stances)
-    if events is not None:
-        used = {i for i, stance in enumerate(stances) if np.isfinite(stance.contact)}
+    strides, used, reason = find_strides(feet, stances, events is not None)
     rows: list[tuple[float, int, str, int]] = [(stances[i].contact, stances[i].side, CONTACT, i) for i in used]
     for i, stance in enumerate(stances):
         following = [j for j in range(i + 1, len(stances)) if stances[j].side == stance.side]

@@ -123,30 +123,34 @@ def stances_at(feet: Feet, side: int, contacts: list[float], offs: list[float]) 
     return found
 
 
-def find_strides(feet: Feet, stances: list[Stance]) -> tuple[list[Stride], set[int], str]:
-    """The strides of walking or running, the numbers of their stances, or of a single step's, and why none are."""
+def find_strides(feet: Feet, stances: list[Stance], are_known: bool = False) -> tuple[list[Stride], set[int], str]:
+    """The strides of walking or running, the numbers of their stances, or of a single step's, and why none are.
+
+    Of known stances nothing is asked but that left and right come down in turn.
+    """
     fastest = np.linalg.norm(feet.travel, axis=1).max()
-    if fastest < least_speed_of(feet):
+    if fastest < least_speed_of(feet) and not are_known:
         why = f"the pelvis travels at most {fastest:.2g} m/s, and gait begins at {least_speed_of(feet):.2g} m/s"
         return [], set(), why
     numbers = [i for i, stance in enumerate(stances) if np.isfinite(stance.contact)]
     triples = list(zip(numbers, numbers[1:], numbers[2:], strict=False))
-    complaints = [_complaint(feet, [stances[i] for i in triple]) for triple in triples]
+    complaints = [_complaint(feet, [stances[i] for i in triple], are_known) for triple in triples]
     strides = [triple for triple, complaint in zip(triples, complaints, strict=True) if not complaint]
-    if strides:
-        return strides, {i for stride in strides for i in stride}, ""
+    used = set(numbers) if are_known else {i for stride in strides for i in stride}
     if complaints:
-        return [], set(), max(complaints, key=complaints.count)
-    is_step = len(numbers) == 2 and not _complaint(feet, [stances[i] for i in numbers])
+        return strides, used, "" if strides else max(complaints, key=complaints.count)
+    is_step = are_known or (len(numbers) == 2 and not _complaint(feet, [stances[i] for i in numbers], False))
     why = f"a stride needs three contacts after a swing, and there are {len(numbers)}"
     return [], set(numbers) if is_step else set(), why
 
 
-def _complaint(feet: Feet, contacts: list[Stance]) -> str:
+def _complaint(feet: Feet, contacts: list[Stance], are_known: bool) -> str:
     """Why three contacts are not a stride, or two not a half of one; empty if they are."""
     first, other, last = contacts[0], contacts[1], contacts[-1]
     if any(one.side == following.side for one, following in pairwise(contacts)):
         return "left and right foot do not come down in turn"
+    if are_known:
+        return ""
     share = 2.0 / (len(contacts) - 1)
     duration = share * (last.contact - first.contact)
     if not STRIDE_TIMES[0] <= duration * feet.step <= STRIDE_TIMES[1]:

@@ -279,6 +279,15 @@ def test_known_events_are_taken_as_they_are(form):
     assert mean_of(found, "step_length") == pytest.approx(0.6, abs=2e-3)
 
 
+@pytest.mark.filterwarnings("ignore:step length over cadence:UserWarning")
+def test_known_events_of_short_strides():
+    """Strides as short as these are not detected, as they could be steps on the spot."""
+    motion = walk(step=0.1)
+    assert not len(gait_events(motion).strides)
+    found = gait_parameters(gait_events(motion, events=known_events()))
+    assert mean_of(found, "step_length") == pytest.approx(0.1, abs=2e-3)
+
+
 def test_known_events_of_one_foot_and_names():
     events = gait_events(walk(), events={"RHS": [1.0, 2.0], "RTO": [1.6]})
     assert events.to_pandas()["event"].tolist() == ["foot contact", "foot off", "foot contact"]
