@@ -73,7 +73,7 @@ def _tabulate(files: list[Path], motions: list["skpose.Motion"], found: list[Any
         events = skpose.biomechanics.gait_events(motion, events=known or None)
         print(f"{path}: {events}{' of the file' * bool(known)}")
         if len(events.strides):
-            tables.append(angles.cycles(events).assign(subject=path.parent.name, trial=path.stem))
+            tables.append(angles.cycles(events).assign(subject=path.resolve().parent.name, trial=path.stem))
     if not tables:
         raise ValueError("no file has a stride")
     return pandas.concat(tables, ignore_index=True)
