@@ -1,6 +1,6 @@
 """Cycles of a movement: where they are, and joint angles over their phases."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -8,9 +8,6 @@ from skpose.biomechanics._gait_events import GaitEvents
 from skpose.kinematics._anatomy import SIDES
 from skpose.motions import Repetitions
 from skpose.motions._phases import PHASES, over_phases
-
-if TYPE_CHECKING:
-    from skpose.biomechanics._joint_angles import JointAngles
 
 MIDDLE = ""  # the side of the angles of the trunk
 
@@ -30,8 +27,8 @@ def split_name(angle: str) -> tuple[str, str]:
     return (stem, side) if side in SIDES else (angle, MIDDLE)
 
 
-def find_cycles(angles: "JointAngles", cycles: Any) -> Cycles:
-    """The cycles of a recording, as given, and the angles in them."""
+def find_cycles(angles: Any, cycles: Any) -> Cycles:
+    """The cycles of a recording, as given, and its `JointAngles` in them."""
     times = cycles.motion_times if isinstance(cycles, GaitEvents) else getattr(cycles, "times", None)
     if times is not None and (len(times) != len(angles) or not np.allclose(times, angles.times, rtol=0.0, atol=1e-6)):
         raise ValueError("cycles must be of the recording that angles are of, got another one")
@@ -67,7 +64,7 @@ def _find_strides(forward: np.ndarray | None, events: GaitEvents) -> tuple[str, 
     return of_middle, {side: events.times[pairs] for side, pairs in strides.items()}, np.degrees(headings)
 
 
-def tabulate_cycles(angles: "JointAngles", cycles: Any) -> Any:
+def tabulate_cycles(angles: Any, cycles: Any) -> Any:
     """A dataframe with a row for each angle, cycle and per cent."""
     import pandas
 
