@@ -24,7 +24,6 @@ PARTS = ("hip", "ankle", "toe")
 MARKS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
 LEAST_RATE = 25.0  # Hz; the contact of a running foot then has some six frames
 CUTOFF = 10.0  # Hz, of the low-pass filter
-SPIKES = 1, 3, 1  # joints, frames and axes of the median before it
 HEADING = 0.25  # s, standard deviation of the weights in the mean velocity, the direction of travel
 LEGS = (0.2, 1.5)  # m, from hip to ankle, shortest and longest
 # Largest movement of the pelvis between two frames, and the error of a frame. Sprinters reach 12 m/s, figure skaters
@@ -108,7 +107,7 @@ def runs_of(known: np.ndarray) -> list[slice]:
 
 def _check_jumps(hips: np.ndarray, motion: Motion, shown: np.ndarray) -> None:
     """Refuse motions whose pelvis, between hips at (2, n, 3), jumps between shown frames: two recordings in one."""
-    hips = median_filter(hips[:, shown], size=SPIKES, mode="mirror")
+    hips = _without_spikes(hips[:, shown])
     seconds = np.diff(motion.frame_numbers[shown]) / motion.frame_rate
     metres = np.linalg.norm(np.diff(hips.mean(axis=0), axis=0), axis=1)
     across = hips[1] - hips[0]
@@ -132,9 +131,23 @@ def to_world(positions: np.ndarray, up: str) -> np.ndarray:
     return positions[:, np.argsort(_axes(up))]
 
 
+def _without_spikes(positions: np.ndarray) -> np.ndarray:
+    """The median of each frame of (n_points, n, 3) and its two neighbours.
+
+    At the ends the third value is extrapolated from the next two (J. W. Tukey, "Exploratory data analysis", 1977): a
+    low-pass filter would take a spike in the first or last frame for a movement.
+    """
+    n = positions.shape[1]
+    before, after = (
+        3.0 * positions.take([near], axis=1, mode="clip") - 2.0 * positions.take([far], axis=1, mode="clip")
+        for near, far in ((1, 2), (n - 2, n - 3))
+    )
+    return np.asarray(median_filter(np.concatenate([before, positions, after], axis=1), size=(1, 3, 1))[:, 1:-1])
+
+
 def feet_at(positions: np.ndarray, seen: np.ndarray, rate: float) -> Feet:
     """Pelvis and feet from the positions (6, n, 3) of `MARKS`, up last, and where each foot is seen, (2, n)."""
-    positions = median_filter(positions, size=SPIKES, mode="mirror")
+    positions = _without_spikes(positions)
     low_pass = butter(2, CUTOFF, fs=rate, output="sos")
     positions = sosfiltfilt(low_pass, positions, axis=1, padlen=min(9, positions.shape[1] - 1))
     left_hip, left_ankle, left_toe, right_hip, right_ankle, right_toe = positions

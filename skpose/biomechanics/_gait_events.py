@@ -58,7 +58,7 @@ class GaitEvents:
     >>> from skpose.datasets import humanoid
     >>> still = Motion(humanoid(), np.zeros((60, 42)), 60, np.linspace([0, 0, 0], [0, 0, 0.05], 60))
     >>> gait_events(still).reason.partition(",")[0]
-    'the pelvis travels at most 0.049 m/s'
+    'the pelvis travels at most 0.051 m/s'
     """
 
     feet: np.ndarray
@@ -189,8 +189,8 @@ def gait_events(
     >>> events = gait_events(walk)
     >>> events.to_pandas().head(4).round(2)
         foot         event  frame  time [s]
-    0  right  foot contact      1      0.01
-    1   left      foot off      2      0.03
+    0  right  foot contact      2      0.03
+    1   left      foot off      2      0.04
     2  right      foot off     37      0.62
     3   left  foot contact     38      0.64
     """

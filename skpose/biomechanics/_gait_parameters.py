@@ -174,7 +174,7 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     >>> walk = replace(walk, root_positions=np.concatenate([[[0, 0, 0]], np.cumsum(steps, axis=0)]))
     >>> found = gait_parameters(walk)
     >>> found  # doctest: +NORMALIZE_WHITESPACE
-    GaitParameters(4 left and 5 right strides at 60 Hz, y up: cadence 109 steps/min, speed 1.05 m/s, step length 0.58 m,
+    GaitParameters(4 left and 5 right strides at 60 Hz, y up: cadence 109 steps/min, speed 1.06 m/s, step length 0.58 m,
                    stance 50 %, double support 1 %)
     >>> found.to_pandas().groupby("foot")["step_length [m]"].mean().round(2).tolist()
     [0.6, 0.56]
