@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose.kinematics._ground import WINDOW, runs, speeds_of
+
 # Largest speeds of standing toes and a standing ankle, legs a second. Toes of a swing move at 2 and more, toes of a
 # runner's standing foot at 0.1 in the middle of a tenth of a second.
 SLOW, SLOW_ANKLE = 0.6, 0.35
-WINDOW = 0.025  # s before and after a frame over which speed is measured
 NEAR = 0.35  # legs above the lowest place where a foot stands; steps of stairs are lower
 SHORT, GAP = 0.05, 0.05  # s; shorter contacts and gaps are ignored
 STAYS = 0.05  # legs, the largest distance of a standing point from its mean; a slow slide exceeds it
@@ -42,12 +43,12 @@ def find_contacts(
     Times (n_frames,) are in s; speeds are relative to the length of the legs. `may` (n_frames,) are
     the frames in which the foot may stand.
     """
-    slow_toes = (_speeds(toes, times, WINDOW) < SLOW * leg) & may
-    slow_ankle = _speeds(ankles, times, WINDOW) < SLOW_ANKLE * leg
+    slow_toes = (speeds_of(toes, times, WINDOW) < SLOW * leg) & may
+    slow_ankle = speeds_of(ankles, times, WINDOW) < SLOW_ANKLE * leg
     heights = toes[:, 2]
     if slow_toes.any():
         slow_toes &= heights < np.percentile(heights[slow_toes], 5) + NEAR * leg
-    still = slow_toes & (_speeds(toes, times, STILL_WINDOW) < STILL * leg)
+    still = slow_toes & (speeds_of(toes, times, STILL_WINDOW) < STILL * leg)
     found = []
     for first, end in _phases(slow_toes, times):
         for start, stop in _stays(toes, first, end, still, times, STAYS * leg):
@@ -60,21 +61,10 @@ def find_contacts(
     return found
 
 
-def _speeds(points: np.ndarray, times: np.ndarray, window: float) -> np.ndarray:
-    """Speeds (n_frames,) of a point, m/s, over a window, s, before and after each frame."""
-    n = len(points)
-    if n < 2:
-        return np.zeros(n)
-    k = max(1, round(window / float(np.median(np.diff(times)))))
-    before, after = np.maximum(np.arange(n) - k, 0), np.minimum(np.arange(n) + k, n - 1)
-    return np.linalg.norm(points[after] - points[before], axis=1) / (times[after] - times[before])
-
-
 def _phases(stands: np.ndarray, times: np.ndarray) -> list[tuple[int, int]]:
     """The first frame and the one after the last of each phase in which a point is slow, without short gaps."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], stands.astype(np.int8), [0]]))).reshape(-1, 2).tolist()
     merged: list[list[int]] = []
-    for first, end in edges:
+    for first, end in runs(stands):
         if merged and times[first] - times[merged[-1][1] - 1] < GAP:
             merged[-1][1] = end
         else:

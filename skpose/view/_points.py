@@ -10,7 +10,7 @@ from skpose.keypoints._layouts import find_layout
 from skpose.keypoints._names import find_names
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._sides import sides
-from skpose.view._ground import find_ground
+from skpose.kinematics._ground import find_ground
 from skpose.view._pack import pack
 from skpose.view._scene import AXES, Scene, scene_data
 from skpose.view._shape import Shape, find_shape, join_shapes, point_shape

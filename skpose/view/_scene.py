@@ -9,7 +9,7 @@ from skpose.kinematics._places import joint_places
 from skpose.skeleton import Motion
 from skpose.skeleton._root import heading, root_orientations
 from skpose.skeleton._sides import sides
-from skpose.view._ground import find_ground
+from skpose.kinematics._ground import find_ground
 from skpose.view._pack import ANGLE, pack, unpack
 from skpose.view._shape import find_shape
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from skpose.datasets import make_gait
 from skpose.io import save_bvh
 from skpose.kinematics import _anatomy
+from skpose.kinematics._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import _sides
 from skpose.skeleton._comparison import LARGEST_DIFFERENCE
 from skpose.view import _person_shape
 from skpose.view._explorer import NUMBERS
-from skpose.view._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.view._page import Page, page_of
 from skpose.view._player import page as player_page
 from skpose.view._scene import AXES

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skpose.view._ground import find_ground
+from skpose.kinematics._ground import find_ground
 from skpose.view._scene import scene_of
 
 RATE, SIZE = 50.0, 1.7  # Hz, m

@@ -1,4 +1,4 @@
-"""The height of the ground below a motion: where its lowest points stand still."""
+"""Points that stand still, and the height of the ground below a motion: where its lowest points stand."""
 
 import numpy as np
 
@@ -21,15 +21,34 @@ def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> tuple[flo
     heights = np.where(np.isnan(points[..., 1]), np.inf, points[..., 1])
     frames, lowest = np.arange(len(points)), heights.argmin(axis=1)
     heights = heights[frames, lowest]
-    step = float(np.median(np.diff(times))) if len(times) > 1 else np.inf
-    k = max(1, round(min(WINDOW / step, len(points))))
-    before, after = np.maximum(frames - k, 0), np.minimum(frames + k, len(points) - 1)
+    before, after = around(times, WINDOW)
     moved = np.linalg.norm(points[after, lowest] - points[before, lowest], axis=1)
     stands = np.isfinite(heights) & (moved < SLOW * size * (times[after] - times[before]))
-    for first, end in np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]))).reshape(-1, 2):
+    step = float(np.median(np.diff(times))) if len(times) > 1 else np.inf
+    for first, end in runs(stands):
         stands[first:end] &= (end - first) * step >= SHORT
     if not stands.any():
         return float(heights.min()), 0
     standing = heights[stands]
     near = standing <= np.percentile(standing, LOW) + LEVEL * size
     return float(np.median(standing[near])), int(stands.sum())
+
+
+def around(times: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray]:
+    """The frames a time, s, before and after each frame, at least one apart, within the recording."""
+    n = len(times)
+    k = max(1, round(min(window / float(np.median(np.diff(times))), n))) if n > 1 else 1
+    return np.maximum(np.arange(n) - k, 0), np.minimum(np.arange(n) + k, n - 1)
+
+
+def speeds_of(points: np.ndarray, times: np.ndarray, window: float) -> np.ndarray:
+    """Speeds (n_frames, ...) of points (n_frames, ..., d), m/s, over a time, s, before and after each frame."""
+    before, after = around(times, window)
+    seconds = np.maximum(times[after] - times[before], 1e-12).reshape(-1, *[1] * (points.ndim - 2))
+    return np.linalg.norm(points[after] - points[before], axis=-1) / seconds
+
+
+def runs(chosen: np.ndarray) -> list[tuple[int, int]]:
+    """The first index and the one after the last of each run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
+    return list(map(tuple, edges.reshape(-1, 2).tolist()))
