@@ -31,6 +31,7 @@ __all__ = [
 # numba and scikit-learn, which take a second.
 if TYPE_CHECKING:
     from skpose import biomechanics as biomechanics
+    from skpose import checks as checks
     from skpose import cluster as cluster
     from skpose import datasets as datasets
     from skpose import geodesics as geodesics
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
 else:
     _PACKAGES = {
         "biomechanics": [],
+        "checks": [],
         "cluster": [],
         "datasets": [],
         "geodesics": ["geodesic"],

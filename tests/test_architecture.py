@@ -37,7 +37,7 @@ LAYERS = [
     ["motions"],
     ["scores", "statistics", "biomechanics", "robots"],
     ["view"],
-    ["plot"],
+    ["plot", "checks"],
     ["__init__"],
     ["_cli"],
     ["__main__"],

@@ -9,10 +9,10 @@ from contextlib import redirect_stdout
 from typing import Any
 
 import skpose
-from skpose._cli import angles, compare, convert, distances, explore, find, info, reproduce, retarget, view
+from skpose._cli import angles, check, compare, convert, distances, explore, find, info, reproduce, retarget, view
 from skpose._utils.files import check_new
 
-COMMANDS = info, view, explore, distances, find, retarget, convert, angles, compare, reproduce
+COMMANDS = info, check, view, explore, distances, find, retarget, convert, angles, compare, reproduce
 EXIT_STATUS = (
     "Exit status: 0 success, 1 error, 2 wrong options, 3 success with files skipped by --skip-errors, 130 interrupted."
 )

@@ -184,28 +184,30 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
         raise ValueError(f"gait_parameters needs at least one stride, got none: {events.reason}")
     first, other, last = events.strides.T
     found = GaitParameters(events.feet[first], events.times[first], _measure(events, first, other, last), events)
-    leg = LEG
-    if isinstance(motion, Motion) and len(motion):
-        up = "xyz".index(events.up)
-        leg = float(np.median(motion.root_positions[:, up]) - np.median(events.positions[:, up]))
-    _warn_of_rate(found, leg)
+    if doubt := doubt_of_rate(found, motion):
+        warn(doubt)
     return found
 
 
-def _warn_of_rate(found: GaitParameters, leg: float) -> None:
-    """Warn about a cadence that is impossible, or unlikely with these steps and legs, m."""
+def doubt_of_rate(found: GaitParameters, motion: Motion | GaitEvents) -> str:
+    """Why a frame rate is likely wrong: a cadence that is impossible, or unlikely with these steps and legs."""
+    leg = LEG
+    if isinstance(motion, Motion) and len(motion):
+        up = "xyz".index(motion.up)
+        leg = float(np.median(motion.root_positions[:, up]) - np.median(found.events.positions[:, up]))
     cadence, stance = float(np.median(found.values["cadence"])), found.values["stance"]
     known = stance[np.isfinite(stance)]
     walks, rate = len(known) > 0 and float(np.median(known)) > 50.0, found.events.frame_rate
     ratio = 1e3 * float(np.median(found.values["step_length"])) / cadence
     is_short = leg > 0.0 and ratio * (LEG / leg) ** 1.5 < LEAST_RATIO
     if cadence > (FASTEST_WALK if walks else FASTEST_RUN):
-        warn(f"cadence is {cadence:.0f} steps/min, faster than people: is the frame rate of {rate:g} Hz right?")
-    elif is_short or ratio > LARGEST_RATIO:
-        warn(
+        return f"cadence is {cadence:.0f} steps/min, faster than people: is the frame rate of {rate:g} Hz right?"
+    if is_short or ratio > LARGEST_RATIO:
+        return (
             f"step length over cadence is {ratio:.1f} mm/(step/min), in people 5 to 7: "
             f"is the frame rate of {rate:g} Hz {'twice' if is_short else 'half'} the true one?"
         )
+    return ""
 
 
 def _measure(events: GaitEvents, first: np.ndarray, other: np.ndarray, last: np.ndarray) -> dict[str, np.ndarray]:

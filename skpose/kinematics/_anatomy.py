@@ -9,6 +9,7 @@ decide where lengths leave a choice. Only lengths of bones count, so any rest po
 import itertools
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -90,6 +91,7 @@ class Anatomy(NamedTuple):
 NONE = Anatomy({}, [], [], [])
 
 
+@lru_cache(maxsize=64)
 def find_anatomy(skeleton: Skeleton, *, any_proportions: bool = False) -> Anatomy:
     """Find where a person is in a skeleton; `any_proportions` accepts other proportions than a person's."""
     tree = _Tree(skeleton)

@@ -51,4 +51,4 @@ def speeds_of(points: np.ndarray, times: np.ndarray, window: float) -> np.ndarra
 def runs(chosen: np.ndarray) -> list[tuple[int, int]]:
     """The first index and the one after the last of each run of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
-    return list(map(tuple, edges.reshape(-1, 2).tolist()))
+    return [(first, end) for first, end in edges.reshape(-1, 2).tolist()]

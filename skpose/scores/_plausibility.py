@@ -1,8 +1,8 @@
 """Scores of motion without a truth: feet that skate, float or sink, and jerk. They measure what a viewer sees as wrong.
 
-The foot that stands is the slower one of those near the floor. A foot has up to three points, ankle, ball and toe, each
-with its own height above the floor while it stands, so that a foot that rolls from the heel to the toe stands all the
-time.
+The foot that stands is the slower one of those near the floor. A foot has two points, the ankle and
+the ball or else the toe, each with its own height above the floor while it stands, so that a foot that rolls from the
+heel to the toe stands all the time.
 """
 
 import re
@@ -26,6 +26,7 @@ Feet = Sequence[Sequence[str]]
 
 TALL = 1.7  # m, of a person to whom heights and speeds apply
 LOW = 0.03  # m above its floor, up to which a point of a foot may stand
+UPRIGHT = 0.7  # of the largest extent: the height of the body while it stands
 WINDOW = 0.05  # s before and after a frame over which its speed is measured: a frame at 20 Hz
 OF_FOOT = "|".join(PARTS[part] for part in (ANKLE, "foot", TOE))  # in names of keypoints
 GMD_RATE, GMD_LOW, GMD_SPEED, GMD_WINDOW = 20.0, 0.05, 0.5, 5  # Hz, m, m/s, frames
@@ -48,7 +49,7 @@ class Soles(NamedTuple):
 
 
 def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = None) -> Soles:
-    """Ankles, balls and toes of both feet, as far as both sides have them, or the points that are given."""
+    """Ankles and balls of both feet, as far as both sides have them, or the points that are given."""
     positions = motion.positions() if isinstance(motion, Motion) else motion.positions
     names = motion.skeleton.joint_names if isinstance(motion, Motion) else motion.names
     if feet is not None:
@@ -58,20 +59,23 @@ def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = 
     else:
         columns = _find_feet(motion, list(names))
     points = positions[:, columns][..., [("xyz".index(motion.up) + i) % 3 for i in (1, 2, 3)]]
-    size = extent_of(positions) or TALL
+    size, heights = extent_of(positions) or TALL, positions[..., "xyz".index(motion.up)]
     if floor is None:
-        parts = points.swapaxes(1, 2).swapaxes(0, 1)[..., [0, 2, 1]]  # y up
-        floors = np.array([find_ground(part, motion.times, size, low=50.0)[0] for part in parts])
+        stands = np.ptp(heights, axis=1) > UPRIGHT * size
+        stands = stands if stands.any() else ~stands
+        parts = points[stands].swapaxes(1, 2).swapaxes(0, 1)[..., [0, 2, 1]]  # y up
+        floors = np.array([find_ground(part, motion.times[stands], size, low=50.0)[0] for part in parts])
     else:
         floors = np.full(len(columns[0]), float(floor))
     return Soles(points, points[..., 2] - floors, floors, motion.times)
 
 
 def _find_feet(motion: Recording, names: list[str]) -> list[list[int]]:
-    """The indices of ankle, ball and toe of the left and of the right foot, as far as both have them."""
+    """The indices of the points of the left and of the right foot, as far as both have them, ankles first."""
     if isinstance(motion, Motion):
         marks = find_anatomy(motion.skeleton).joints
         parts = [part for part in (ANKLE, BALL, TOE) if all(f"{side}_{part}" in marks for side in SIDES)]
+        parts = [part for part in parts if part != TOE or BALL not in parts]  # a rigid toe dips into the floor
     else:
         split = [(side, rest.strip("_ ").lower()) for side, rest in split_sides(names)]
         marks = {f"{side}_{rest}": i for i, (side, rest) in enumerate(split)}
@@ -118,8 +122,8 @@ def foot_skating(
     rule : {"slip", "gmd"}, default="slip"
         What is measured.
     feet : two sequences of str, default=None
-        Names of the points of the left and of the right foot, in the same order, the ankle first. None finds ankle,
-        ball and toe. "gmd" takes the ball, the second of them.
+        Names of the points of the left and of the right foot, in the same order, the ankle first. None finds the ankle
+        and the ball, or else the toe. "gmd" takes the second of them.
     floor : float, default=None
         Height of the floor, m. None is where each point of the feet stands; for "gmd" the lowest point of all frames,
         as in HumanML3D.

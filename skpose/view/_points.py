@@ -8,9 +8,9 @@ from skpose._utils.units import extent_of
 from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._layouts import find_layout
 from skpose.keypoints._names import find_names
+from skpose.kinematics._ground import find_ground
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._sides import sides
-from skpose.kinematics._ground import find_ground
 from skpose.view._pack import pack
 from skpose.view._scene import AXES, Scene, scene_data
 from skpose.view._shape import Shape, find_shape, join_shapes, point_shape

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._ground import find_ground
 from skpose.kinematics._places import joint_places
 from skpose.skeleton import Motion
 from skpose.skeleton._root import heading, root_orientations
 from skpose.skeleton._sides import sides
-from skpose.kinematics._ground import find_ground
 from skpose.view._pack import ANGLE, pack, unpack
 from skpose.view._shape import find_shape
 
