@@ -2,11 +2,10 @@
 
 | module | |
 |---|---|
-| `_findings` | findings, the registry of checks, and their thresholds |
-| `_frames` | faults in time: missing, repeated, interpolated frames, jumps, noise, angles |
-| `_body` | faults of the body in the world: units, axes, frame rate, floor, feet, knees, sides |
+| `_findings` | findings, and the table of their kinds with all thresholds |
+| `_measures` | the size of each kind of fault at each frame of a `_recording` |
 | `_collection` | duplicates, mixtures, motions unlike the others |
-| `_check` | the function that runs them all; `_report` is the page that plays the findings |
+| `_check` | the function that does all of it; `_report` is the page that plays the findings |
 """
 
 from skpose.checks._check import check_motion

@@ -1,14 +1,17 @@
 """All checks of motions."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
 
 from skpose._utils.validation import check_kind
-from skpose.checks import _body, _frames  # noqa: F401  # which register the checks
+from skpose.checks import _measures
 from skpose.checks._collection import compare, summarise
-from skpose.checks._findings import CHECKS, SEVERITIES, Finding
+from skpose.checks._findings import APART, KINDS, SEVERITIES, Finding
 from skpose.checks._recording import Recording
 from skpose.skeleton import Motion
 
+LENGTHS = "m", "m/s", "mm"
 WHOLE = "units", "up axis"  # without these nothing is known of the rest
 
 
@@ -40,11 +43,11 @@ def check_motion(motions: Motion | Iterable[Motion]) -> list[Finding]:
 
     Notes
     -----
-    Kinds are, of one motion: missing, repeated and interpolated frames, root jump, joint jump, noise, angle flips,
-    units, up axis, frame rate, calibration pose, floor, floating, sinking, skating, travel, sides exchanged, joint
-    limits. Of several: duplicate, near duplicate, mixture, unlike others. Their thresholds are in
-    `skpose.checks._findings`, with the largest values of real recordings without the fault. Checks of feet, knees and
-    sides need the legs of a person; those of the floor and of travel, a root that moves.
+    Kinds are, of one motion: units, up axis, frame rate, missing, repeated and interpolated frames, jump, noise, angle
+    flips, calibration pose, floor, floating, sinking, skating, travel, sides exchanged, joint limits. Of several:
+    duplicate, near duplicate, mixture, unlike others. `skpose.checks._findings` has their thresholds, with the largest
+    values of real recordings without the fault. Feet, knees and sides are those of a person; floor and travel need a
+    root that moves.
 
     A motion that is sound in all respects can still be unlike people.
 
@@ -64,7 +67,7 @@ def check_motion(motions: Motion | Iterable[Motion]) -> list[Finding]:
     ...                 root_angles=kick.root_angles[rows])
     >>> for finding in check_motion(stops):
     ...     print(finding.kind, finding.frames, finding.what)
-    repeated frames (60, 114) 53 of 114 frames repeat the one before, at most 53 in a row
+    repeated frames (61, 114) 53 frames repeat the one before
     """
     return check_all([motions] if isinstance(motions, Motion) else motions, "motion {}".format)
 
@@ -81,18 +84,31 @@ def check_all(motions: Iterable[Motion], name_of: Callable[[int], str]) -> list[
             continue
         recording = Recording(motion)
         findings += check_recording(recording, number)
-        summaries.append((number, summarise(recording)))
+        summaries.append(summarise(recording, number))
     findings += compare(summaries, name_of)
     return sorted(findings, key=lambda one: (SEVERITIES.index(one.severity), one.motion, one.frames))
 
 
-def check_recording(recording: Recording, number: int) -> list[Finding]:
-    findings = []
-    for kind, check in CHECKS.items():
-        for found in check.find(recording):
-            frames, remedy = found.frames or (0, len(recording.motion)), found.remedy or check.remedy
-            head = check.severity, kind, number, frames, found.joints, found.size, found.unit
-            findings.append(Finding(*head, found.what, remedy))
-        if findings and findings[-1].kind in WHOLE:
-            return findings
-    return findings
+def check_recording(recording: Recording, number: int) -> Iterator[Finding]:
+    for name, kind in KINDS.items():
+        measured = getattr(_measures, name.replace(" ", "_"))(recording)
+        if measured is None:
+            continue
+        sizes = np.broadcast_to(measured.sizes, (len(recording.points), *measured.sizes.shape[1:]))
+        sizes = sizes.reshape(len(sizes), -1)
+        over = np.flatnonzero((sizes > kind.limit).any(axis=1))
+        longest = 1.0 if kind.seconds else max(1.0, APART / recording.step)  # between two frames of an event
+        apart = 1 + np.flatnonzero(np.diff(over) > longest)
+        for event in np.split(over, apart) if len(over) else ():
+            frames = int(event[0]), int(event[-1]) + 1
+            if len(event) < kind.least or len(event) * recording.step < kind.seconds:
+                continue
+            largest = sizes[event].max(axis=0)
+            worst = [i for i in np.argsort(-largest)[:3] if largest[i] > kind.limit]
+            joints = tuple(measured.names[i] for i in worst if measured.names)
+            size = float(largest.max()) * (recording.scale if kind.unit in LENGTHS else 1.0)
+            words = {"n": len(event), "first": frames[0], "joint": " ".join(joints[:1]), "note": measured.note}
+            what = kind.what.format(size=size, **words)
+            yield Finding(kind.severity, name, number, frames, joints, size, kind.unit, what, kind.remedy)
+            if name in WHOLE:
+                return

@@ -1,134 +1,104 @@
-"""Faults of a collection: motions twice in it, on several rigs or at several rates, and motions unlike all others."""
+"""Faults of a collection: motions twice in it, on several rigs or at several rates, and motions unlike all others.
 
-from collections import Counter
+Motions are compared by the distances between the landmarks of the person, and their heights, in some frames evenly
+spaced in time. These do not depend on the place and the heading of the root, on its axes, or on the rig.
+"""
+
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from skpose.checks._findings import Finding, limit
+from skpose.checks._findings import Finding
 from skpose.checks._recording import Recording
-from skpose.kinematics._anatomy import HIP, SIDES
-from skpose.kinematics._lines import unit
-from skpose.skeleton._sides import partners
+from skpose.skeleton._sides import others
 
-POSES = 24  # of each motion that are compared, evenly spaced in time
-MANY = 10  # motions from which one can be unlike the others
-BLOCK = 512  # motions of which the distances to all others are in memory
+POSES = 24  # of each motion that are compared
+SAME, NEAR = 0.005, 0.015  # m, mean differences; two takes of one action by one person differ by [0.016]
+ELSEWHERE = 0.02  # m, difference of two paths of roots
+MANY, UNLIKE = 10, 5.0  # motions, and times the median distance to the nearest other one [4.5]
+ONE_OF = "keep one of them, or both in one part of a split"
 
 
 class Summary(NamedTuple):
     """What is kept of a motion to compare it with others."""
 
+    number: int
     n_frames: int
-    rate: float
-    duration: float
-    up: str
-    moves: bool
-    rig: tuple[str, ...]
-    marks: tuple[str, ...]  # of the points
-    poses: np.ndarray  # (POSES, n_marks, 3), facing along x from the root
-    path: np.ndarray  # (POSES, 3) of the root, from the first frame along its heading
+    seconds: float
+    kept: dict[str, object]  # what most motions of a collection have in common
+    marks: tuple[str, ...]
+    poses: tuple[np.ndarray, np.ndarray]  # (n_numbers,) of it and of its mirror image, m
+    path: np.ndarray  # (POSES, 2) of the root: distance from the start along the floor, and height, m
 
 
-def summarise(recording: Recording) -> Summary:
-    motion, joints = recording.motion, recording.person.joints
-    marks = tuple(sorted(joints)) if joints else recording.names[1:]
-    columns = [joints[mark] + 1 for mark in marks] if joints else list(range(1, len(recording.names)))
+def summarise(recording: Recording, number: int) -> Summary:
+    motion = recording.motion
+    columns = dict(sorted(recording.joints.items())) or dict(
+        zip(motion.skeleton.joint_names, range(10**6), strict=False)
+    )
+    marks = list(columns)
+    partners = [
+        next((marks.index(other) for other in others(mark) if other in columns), i) for i, mark in enumerate(marks)
+    ]
     rows = np.linspace(0, len(motion) - 1, POSES).round().astype(int)
-    root, poses = recording.points[rows, 0], recording.around_root[rows][:, columns]
-    if recording.has(*(f"{side}_{HIP}" for side in SIDES)):
-        left = (recording.at(f"left_{HIP}") - recording.at(f"right_{HIP}"))[rows, :2]
-    else:
-        left = np.tile([0.0, 1.0], (POSES, 1))
-    left = unit(left)
-    turns = np.zeros((POSES, 3, 3))  # to axes forward, left and up
-    turns[:, 0, 0], turns[:, 0, 1], turns[:, 2, 2] = left[:, 1], -left[:, 0], 1.0
-    turns[:, 1, :2] = left
-    poses = np.einsum("fij,fkj->fki", turns, poses)
-    path = (root - root[0]) @ turns[0].T
+    points = recording.around_root[np.ix_(rows, [j + 1 for j in columns.values()])].astype(np.float32)
+    root = recording.points[rows, 0]
+    poses = []
+    for some in (points, points[:, partners]):
+        apart = np.linalg.norm(some[:, :, None] - some[:, None], axis=3)
+        numbers = np.concatenate([apart.reshape(POSES, -1), some[:, :, 2]], axis=1)
+        poses.append(numbers.ravel() / np.sqrt(numbers.size))
+    path = np.stack([np.linalg.norm(root - root[0], axis=1), root[:, 2]], axis=1)
+    rig = f"{motion.skeleton.n_joints} joints", motion.skeleton.joint_names
+    kept = {"rig": rig, "frame rate": (f"{motion.frame_rate:g} Hz",), "up axis": (motion.up,)}
     seconds = float(motion.times[-1] - motion.times[0])
-    moves = bool(np.ptp(poses, axis=0).max() > limit("near"))
-    head = len(motion), motion.frame_rate, seconds, motion.up, moves, recording.names, marks
-    return Summary(*head, poses.astype(np.float32), path.astype(np.float32))
+    return Summary(number, len(motion), seconds, kept, tuple(marks), (poses[0], poses[1]), path)
 
 
-def compare(summaries: Sequence[tuple[int, Summary]], name_of: Callable[[int], str]) -> Iterator[Finding]:
-    """The findings of a collection of numbered motions."""
-    yield from _mixtures(summaries)
-    groups: dict[tuple, list[tuple[int, Summary]]] = {}
-    for number, summary in summaries:
-        groups.setdefault(summary.marks, []).append((number, summary))
-    for marks, group in groups.items():
-        group = [one for one in group if one[1].moves]
-        if len(group) > 1:
-            yield from _doubles(marks, group, name_of)
-
-
-def _mixtures(summaries: Sequence[tuple[int, Summary]]) -> Iterator[Finding]:
-    """Rigs, frame rates and up axes other than most motions have."""
-    for name, field in (("rig", "rig"), ("frame rate", "rate"), ("up axis", "up")):
-        counts = Counter(getattr(summary, field) for _, summary in summaries)
+def compare(summaries: Sequence[Summary], name_of: Callable[[int], str]) -> Iterator[Finding]:
+    """The findings of a collection of motions."""
+    groups = defaultdict(list)
+    for summary in summaries:
+        groups[summary.marks].append(summary)
+    for group in groups.values():
+        yield from _doubles(group, name_of)
+    for name in ("rig", "frame rate", "up axis"):
+        counts = Counter(summary.kept[name] for summary in summaries)
         for value, n in counts.most_common()[1:]:
-            number, first = next(one for one in summaries if getattr(one[1], field) == value)
-            text = f"{len(value) - 1} joints" if field == "rig" else f"{value:g} Hz" if field == "rate" else value
-            what = f"{n} of {len(summaries)} motions, of which this is the first, have another {name} than most: {text}"
-            yield Finding(
-                "note", "mixture", number, (0, first.n_frames), (), float(n), "motions", what,
-                "retarget, resample or turn them to one before they are compared",
-            )  # fmt: skip
+            first = next(summary for summary in summaries if summary.kept[name] == value)
+            what = f"{n} of {len(summaries)} motions, first this one, have another {name} than most: {value[0]}"
+            head = "note", "mixture", first.number, (0, first.n_frames), (), float(n), "motions"
+            yield Finding(*head, what, "retarget, resample or turn them to one before they are compared")
 
 
-def _doubles(
-    marks: tuple[str, ...], group: list[tuple[int, Summary]], name_of: Callable[[int], str]
-) -> Iterator[Finding]:
+def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterator[Finding]:
     """Motions with the poses of an earlier one, or of its mirror image, and motions far from all others."""
-    poses = np.stack([summary.poses for _, summary in group])
-    try:
-        mirrored = poses[:, :, partners(marks)] * np.array([1.0, -1.0, 1.0], dtype=np.float32)
-    except ValueError:  # names without partners
-        mirrored = np.full_like(poses, np.inf)
-    rms = np.sqrt(poses[0, :, :, 0].size)
-    flat, flipped = (one.reshape(len(group), -1) / rms for one in (poses, mirrored))
-    nearest, known = np.full(len(group), np.inf), set()
-    for start in range(0, len(group), BLOCK):
-        rows = slice(start, start + BLOCK)
-        for others, word in ((flat, ""), (flipped, "mirrored ")):
-            distances = _distances(flat[rows], others)
-            numbers = np.arange(start, start + len(distances))
-            distances[np.arange(len(distances)), numbers] = np.inf
-            nearest[rows] = np.minimum(nearest[rows], distances.min(axis=1))
-            for i, j in np.argwhere(distances < limit("near")).tolist():
-                if j < i + start and (i + start, j) not in known:
-                    known.add((i + start, j))
-                    yield _double(group[j], group[i + start], float(distances[i, j]), word, name_of)
-    if len(group) >= MANY:
-        usual = float(np.median(nearest))
-        for k in np.flatnonzero(nearest > limit("unlike") * usual):
-            number, summary = group[k]
-            what = f"the nearest other motion is {nearest[k]:.2g} m away, in the median {usual:.2g} m"
-            yield Finding(
-                "note", "unlike others", number, (0, summary.n_frames), (), float(nearest[k]), "m", what, "look at it"
-            )
-
-
-def _distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T
-    return np.sqrt(np.maximum(squares, 0.0))
-
-
-def _double(
-    one: tuple[int, Summary], other: tuple[int, Summary], distance: float, word: str, name_of: Callable[[int], str]
-) -> Finding:
-    (i, a), (j, b) = one, other
-    same = distance < limit("same")
-    path = a.path * [1.0, -1.0, 1.0] if word else a.path
-    apart = float(np.linalg.norm(path - b.path, axis=1).max())
-    differs = [f"the root is up to {apart:.2g} m elsewhere"] * (apart > limit("near"))
-    if abs(a.duration - b.duration) > 0.5 / min(a.rate, b.rate) + 0.01 * a.duration:
-        differs.append(f"it takes {b.duration:.3g} s instead of {a.duration:.3g} s: one frame rate is wrong")
-    what = f"it has the {word}poses of {name_of(i)} within {1e3 * distance:.2g} mm" + "".join(f"; {x}" for x in differs)
-    return Finding(
-        "error" if same and differs else "warning", "duplicate" if same else "near duplicate", j, (0, b.n_frames), (),
-        distance, "m", what, "keep one of them, or both in one part of a split",
-    )  # fmt: skip
+    poses, mirrored = (np.stack([summary.poses[i] for summary in group]) for i in range(2))
+    squares = (poses**2).sum(axis=1)
+    plain, flipped = (
+        np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * poses @ b.T, 0.0)) for b in (poses, mirrored)
+    )
+    distances = np.minimum(plain, flipped)
+    np.fill_diagonal(distances, np.inf)
+    moving = np.array([np.ptp(summary.poses[0].reshape(POSES, -1), axis=0).any() for summary in group])
+    for i, j in np.argwhere(np.tril(distances < NEAR) & moving & moving[:, None]).tolist():
+        a, b, is_mirrored = group[j], group[i], bool(flipped[i, j] < plain[i, j])
+        apart = float(np.abs(a.path - b.path).max())
+        differs = [f"the root is up to {apart:.2g} m elsewhere"] * (apart > ELSEWHERE)
+        if abs(a.seconds - b.seconds) > 0.05 * a.seconds:
+            differs.append(f"it takes {b.seconds:.3g} s instead of {a.seconds:.3g} s: one frame rate is wrong")
+        what = f"it has the {'mirrored ' * is_mirrored}poses of {name_of(a.number)}" + "".join(
+            f"; {x}" for x in differs
+        )
+        same = bool(distances[i, j] < SAME)
+        head = "error" if same and differs else "warning", "duplicate" if same else "near duplicate"
+        yield Finding(*head, b.number, (0, b.n_frames), (), float(distances[i, j]), "m", what, ONE_OF)
+    nearest = distances.min(axis=1)
+    usual = float(np.median(nearest))
+    for k in np.flatnonzero(nearest > UNLIKE * usual) if len(group) >= MANY else ():
+        head = "note", "unlike others", group[k].number, (0, group[k].n_frames), (), float(nearest[k]), "m"
+        yield Finding(
+            *head, f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual", "look at it"
+        )

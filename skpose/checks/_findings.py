@@ -1,42 +1,15 @@
-"""Findings, the registry of checks, and their thresholds.
+"""Findings, and the table of their kinds with all thresholds.
 
-Thresholds are of a person with legs of 0.9 m, and are tuned on every second of 235 recordings of CMU and HDM05 at 30
-and 120 Hz: the largest values of recordings without the fault are in brackets.
+Thresholds are of a person with legs of 0.9 m. They are tuned on every second of 235 recordings of CMU and HDM05, at 30
+and 120 Hz; numbers in brackets are the largest of the recordings without the fault. A measure of `_measures` gives the
+size of a fault at each frame. Frames above the limit form an event if they are at most `APART` from each other,
+or consecutive where it has to last.
 """
 
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-SEVERITIES = ("error", "warning", "note")
-
-# name: (value, unit, where it comes from)
-THRESHOLDS: dict[str, tuple[float, str, str]] = {
-    "leg": (0.35, "m", "from hip to ankle: shorter legs are a toddler's, legs of more than 1.25 m nobody's"),
-    "jump": (0.03, "m", "a step that differs from those around it, plus `jerk` · step³ [0.02]"),
-    "jerk": (4500.0, "m/s³", "of hands and feet between frames of 30 Hz [4,000]"),
-    "sudden": (10.0, "", "times the median of the same within 0.15 s [6]"),
-    "noise": (0.0004, "m", "standard deviation of white noise with the same third differences, plus `rough` · step"),
-    "rough": (0.024, "m/s", "real accelerations are as large at 30 Hz [0.018]"),
-    "fast": (3.0, "1/s", "of a joint, times the step and its median movement, likewise [2.5]"),
-    "linear": (0.002, "", "change of the velocity of the root, or of all angles, as a share of it [0.004]"),
-    "made up": (5.0, "frames", "in which it is so small [3]"),
-    "flip": (1.0, "rad", "a step of an angle without a rotation"),
-    "horizontal": (15.0, "°", "of upper arms and forearms from the line of the shoulders: a T-pose"),
-    "floor": (0.08, "m", "height of standing feet above 0 beyond that of the joints above the sole [0.04]"),
-    "float": (0.05, "m", "of the lowest joint above the floor while it stands still for 0.25 s"),
-    "sink": (0.06, "m", "of a standing foot below the floor for 0.1 s"),
-    "slide": (0.35, "m/s", "of the slowest point near the floor for 0.25 s"),
-    "travel": (0.25, "", "of the root, relative to what the standing foot shows"),
-    "knee": (25.0, "°", "of a knee that bends towards the toes for 0.1 s"),
-    "hinge": (3.0, "°", "of a robot's hinge beyond its limit"),
-    "same": (0.005, "m", "distance of poses of one motion in two files"),
-    "near": (0.02, "m", "distance of poses of near duplicates: two takes of one action differ by [0.03]"),
-    "unlike": (4.0, "", "times the median distance of a motion to the nearest other one"),
-}
-
-
-def limit(name: str) -> float:
-    return THRESHOLDS[name][0]
+APART = 0.25  # s
+SEVERITIES = "error", "warning", "note"
 
 
 class Finding(NamedTuple):
@@ -48,13 +21,13 @@ class Finding(NamedTuple):
         "error": something is wrong in the motion or its header; "warning": its quality is low; "note": a convention
         that some programs stumble over.
     kind : str
-        Kind of the finding, such as "root jump".
+        Kind of the finding, such as "jump".
     motion : int
         Index of the motion.
     frames : tuple of two ints
         The first frame and the one after the last, as of a slice of the motion.
     joints : tuple of str
-        The joints concerned; empty for all.
+        The joints or angles that are worst; empty for all.
     size : float
         How much, in the unit.
     unit : str
@@ -76,38 +49,95 @@ class Finding(NamedTuple):
     remedy: str
 
     def __str__(self) -> str:
-        first, end = self.frames
-        where = f"motion {self.motion}, frames {first} to {end - 1}"
+        where = f"motion {self.motion}, frames {self.frames[0]} to {self.frames[1] - 1}"
         return f"{self.severity}: {self.kind}, {where}: {self.what}; {self.remedy}"
 
 
-class Found(NamedTuple):
-    """What a check reports of a recording."""
-
-    size: float
-    unit: str
-    what: str
-    frames: tuple[int, int] | None = None  # None is the whole motion
-    joints: tuple[str, ...] = ()
-    remedy: str = ""  # of this one, instead of that of its kind
-
-
-class Check(NamedTuple):
-    """A kind of finding."""
+class Kind(NamedTuple):
+    """A kind of finding in one motion."""
 
     severity: str
+    limit: float  # of the measure
+    unit: str
+    what: str  # with the size, the first frame, the number n of frames, joint and note
     remedy: str
-    find: Callable[[Any], Iterator[Found]]
+    source: str  # of the limit
+    seconds: float = 0.0  # that an event takes at least
+    least: int = 1  # frames above the limit in an event
 
 
-CHECKS: dict[str, Check] = {}
-
-
-def check(kind: str, severity: str, remedy: str) -> Callable[[Callable], Callable]:
-    """Register the function that finds a kind of fault in a `Recording`."""
-
-    def register(find: Callable) -> Callable:
-        CHECKS[kind] = Check(severity, remedy, find)
-        return find
-
-    return register
+KINDS = {
+    "units": Kind(
+        "error", 0.0, "m", "the skeleton is {size:.3g} m from end to end at angle zero{note}",
+        "read the file with scale= metres per unit", "0.3 to 5 m, and legs of 0.2 to 1.5 m, as in `load_motion`",
+    ),
+    "up axis": Kind(
+        "error", 0.0, "", "{note}", "read the file with up=, or use dataclasses.replace(motion, up=...)",
+        "heads are above feet in nine frames of ten, as in `load_motion`",
+    ),
+    "frame rate": Kind(
+        "error", 0.0, "Hz", "{note}", "read the file with frame_rate=, or dataclasses.replace(motion, frame_rate=...)",
+        "the walk ratio of `gait_parameters`",
+    ),
+    "missing frames": Kind(
+        "warning", 0.0, "frames", "{size:.0f} frames are missing after frame {first}",
+        "cut the motion there, or fill the gap", "any",
+    ),
+    "repeated frames": Kind(
+        "error", 0.0, "frames", "{n} frames repeat the one before", "drop them, or resample from the true frame rate",
+        "a movement of less than 1e-9 m [none]",
+    ),
+    "interpolated frames": Kind(
+        "warning", 0.0, "frames", "{n} frames lie on straight lines between their neighbours",
+        "leave them out, or resample to the true frame rate",
+        "velocities of the root, or of all angles, change by less than 0.2 % [in 3 frames]", least=5,
+    ),
+    "jump": Kind(
+        "error", 0.0, "m", "{joint} jumps by {size:.2g} m after frame {first}",
+        "interpolate the frames, or cut the motion there",
+        "a step that is 3 cm off those around it [2], plus 4,500 m/s³ times the cube of the time between frames [4,000]",
+    ),
+    "noise": Kind(
+        "warning", 0.0, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",
+        "0.4 mm + 24 mm/s · step [18] + 3/s · step · median movement [2.5]",
+    ),
+    "angle flips": Kind(
+        "note", 1.0, "rad", "{joint} changes by {size:.3g} rad without a rotation, {n} times",
+        "motion.unwrap() or motion.to_rotvec() before angles are filtered, averaged or learnt", "1 rad; turns have 2π",
+    ),
+    "calibration pose": Kind(
+        "warning", 0.0, "s", "{n} frames at an end hold a T-pose or the pose zero", "cut them",
+        "arms within 15° of the line of the shoulders, or all angles zero [none]",
+    ),
+    "floor": Kind(
+        "warning", 0.08, "m", "feet stand {size:.2g} m {note} 0", "move the root, or tell programs the floor's height",
+        "beyond the height of the joint above the sole [0.04]",
+    ),
+    "floating": Kind(
+        "warning", 0.05, "m", "the lowest joint stands still {size:.2g} m above the floor, afloat or on a step",
+        "lower the root there, or leave the part out", "slower than 0.25 m/s, as at the top of a jump for 0.05 s",
+        seconds=0.2,
+    ),
+    "sinking": Kind(
+        "warning", 0.06, "m", "a foot is {size:.2g} m below the floor, where it stands most", "raise the root there",
+        "ankle or ball, for 0.1 s [0.05]", seconds=0.1,
+    ),
+    "skating": Kind(
+        "warning", 0.35, "m/s", "no foot stands: both slide, or are in the air, at {size:.2g} m/s",
+        "keep the feet in place by inverse kinematics, or leave the part out",
+        "the slowest point within 3 cm of the floor, for 0.2 s [0.33]", seconds=0.2,
+    ),
+    "travel": Kind(
+        "error", 0.25, "", "the root travels {note} times as far as the standing foot shows",
+        "check the unit and the axes of the root, and the scale of retargeting", "the quartile nearer to 1 [0.2]",
+    ),
+    "sides exchanged": Kind(
+        "error", 0.9, "", "the toes point behind the line of the hips from left to right",
+        "exchange left and right in the names of the joints", "of the frames [0.1]",
+    ),
+    "joint limits": Kind(
+        "warning", 0.0, "°", "{joint} is {size:.3g}° beyond its limit",
+        "check the axes of the joint, the retargeting, or the fit to markers",
+        "knees that bend towards the toes by 25° [15]; hinges of robots beyond their own limits by 3°",
+    ),
+}  # fmt: skip

@@ -45,7 +45,6 @@ class Soles(NamedTuple):
     points: np.ndarray  # (n_frames, 2, n_parts, 3) m
     heights: np.ndarray  # (n_frames, 2, n_parts) above the floor of each part, m
     floors: np.ndarray  # (n_parts,) the heights at which they stand, m
-    times: np.ndarray  # (n_frames,) s
 
 
 def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = None) -> Soles:
@@ -67,7 +66,7 @@ def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = 
         floors = np.array([find_ground(part, motion.times[stands], size, low=50.0)[0] for part in parts])
     else:
         floors = np.full(len(columns[0]), float(floor))
-    return Soles(points, points[..., 2] - floors, floors, motion.times)
+    return Soles(points, points[..., 2] - floors, floors)
 
 
 def _find_feet(motion: Recording, names: list[str]) -> list[list[int]]:
@@ -91,9 +90,9 @@ def _order(name: str) -> bool:
     return not re.search(PARTS[ANKLE], name)
 
 
-def slips_of(soles: Soles) -> np.ndarray:
+def slips_of(soles: Soles, times: np.ndarray) -> np.ndarray:
     """Speed along the floor (n_frames, 2), m/s, of the slowest point of each foot near it; infinite in the air."""
-    speeds = speeds_of(soles.points[..., :2], soles.times, WINDOW)
+    speeds = speeds_of(soles.points[..., :2], times, WINDOW)
     return np.where(soles.heights < LOW, speeds, np.inf).min(axis=2)
 
 
@@ -174,7 +173,7 @@ def foot_skating(
         raise ValueError(f"motion must have at least two frames, got {len(motion)}")
     if rule == "gmd":
         return _skating_ratio(motion, feet, floor, average)
-    slips = slips_of(soles_of(motion, feet, floor))
+    slips = slips_of(soles_of(motion, feet, floor), motion.times)
     stands = np.isfinite(slips) & (slips == slips.min(axis=1, keepdims=True))
     both = slips.min(axis=1)
     if average:
@@ -188,10 +187,10 @@ def _skating_ratio(motion: Recording, feet: Feet | None, floor: float | None, av
     """The rule "gmd"."""
     positions = motion.positions() if isinstance(motion, Motion) else motion.positions
     soles = soles_of(motion, feet, float(np.nanmin(positions[..., "xyz".index(motion.up)])) if floor is None else floor)
-    times = np.arange(soles.times[0], soles.times[-1] + 1e-9, 1.0 / GMD_RATE)
+    times = np.arange(motion.times[0], motion.times[-1] + 1e-9, 1.0 / GMD_RATE)
     ball = min(1, soles.points.shape[2] - 1)
-    tracks = soles.points[:, :, ball].reshape(len(soles.times), -1).T
-    balls = np.stack([np.interp(times, soles.times, track) for track in tracks], axis=1).reshape(-1, 2, 3)
+    tracks = soles.points[:, :, ball].reshape(len(motion), -1).T
+    balls = np.stack([np.interp(times, motion.times, track) for track in tracks], axis=1).reshape(-1, 2, 3)
     if len(balls) < 2:
         raise ValueError(f"motion must have at least two frames at 20 Hz, got {len(balls)}")
     low = balls[..., 2] - soles.floors[ball] < GMD_LOW

@@ -1,0 +1,228 @@
+"""The measure of each kind of fault: its size at each frame, see `KINDS`. Lengths are of a person with legs of 0.9 m."""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from skpose._utils.units import LARGEST, SMALLEST, UNITS, likely_unit
+from skpose.biomechanics import gait_parameters
+from skpose.biomechanics._feet import LEGS
+from skpose.biomechanics._gait_parameters import doubt_of_rate
+from skpose.checks._recording import Recording
+from skpose.kinematics._anatomy import ANKLE, ARM, BALL, HIP, LEG, TOE
+from skpose.kinematics._ground import runs, speeds_of
+from skpose.kinematics._lines import unit
+from skpose.scores._plausibility import LOW, slips_of
+from skpose.skeleton._rest import size_of
+from skpose.skeleton._upright import describe_up, find_up
+
+WALK = 1.5  # m, shortest path of gait
+FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate that are tried if there are no strides
+STRIDES = 3  # that show gait at another rate
+SAME, LINEAR = 1e-9, 0.002  # m, movement of a repeated frame; share by which velocities change on a straight line
+AROUND, SUDDEN = 0.15, 10.0  # s, around a step, and how many times it differs more than those usually do
+STEP, JERK = 0.03, 4500.0  # m, m/s³, of a jump
+NOISE, ROUGH, FAST = 0.0004, 0.024, 3.0  # m, m/s, 1/s
+NORMAL = 6.9  # √20 times the median length of a normal vector in space: of third differences of white noise
+T_POSE, ZERO = np.cos(np.radians(15.0)), 0.01  # rad
+SOLES = 0.08, 0.03  # m, of ankle and ball above the sole
+STILL = 0.25  # m/s
+MOVES, TURNS = 0.3, 1.0  # m/s, rad/s: a foot that turns on the spot moves relative to the root
+KNEE, HINGE = 25.0, 3.0  # °
+
+
+class Measured(NamedTuple):
+    """The size of a fault."""
+
+    sizes: np.ndarray  # (n_frames,) or (n_frames, n_names); or () for the whole motion
+    names: tuple[str, ...] = ()  # of the columns
+    note: str = ""
+
+
+Measure = Callable[[Recording], Measured | None]
+
+
+def units(recording: Recording) -> Measured:
+    size, leg = size_of(recording.skeleton), recording.leg
+    wrong = (leg and not LEGS[0] <= leg <= LEGS[1]) or not SMALLEST <= size <= LARGEST
+    name = likely_unit(size, 1.0)
+    return Measured(
+        np.array(size / recording.scale * bool(wrong)), note=f", so it may be in {name}: {UNITS[name]:.4g} m"
+    )
+
+
+def up_axis(recording: Recording) -> Measured:
+    up = recording.motion.up
+    found = find_up(recording.motion, up, recording.world)
+    return Measured(np.array(float(found != up)), note=f"{up} is up, but {describe_up(found)}")
+
+
+def frame_rate(recording: Recording) -> Measured | None:
+    rate = recording.motion.frame_rate
+    if not recording.leg or np.linalg.norm(np.diff(recording.points[:, 0, :2], axis=0), axis=1).sum() < WALK:
+        return None
+    for factor in (1.0, *FACTORS):
+        motion = replace(recording.motion, frame_rate=rate * factor)
+        try:
+            with warnings.catch_warnings(action="ignore"):
+                gait = gait_parameters(motion)
+        except ValueError:  # no gait
+            continue
+        doubt = doubt_of_rate(gait, motion).rstrip("?")
+        if factor == 1.0:
+            return Measured(np.array(rate * bool(doubt)), note=doubt)
+        if not doubt and len(gait) >= STRIDES:
+            return Measured(np.array(rate), note=f"at {rate:g} Hz this is no gait, at {rate * factor:g} Hz a usual one")
+    return None
+
+
+def missing_frames(recording: Recording) -> Measured:
+    return Measured(np.diff(recording.motion.frame_numbers, append=recording.motion.frame_numbers[-1] + 1) - 1.0)
+
+
+def repeated_frames(recording: Recording) -> Measured:
+    moved = np.abs(np.diff(recording.points, axis=0)).max(axis=(1, 2)) + np.diff(recording.motion.frame_numbers) - 1
+    return Measured(np.concatenate([[0.0], moved <= SAME]))
+
+
+def interpolated_frames(recording: Recording) -> Measured:
+    found = np.zeros(len(recording.points))
+    for values in (recording.motion.root_positions, recording.unwrapped):
+        steps = np.diff(values, axis=0)
+        found[1:-1] += np.abs(np.diff(steps, axis=0)).sum(axis=1) < LINEAR * np.abs(steps[1:]).sum(axis=1)
+    return Measured(found)
+
+
+def jump(recording: Recording) -> Measured | None:
+    """By how much each step differs from the two around it, where that is sudden."""
+    if len(recording.points) < 4:
+        return None
+    steps = np.diff(recording.around_root, axis=0)
+    padded = np.concatenate([steps[1:2], steps, steps[-2:-1]])
+    off = np.linalg.norm(steps - (padded[:-2] + padded[2:]) / 2.0, axis=2)
+    gaps = np.convolve(np.diff(recording.motion.frame_numbers) > 1, np.ones(3), mode="same") > 0
+    usual = median_filter(off, size=(2 * max(3, round(AROUND / recording.step)) + 1, 1), mode="nearest")
+    is_jump = (off > STEP + JERK * recording.step**3) & (off > SUDDEN * usual) & ~gaps[:, None]
+    sizes = np.where(is_jump, off, 0.0)
+    return Measured(np.concatenate([sizes, sizes[-1:] * 0.0]), recording.names)
+
+
+def noise(recording: Recording) -> Measured | None:
+    if len(recording.points) < 12:
+        return None
+    first, third = (np.linalg.norm(np.diff(recording.around_root, n=n, axis=0), axis=2) for n in (1, 3))
+    sizes = np.median(third, axis=0) / NORMAL
+    noisy = sizes > NOISE + ROUGH * recording.step + FAST * recording.step * np.median(first, axis=0)
+    return Measured((1e3 * sizes * noisy)[None], recording.names)
+
+
+def angle_flips(recording: Recording) -> Measured:
+    motion = recording.motion
+    off = np.concatenate([motion.angles, motion.root_angles], axis=1) - recording.unwrapped
+    names = (*motion.skeleton.dof_names, *(f"{motion.root_name}_{axis}" for axis in motion.root_axes))
+    return Measured(np.abs(np.diff(off, axis=0, append=off[-1:])), names)
+
+
+def calibration_pose(recording: Recording) -> Measured:
+    """A T-pose, or all angles zero, at an end of the motion only."""
+    held = np.abs(recording.motion.angles).max(axis=1, initial=0.0) < ZERO
+    arms = recording.limbs(*ARM)
+    if arms is not None:
+        across = unit(arms[0, 0] - arms[1, 0]) * np.array([1.0, -1.0])[:, None, None, None]
+        held |= ((unit(np.diff(arms, axis=1)) * across).sum(axis=-1) > T_POSE).all(axis=(0, 1))
+    at_end = np.zeros(len(held))
+    for first, end in runs(held):
+        at_end[first:end] = (first == 0 or end == len(held)) * recording.step * (end - first) * (not held.all())
+    return Measured(at_end)
+
+
+def floor(recording: Recording) -> Measured | None:
+    if recording.soles is None:
+        return None
+    off = float(recording.soles.floors[-1]) - SOLES[min(1, len(recording.soles.floors) - 1)]
+    return Measured(np.array(abs(off)), note="above" if off > 0.0 else "below")
+
+
+def floating(recording: Recording) -> Measured | None:
+    """The height of the whole body above the floor while its lowest joint is still."""
+    if recording.soles is None:
+        return None
+    rows, lowest = np.arange(len(recording.points)), recording.points[..., 2].argmin(axis=1)
+    heights = recording.points[rows, lowest, 2] - recording.soles.floors.min()
+    still = speeds_of(recording.points, recording.times, 0.05)[rows, lowest] < STILL
+    return Measured(np.minimum(heights, recording.soles.heights.min(axis=(1, 2))) * still)
+
+
+def sinking(recording: Recording) -> Measured | None:
+    if recording.soles is None:
+        return None
+    return Measured(-recording.soles.heights.min(axis=(1, 2)) * recording.upright)
+
+
+def skating(recording: Recording) -> Measured | None:
+    if recording.soles is None:
+        return None
+    slips = slips_of(recording.soles, recording.times).min(axis=1)
+    return Measured(np.where(np.isfinite(slips) & recording.upright, slips, 0.0))
+
+
+def travel(recording: Recording) -> Measured | None:
+    """The velocity of the root against the one that the lower foot shows."""
+    hips, soles = recording.limbs(HIP), recording.soles
+    if soles is None or hips is None or len(recording.points) < 3:
+        return None
+    lower = soles.heights.min(axis=2).argmin(axis=1)
+    foot = soles.points[np.arange(len(lower)), :, -1, :2]
+    root, left, right = (
+        np.gradient(one, recording.times, axis=0)
+        for one in (
+            recording.points[:, 0, :2],
+            *(foot_of - recording.points[:, 0, :2] for foot_of in foot.swapaxes(0, 1)),
+        )
+    )
+    shown = -np.where(lower[:, None] == 0, left, right)
+    across = (hips[0, 0] - hips[1, 0])[:, :2]
+    turns = np.gradient(np.unwrap(np.arctan2(across[:, 1], across[:, 0])), recording.times)
+    moves = (np.linalg.norm(shown, axis=1) > MOVES) & (np.abs(turns) < TURNS) & recording.upright
+    moves &= soles.heights.min(axis=(1, 2)) < LOW
+    if moves.sum() * recording.step < 1.0:
+        return None
+    ratios = (root * shown).sum(axis=1)[moves] / (shown**2).sum(axis=1)[moves]
+    low, ratio, high = np.percentile(ratios, (25.0, 50.0, 75.0)).tolist()
+    return Measured(np.array(max(low - 1.0, 1.0 - high)), note=f"{ratio:.2g}")
+
+
+def sides_exchanged(recording: Recording) -> Measured | None:
+    limbs = _legs(recording)
+    if limbs is None:
+        return None
+    hips, _, ankles, toes = limbs.swapaxes(0, 1)
+    ahead = np.cross(hips[0] - hips[1], [0.0, 0.0, 1.0])
+    return Measured(np.array(np.mean(((toes - ankles) * ahead).sum(axis=2) < 0.0)))
+
+
+def joint_limits(recording: Recording) -> Measured | None:
+    """Knees that bend towards the toes, and hinges of robots: motions in ASF files break their own limits."""
+    bones, limits, limbs = recording.skeleton.bones, recording.skeleton.limits, _legs(recording)
+    hinges = np.repeat([bone.is_hinge for bone in bones], [bone.n_dofs for bone in bones])
+    if limits is not None and hinges.any():
+        angles = recording.motion.angles
+        beyond = np.degrees(np.maximum(limits[:, 0] - angles, angles - limits[:, 1])) * hinges
+        return Measured(beyond * (beyond > HINGE), recording.skeleton.dof_names)
+    if limbs is None:
+        return None
+    thighs, shanks, feet = unit(np.diff(limbs, axis=1)).swapaxes(0, 1)
+    bends = np.degrees(np.arccos(np.clip((thighs * shanks).sum(axis=2), -1.0, 1.0)))
+    ahead = unit(feet - (feet * shanks).sum(axis=2, keepdims=True) * shanks)
+    wrong = (bends > KNEE) & (((thighs - shanks) * ahead).sum(axis=2) < -0.5 * np.linalg.norm(thighs - shanks, axis=2))
+    return Measured((bends * wrong).T, ("the left knee", "the right knee"))
+
+
+def _legs(recording: Recording) -> np.ndarray | None:
+    """Hips, knees, ankles and balls or toes (2, 4, n_frames, 3)."""
+    found = recording.limbs(*LEG, BALL)
+    return recording.limbs(*LEG, TOE) if found is None else found
