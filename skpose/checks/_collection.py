@@ -29,7 +29,7 @@ class Summary(NamedTuple):
     seconds: float
     kept: dict[str, object]  # what most motions of a collection have in common
     marks: tuple[str, ...]
-    poses: tuple[np.ndarray, np.ndarray]  # (n_numbers,) of it and of its mirror image, m
+    poses: tuple[np.ndarray, np.ndarray]  # (POSES, n_numbers) of it and of its mirror image, m
     path: np.ndarray  # (POSES, 2) of the root: distance from the start along the floor, and height, m
 
 
@@ -49,7 +49,7 @@ def summarise(recording: Recording, number: int) -> Summary:
     for some in (points, points[:, partners]):
         apart = np.linalg.norm(some[:, :, None] - some[:, None], axis=3)
         numbers = np.concatenate([apart.reshape(POSES, -1), some[:, :, 2]], axis=1)
-        poses.append(numbers.ravel() / np.sqrt(numbers.size))
+        poses.append(numbers / np.sqrt(numbers.size))
     path = np.stack([np.linalg.norm(root - root[0], axis=1), root[:, 2]], axis=1)
     rig = f"{motion.skeleton.n_joints} joints", motion.skeleton.joint_names
     kept = {"rig": rig, "frame rate": (f"{motion.frame_rate:g} Hz",), "up axis": (motion.up,)}
@@ -76,13 +76,11 @@ def compare(summaries: Sequence[Summary], name_of: Callable[[int], str]) -> Iter
 def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterator[Finding]:
     """Motions with the poses of an earlier one, or of its mirror image, and motions far from all others."""
     poses, mirrored = (np.stack([summary.poses[i] for summary in group]) for i in range(2))
-    squares = (poses**2).sum(axis=1)
-    plain, flipped = (
-        np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * poses @ b.T, 0.0)) for b in (poses, mirrored)
-    )
+    plain = _apart(poses, poses)
+    flipped = _apart(*(one - one.mean(axis=1, keepdims=True) for one in (poses, mirrored)))  # limbs differ in length
+    np.fill_diagonal(plain, np.inf)
     distances = np.minimum(plain, flipped)
-    np.fill_diagonal(distances, np.inf)
-    moving = np.array([np.ptp(summary.poses[0].reshape(POSES, -1), axis=0).any() for summary in group])
+    moving = np.array([np.ptp(summary.poses[0], axis=0).any() for summary in group])
     for i, j in np.argwhere(np.tril(distances < NEAR) & moving & moving[:, None]).tolist():
         a, b, is_mirrored = group[j], group[i], bool(flipped[i, j] < plain[i, j])
         apart = float(np.abs(a.path - b.path).max())
@@ -95,10 +93,16 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
         same = bool(distances[i, j] < SAME)
         head = "error" if same and differs else "warning", "duplicate" if same else "near duplicate"
         yield Finding(*head, b.number, (0, b.n_frames), (), float(distances[i, j]), "m", what, ONE_OF)
-    nearest = distances.min(axis=1)
+    nearest = plain.min(axis=1)
     usual = float(np.median(nearest))
     for k in np.flatnonzero(nearest > UNLIKE * usual) if len(group) >= MANY else ():
         head = "note", "unlike others", group[k].number, (0, group[k].n_frames), (), float(nearest[k]), "m"
         yield Finding(
             *head, f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual", "look at it"
         )
+
+
+def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    a, b = a.reshape(len(a), -1), b.reshape(len(b), -1)
+    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2.0 * a @ b.T
+    return np.sqrt(np.maximum(squares, 0.0))

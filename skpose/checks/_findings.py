@@ -95,7 +95,7 @@ KINDS = {
     "jump": Kind(
         "error", 0.0, "m", "{joint} jumps by {size:.2g} m after frame {first}",
         "interpolate the frames, or cut the motion there",
-        "a step that is 3 cm off those around it [2], plus 4,500 m/s³ times the cube of the time between frames [4,000]",
+        "a step that is 3 cm off those around it [2], plus 4,500 m/s³ times step³ [4,000]",
     ),
     "noise": Kind(
         "warning", 0.0, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",
@@ -114,9 +114,9 @@ KINDS = {
         "beyond the height of the joint above the sole [0.04]",
     ),
     "floating": Kind(
-        "warning", 0.05, "m", "the lowest joint stands still {size:.2g} m above the floor, afloat or on a step",
+        "warning", 0.06, "m", "the lowest joint stands still {size:.2g} m above the floor, afloat or on a step",
         "lower the root there, or leave the part out", "slower than 0.25 m/s, as at the top of a jump for 0.05 s",
-        seconds=0.2,
+        seconds=0.1,
     ),
     "sinking": Kind(
         "warning", 0.06, "m", "a foot is {size:.2g} m below the floor, where it stands most", "raise the root there",
@@ -132,8 +132,8 @@ KINDS = {
         "check the unit and the axes of the root, and the scale of retargeting", "the quartile nearer to 1 [0.2]",
     ),
     "sides exchanged": Kind(
-        "error", 0.9, "", "the toes point behind the line of the hips from left to right",
-        "exchange left and right in the names of the joints", "of the frames [0.1]",
+        "error", 0.5, "", "the toes point behind the line of the hips from left to right",
+        "exchange left and right in the names of the joints", "of the frames [0.39, in runs]",
     ),
     "joint limits": Kind(
         "warning", 0.0, "°", "{joint} is {size:.3g}° beyond its limit",

@@ -1,9 +1,9 @@
-"""The measure of each kind of fault: its size at each frame, see `KINDS`. Lengths are of a person with legs of 0.9 m."""
+"""The measure of each kind of fault: its size at each frame, see `KINDS`, of a person with legs of 0.9 m."""
 
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -13,7 +13,7 @@ from skpose.biomechanics import gait_parameters
 from skpose.biomechanics._feet import LEGS
 from skpose.biomechanics._gait_parameters import doubt_of_rate
 from skpose.checks._recording import Recording
-from skpose.kinematics._anatomy import ANKLE, ARM, BALL, HIP, LEG, TOE
+from skpose.kinematics._anatomy import ARM, BALL, HIP, LEG, TOE
 from skpose.kinematics._ground import runs, speeds_of
 from skpose.kinematics._lines import unit
 from skpose.scores._plausibility import LOW, slips_of
@@ -31,7 +31,7 @@ NORMAL = 6.9  # √20 times the median length of a normal vector in space: of th
 T_POSE, ZERO = np.cos(np.radians(15.0)), 0.01  # rad
 SOLES = 0.08, 0.03  # m, of ankle and ball above the sole
 STILL = 0.25  # m/s
-MOVES, TURNS = 0.3, 1.0  # m/s, rad/s: a foot that turns on the spot moves relative to the root
+GOES, MOVES, TURNS = 0.5, 0.3, 1.0  # m, m/s, rad/s: a foot that turns on the spot moves relative to the root
 KNEE, HINGE = 25.0, 3.0  # °
 
 
@@ -189,7 +189,7 @@ def travel(recording: Recording) -> Measured | None:
     turns = np.gradient(np.unwrap(np.arctan2(across[:, 1], across[:, 0])), recording.times)
     moves = (np.linalg.norm(shown, axis=1) > MOVES) & (np.abs(turns) < TURNS) & recording.upright
     moves &= soles.heights.min(axis=(1, 2)) < LOW
-    if moves.sum() * recording.step < 1.0:
+    if np.linalg.norm(shown[moves].sum(axis=0)) * recording.step < GOES:
         return None
     ratios = (root * shown).sum(axis=1)[moves] / (shown**2).sum(axis=1)[moves]
     low, ratio, high = np.percentile(ratios, (25.0, 50.0, 75.0)).tolist()

@@ -15,8 +15,8 @@ def find_ground(points: np.ndarray, times: np.ndarray, size: float, low: float =
     Points that are missing are NaN. If none ever stands still, the ground is at the lowest point of all.
 
     Times (n_frames,) are in s, the size of the figure in m. The lowest point of a frame stands on something if it is
-    slow. The ground is the median of its heights there, among those near the lowest ones, by the percentile `low`, so
-    that one dip of a toe does not lift the figure.
+    slow. The ground is the median of its heights there, among those near the lowest ones, so that one dip of a toe does
+    not lift the figure.
     """
     heights = np.where(np.isnan(points[..., 1]), np.inf, points[..., 1])
     frames, lowest = np.arange(len(points)), heights.argmin(axis=1)
@@ -30,7 +30,7 @@ def find_ground(points: np.ndarray, times: np.ndarray, size: float, low: float =
     if not stands.any():
         return float(heights.min()), 0
     standing = heights[stands]
-    near = standing <= np.percentile(standing, low) + LEVEL * size
+    near = standing <= np.percentile(standing, LOW) + LEVEL * size
     return float(np.median(standing[near])), int(stands.sum())
 
 

@@ -11,13 +11,13 @@ from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.units import extent_of
 from skpose.keypoints import Keypoints
 from skpose.kinematics._anatomy import ANKLE, BALL, PARTS, SIDES, TOE, find_anatomy
-from skpose.kinematics._ground import find_ground, speeds_of
+from skpose.kinematics._ground import speeds_of
 from skpose.skeleton import Motion
 from skpose.skeleton._sides import split_sides
 
@@ -27,6 +27,7 @@ Feet = Sequence[Sequence[str]]
 TALL = 1.7  # m, of a person to whom heights and speeds apply
 LOW = 0.03  # m above its floor, up to which a point of a foot may stand
 UPRIGHT = 0.7  # of the largest extent: the height of the body while it stands
+STRIDE = 0.6  # s in which a foot stands: the floor is the median of the lowest points in as long a time
 WINDOW = 0.05  # s before and after a frame over which its speed is measured: a frame at 20 Hz
 OF_FOOT = "|".join(PARTS[part] for part in (ANKLE, "foot", TOE))  # in names of keypoints
 GMD_RATE, GMD_LOW, GMD_SPEED, GMD_WINDOW = 20.0, 0.05, 0.5, 5  # Hz, m, m/s, frames
@@ -58,12 +59,11 @@ def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = 
     else:
         columns = _find_feet(motion, list(names))
     points = positions[:, columns][..., [("xyz".index(motion.up) + i) % 3 for i in (1, 2, 3)]]
-    size, heights = extent_of(positions) or TALL, positions[..., "xyz".index(motion.up)]
     if floor is None:
-        stands = np.ptp(heights, axis=1) > UPRIGHT * size
-        stands = stands if stands.any() else ~stands
-        parts = points[stands].swapaxes(1, 2).swapaxes(0, 1)[..., [0, 2, 1]]  # y up
-        floors = np.array([find_ground(part, motion.times[stands], size, low=50.0)[0] for part in parts])
+        heights = np.ptp(positions[..., "xyz".index(motion.up)], axis=1)
+        stands = heights > UPRIGHT * (extent_of(positions) or TALL)
+        lowest = np.nanmin(points[stands if stands.any() else ~stands][..., 2], axis=1)
+        floors = np.median(minimum_filter1d(lowest, max(1, round(STRIDE * motion.frame_rate)), axis=0), axis=0)
     else:
         floors = np.full(len(columns[0]), float(floor))
     return Soles(points, points[..., 2] - floors, floors)

@@ -119,7 +119,7 @@ FAULTS = {
     ),
     "floor": lambda kick: lifted(kick, 0.3),
     "floating": lambda kick: lifted(kick, 0.15 * (np.arange(len(kick)) > 70)),
-    "sinking": lambda kick: lifted(kick, -0.15 * (np.arange(len(kick)) > 70)),
+    "sinking": lambda kick: lifted(kick, -0.15 * (np.arange(len(kick)) > 90)),
     "skating": slides,
     "sides exchanged": exchanged,
     "joint limits": bends_forward,

@@ -66,8 +66,8 @@ def test_keypoints_are_scored_as_motions():
 
 
 def test_heights_above_and_below_a_floor():
-    n, up = 60, np.zeros((60, 3))
-    up[:15, 1], up[15:30, 1] = 0.1, -0.2
+    n, up = 240, np.zeros((240, 3))
+    up[:60, 1], up[60:120, 1] = 0.1, -0.2
     person = Motion(humanoid(), np.zeros((n, 42)), 30, up)
     assert foot_floating(person) == pytest.approx(25.0)
     assert foot_penetration(person) == pytest.approx(50.0)

@@ -1,0 +1,181 @@
+"""Faults that check_motion finds, and false alarms.
+
+    python benchmarks/faults.py [--cmu FOLDER OF CMU FILES] [--hdm05 FOLDER OF HDM05 FILES] [--quick]
+
+Every second recording is untouched first: how many have findings of each kind. Then walks, runs and jumps, kicks,
+swordplay and so on get one fault each, of three sizes. A fault is found if there is a finding of its kind that the
+untouched recording does not have. Thresholds were chosen on the other half of the recordings.
+"""
+
+import time
+from collections import Counter
+from dataclasses import replace
+
+import common
+import numpy as np
+
+from skpose import Motion, Skeleton
+from skpose.checks import check_motion
+from skpose.datasets import load_cmu, load_hdm05, make_actions
+
+options = common.parser_of_both(__doc__).parse_args()
+common.print_machine()
+EACH = 2 if options.quick else 10  # recordings of each group
+GROUPS = {"walk": "walk", "run": "run|jog", "other": "kick|hop|jump|sword|rotate|throw|punch"}
+rng = np.random.default_rng(0)
+
+
+def rows_of(motion, rows):
+    arrays = {name: getattr(motion, name)[rows] for name in ("angles", "root_positions", "root_angles")}
+    return replace(motion, frame_numbers=np.arange(len(rows)), **arrays)
+
+
+def moved(motion, path):
+    """The root moved by (n_frames,) along the axis that points up, or by (n_frames, 3)."""
+    path = path[:, None] * np.eye(3)["xyz".index(motion.up)] if path.ndim == 1 else path
+    return replace(motion, root_positions=motion.root_positions + path)
+
+
+def turned(motion, joint, degrees, frames):
+    angles = motion.angles.copy()
+    angles[frames, motion.skeleton.dof_names.index(joint)] += np.radians(degrees)
+    return replace(motion, angles=angles)
+
+
+def renamed(motion):
+    """Left and right have each other's names."""
+    other = {"l": "r", "r": "l"}
+    names = {b.name: other.get(b.name[0], "") + b.name[1:] for b in motion.skeleton.bones if b.name[0] in other}
+    names = {name: new for name, new in names.items() if new in names}
+    bones = [b._replace(name=names.get(b.name, b.name), parent=names.get(b.parent, b.parent)) for b in motion.skeleton.bones]
+    return replace(motion, skeleton=Skeleton(bones))
+
+
+def scaled(motion, factor):
+    bones = [bone._replace(offset=tuple(factor * x for x in bone.offset)) for bone in motion.skeleton.bones]
+    return replace(motion, skeleton=Skeleton(bones), root_positions=factor * motion.root_positions)
+
+
+def filled(motion, n):
+    """A gap of n frames in the middle, on straight lines."""
+    middle = len(motion) // 2
+    kept = np.r_[:middle, middle + n : len(motion)]
+    return replace(motion[kept], frame_numbers=kept) if n < 0 else _interpolated(motion, kept)
+
+
+def _interpolated(motion, kept):
+    at = np.arange(len(motion))
+    arrays = {}
+    for name in ("angles", "root_positions", "root_angles"):
+        values = np.unwrap(getattr(motion, name), axis=0) if "angles" in name else getattr(motion, name)
+        arrays[name] = np.stack([np.interp(at, kept, column[kept]) for column in values.T], axis=1)
+    return replace(motion, **arrays)
+
+
+def part(motion):
+    """The middle third, as a mask."""
+    at = np.arange(len(motion)) / len(motion)
+    return (at > 1 / 3) & (at < 2 / 3)
+
+
+def middle(motion, n=1):
+    return slice(len(motion) // 2, len(motion) // 2 + n)
+
+
+def along(motion):
+    """A horizontal axis."""
+    return np.eye(3)[("xyz".index(motion.up) + 1) % 3]
+
+
+def missing(motion, n):
+    kept = np.r_[: len(motion) // 2, len(motion) // 2 + n : len(motion)]
+    return replace(rows_of(motion, kept), frame_numbers=kept)
+
+
+def frozen(motion, n):
+    rows = np.arange(len(motion))
+    rows[middle(motion, n)] = rows[middle(motion).start - 1]
+    return rows_of(motion, rows)
+
+
+def zero_pose(motion, n):
+    return replace(motion, angles=np.where(np.arange(len(motion))[:, None] < n, 0.0, motion.angles))
+
+
+def noisy(motion, degrees):
+    return replace(motion, angles=motion.angles + rng.normal(0.0, np.radians(degrees), motion.angles.shape))
+
+
+def steps(motion):
+    return np.arange(len(motion)) / motion.frame_rate
+
+
+# fault: (kind of the finding, sizes, the motion with a fault of a size)
+FAULTS = {
+    "scale of the file, ×": ("units", (2.0, 2.54, 100.0), scaled),
+    "up axis": ("up axis", ("x", "z", "z"), lambda m, up: replace(m, up=up)),
+    "frame rate, ×": ("frame rate", (0.5, 2.0, 4.0), lambda m, f: replace(m, frame_rate=f * m.frame_rate)),
+    "missing frames": ("missing frames", (1, 3, 10), missing),
+    "frozen frames": ("repeated frames", (1, 3, 10), frozen),
+    "every n-th frame doubled": ("repeated frames", (10, 4, 2), lambda m, n: rows_of(m, [i - (i % n == n - 1) for i in range(len(m))])),
+    "gap filled linearly, frames": ("interpolated frames", (4, 8, 16), filled),
+    "upsampled by slerp, ×": ("interpolated frames", (2, 3, 4), lambda m, n: m[::n].resample(m.frame_rate)),
+    "root jumps, cm": ("jump", (2, 5, 15), lambda m, cm: moved(m, (steps(m) > steps(m)[len(m) // 2])[:, None] * 0.01 * cm * along(m))),
+    "root leaves for a frame, cm": ("jump", (2, 5, 15), lambda m, cm: moved(m, np.isin(np.arange(len(m)), len(m) // 2)[:, None] * 0.01 * cm * along(m))),
+    "knee leaves for a frame, °": ("jump", (3, 10, 30), lambda m, d: turned(m, "lfemur_rx", d, middle(m))),
+    "hip turns for good, °": ("jump", (3, 10, 30), lambda m, d: turned(m, "lfemur_rx", d, middle(m, 10**6))),
+    "noise of angles, °": ("noise", (0.1, 0.3, 1.0), noisy),
+    "noise of the root, mm": ("noise", (1, 3, 10), lambda m, mm: moved(m, rng.normal(0.0, 1e-3 * mm, (len(m), 3)))),
+    "angles by 360°, frames": ("angle flips", (1, 3, 10), lambda m, n: turned(m, "lfemur_rx", 360.0, middle(m, n))),
+    "pose zero at the start, frames": ("calibration pose", (1, 5, 30), zero_pose),
+    "floor, cm": ("floor", (5, 10, 20), lambda m, cm: moved(m, np.full(len(m), 0.01 * cm))),
+    "floats for a third, cm": (("floating", "sinking"), (4, 8, 16), lambda m, cm: moved(m, 0.01 * cm * part(m))),
+    "sinks for a third, cm": (("sinking", "floating"), (4, 8, 16), lambda m, cm: moved(m, -0.01 * cm * part(m))),
+    "slides for a third, m/s": ("skating", (0.2, 0.5, 1.0), lambda m, v: moved(m, np.cumsum(part(m))[:, None] * v / m.frame_rate * along(m))),
+    "root travels, ×": ("travel", (0.8, 0.6, 0.0), lambda m, f: replace(m, root_positions=m.root_positions * np.where(np.arange(3) == "xyz".index(m.up), 1.0, f))),
+    "sides exchanged": ("sides exchanged", (1, 1, 1), lambda m, _: renamed(m)),
+    "knee bends forward, °": ("joint limits", (20, 40, 80), lambda m, d: replace(m, angles=np.where(np.array(m.skeleton.dof_names) == "ltibia_rx", -np.radians(d), m.angles))),
+}  # fmt: skip
+PAIRS = {
+    "copy, noise in °": ("duplicate", (0.0, 0.1, 0.5), noisy),
+    "copy at another frame rate, ×": ("duplicate", (0.5, 2.0, 4.0), lambda m, f: replace(m, frame_rate=f * m.frame_rate)),
+    "mirror image": ("duplicate", (1, 1, 1), lambda m, _: m.mirrored("x")),
+    "copy, moved root, m": ("duplicate", (0.1, 1.0, 5.0), lambda m, d: moved(m, steps(m)[:, None] * d * along(m))),
+    "copy, cut by %": ("near duplicate", (1, 3, 10), lambda m, p: m[: int(len(m) * (1 - 0.01 * p))]),
+}  # fmt: skip
+
+
+def known(motions):
+    """Kinds and frames of all findings, with sizes rounded to a tenth of themselves."""
+    return {(one.kind, one.frames, float(f"{one.size:.1g}")) for one in check_motion(motions)}
+
+
+def main():
+    loaded = [(load_cmu, options.cmu), (load_hdm05, options.hdm05)]
+    sets = [load(folder, rotations="file") for load, folder in loaded if folder]
+    sets = sets or [make_actions(2, 1, rotations="file", random_state=0)]
+    recordings = [(action, motion) for one in sets for action, motion in zip(one.actions, one, strict=True)]
+    half = recordings[1::2]
+    begin = time.perf_counter()
+    findings = check_motion(motion for _, motion in half)
+    seconds = (time.perf_counter() - begin) / len(half)
+    counts = Counter(kind for kind, _ in {(one.kind, one.motion) for one in findings})
+    print(f"{len(half)} untouched recordings, {seconds:.3f} s each: {dict(counts.most_common())}")
+    for one in findings:
+        print(f"    {half[one.motion][0]}: {one}")
+    groups = {name: [m for a, m in half if any(w in a for w in words.split("|"))][:EACH] for name, words in GROUPS.items()}
+    before = {name: [known(motion) for motion in motions] for name, motions in groups.items()}
+    print("\n| fault | sizes |", " | ".join(f"{name} ({len(some)})" for name, some in groups.items()), "|\n|---|---|---|---|---|")
+    for fault, (kind, sizes, make) in {**FAULTS, **PAIRS}.items():
+        found = {name: [] for name in groups}
+        for name, motions in groups.items():
+            for size in sizes:
+                made = [make(motion, size) for motion in motions]
+                shown = [known([m, f] if fault in PAIRS else f) for m, f in zip(motions, made, strict=True)]
+                new = [any(one[0].endswith(kind) for one in s - b) for s, b in zip(shown, before[name], strict=True)]
+                found[name].append(sum(new))
+        print(f"| {fault} | {', '.join(map(str, sizes))} |", " | ".join(", ".join(map(str, n)) for n in found.values()), "|")
+
+
+if __name__ == "__main__":
+    main()
