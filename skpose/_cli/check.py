@@ -32,6 +32,7 @@ def run(args: argparse.Namespace) -> None:
     from skpose._cli import inputs
     from skpose.checks._check import check_all
     from skpose.checks._findings import SEVERITIES, Finding
+    from skpose.checks._report import report
 
     files = inputs.expand(args.files, inputs.MOTIONS)
     reading = {"on_nan": "drop"} | inputs.reading_options(args)
@@ -61,6 +62,10 @@ def run(args: argparse.Namespace) -> None:
         args.status = 3
     if args.out and args.out.suffix.lower() == ".csv":
         _write_csv(findings, names, args.out)
+    elif args.out and findings:
+        report(findings, names, lambda i: _read(files[i], {"frame_rate": rates.get(files[i])} | reading)[0]).save(
+            args.out
+        )
     print(f"{args.out}: {len(findings)} findings" if args.out else "--out writes all findings as .csv or .html")
 
 

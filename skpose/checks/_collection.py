@@ -78,7 +78,8 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
     poses, mirrored = (np.stack([summary.poses[i] for summary in group]) for i in range(2))
     plain = _apart(poses, poses)
     flipped = _apart(*(one - one.mean(axis=1, keepdims=True) for one in (poses, mirrored)))  # limbs differ in length
-    np.fill_diagonal(plain, np.inf)
+    for one in (plain, flipped):
+        np.fill_diagonal(one, np.inf)
     distances = np.minimum(plain, flipped)
     moving = np.array([np.ptp(summary.poses[0], axis=0).any() for summary in group])
     for i, j in np.argwhere(np.tril(distances < NEAR) & moving & moving[:, None]).tolist():

@@ -95,7 +95,7 @@ KINDS = {
     "jump": Kind(
         "error", 0.0, "m", "{joint} jumps by {size:.2g} m after frame {first}",
         "interpolate the frames, or cut the motion there",
-        "a step that is 3 cm off those around it [2], plus 4,500 m/s³ times step³ [4,000]",
+        "a step that is 3 cm off those around it [2], plus 4,500 m/s³ · step³ [4,000], of the root 600 [500]",
     ),
     "noise": Kind(
         "warning", 0.0, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",

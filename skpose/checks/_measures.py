@@ -25,7 +25,7 @@ FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate that are tried if there are n
 STRIDES = 3  # that show gait at another rate
 SAME, LINEAR = 1e-9, 0.002  # m, movement of a repeated frame; share by which velocities change on a straight line
 AROUND, SUDDEN = 0.15, 10.0  # s, around a step, and how many times it differs more than those usually do
-STEP, JERK = 0.03, 4500.0  # m, m/s³, of a jump
+STEP, JERK, JERK_OF_ROOT = 0.03, 4500.0, 600.0  # m, m/s³, of a jump
 NOISE, ROUGH, FAST = 0.0004, 0.024, 3.0  # m, m/s, 1/s
 NORMAL = 6.9  # √20 times the median length of a normal vector in space: of third differences of white noise
 T_POSE, ZERO = np.cos(np.radians(15.0)), 0.01  # rad
@@ -106,7 +106,8 @@ def jump(recording: Recording) -> Measured | None:
     off = np.linalg.norm(steps - (padded[:-2] + padded[2:]) / 2.0, axis=2)
     gaps = np.convolve(np.diff(recording.motion.frame_numbers) > 1, np.ones(3), mode="same") > 0
     usual = median_filter(off, size=(2 * max(3, round(AROUND / recording.step)) + 1, 1), mode="nearest")
-    is_jump = (off > STEP + JERK * recording.step**3) & (off > SUDDEN * usual) & ~gaps[:, None]
+    jerk = np.where(np.arange(off.shape[1]) == 0, JERK_OF_ROOT, JERK)
+    is_jump = (off > STEP + jerk * recording.step**3) & (off > SUDDEN * usual) & ~gaps[:, None]
     sizes = np.where(is_jump, off, 0.0)
     return Measured(np.concatenate([sizes, sizes[-1:] * 0.0]), recording.names)
 

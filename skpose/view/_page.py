@@ -128,7 +128,9 @@ def check_labels(labels: Sequence[str] | None, default: list[str]) -> list[str]:
     return [str(label) for label in labels]
 
 
-def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset]) -> Page:
+def page_of(
+    title: str, note: str, data: dict[str, Any], body: Asset, assets: Sequence[Asset], markup: str = ""
+) -> Page:
     """Make the page of some data.
 
     Parameters
@@ -141,6 +143,8 @@ def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Se
         Name of the asset that is the body's markup, or a file elsewhere.
     assets : sequence of str or Path
         Names of scripts and styles, in the order of their dependencies, and of further markup.
+    markup : str, default=""
+        More markup at the end of the body, with its texts escaped.
     """
     style, script = ("\n".join(map(asset, assets_of(assets, kind))) for kind in (".css", ".js"))
     starter = asset("start.js")
@@ -152,7 +156,9 @@ def page_of(title: str, note: str, data: dict[str, Any], body: Asset, assets: Se
             # A lone surrogate, of a name that was no UTF-8, has no bytes; as a reference the browser replaces it.
             title=html.escape(title).encode("ascii", "xmlcharrefreplace").decode(),
             style=style,
-            body="\n".join(map(asset, [body, *assets_of(assets, ".html")])),
+            body="\n".join([*map(asset, [body, *assets_of(assets, ".html")]), markup])
+            .encode("ascii", "xmlcharrefreplace")
+            .decode(),
             data=json.dumps(data, separators=(",", ":"), allow_nan=False).translate(ESCAPED),
             program=base64.b64encode(zlib.compress(script.encode("utf-8"), 9)).decode("ascii"),
             starter=starter,

@@ -38,11 +38,10 @@ class Loop {
 
   show() {
     const last = this.clock.count - 1;
-    const seconds = (tick) => (tick * this.clock.seconds).toFixed(2);
     for (const end of ["from", "to"]) {
       const mark = Object.assign(element(end), { max: last, disabled: last < 1 });
       mark.value = this[end];
-      mark.setAttribute("aria-valuetext", `${seconds(this[end])} seconds after the start`);
+      mark.setAttribute("aria-valuetext", `${(this[end] * this.clock.seconds).toFixed(2)} seconds after the start`);
       element("times").style.setProperty(`--${end}`, this[end] / Math.max(last, 1));
     }
     element("times").classList.toggle("whole", this.isWhole);

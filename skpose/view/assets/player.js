@@ -151,6 +151,7 @@ function linked() {
     t: state.playing ? null : seconds(state.position),
     loop: loop.isWhole ? null : `${seconds(loop.from)},${seconds(loop.to)}`,
     camera: camera === state.home ? null : camera,
+    finding: typeof chosen === "string" && location.hash ? chosen : null, // of findings.js
     ...Object.fromEntries(words),
   };
 }

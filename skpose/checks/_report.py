@@ -1,0 +1,56 @@
+"""A page that lists findings and plays each at its frame."""
+
+import html
+from collections.abc import Callable, Sequence
+from urllib.parse import urlencode
+
+from skpose.checks._findings import Finding
+from skpose.kinematics._places import joint_places
+from skpose.skeleton import Motion
+from skpose.view._page import Page, page_of
+from skpose.view._player import ASSETS
+from skpose.view._scene import motion_data
+
+MOST = 300  # findings that are played
+BEFORE, LONGEST = 1.0, 5.0  # s before and after a finding, and s that are played
+RATE = 60.0  # Hz, at most, of clips of more than some 2 s
+SHORT = 2.5  # s
+
+
+def report(findings: Sequence[Finding], names: Sequence[str], motion_of: Callable[[int], Motion]) -> Page:
+    """The page of findings, by the names of motions and a function that reads one of them."""
+    clips, rows, motions = {}, [], {}
+    for i, one in enumerate(findings):
+        words = [one.severity, names[one.motion], f"{one.frames[0]} to {one.frames[1] - 1}", f"{one.kind}: {one.what}"]
+        text = "".join(f"<span>{html.escape(word)}</span>" for word in words) + f"<em>{html.escape(one.remedy)}</em>"
+        if one.frames[1] > one.frames[0] and len(clips) < MOST:
+            if one.motion not in motions:
+                motions = {one.motion: motion_of(one.motion)}  # findings of a motion follow each other
+            clips[str(i)], link = _clip(one, motions[one.motion], names[one.motion])
+            text = f'<a id="finding-{i}" href="#{html.escape(urlencode({"finding": i} | link))}">{text}</a>'
+        rows.append(f'<li class="{one.severity}">{text}</li>')
+    title = f"{len(findings)} findings in {len(names)} files"
+    data = {"title": title, "clips": clips, "motions": [], "alignment": None, "overlay": False}
+    note = f"{len(clips)} of {len(findings)} findings are played"
+    assets = [
+        *ASSETS[: ASSETS.index("page.js") + 1],
+        "findings.css",
+        "findings.js",
+        *ASSETS[ASSETS.index("page.js") + 1 :],
+    ]
+    markup = f'<nav aria-label="Findings"><ol>{"".join(rows)}</ol></nav>'
+    return page_of(title, note, data, "player.html", assets, markup)
+
+
+def _clip(finding: Finding, motion: Motion, name: str) -> tuple[dict, dict]:
+    """The part of a motion around a finding, and what a link to it says."""
+    first, end = finding.frames
+    around = round(BEFORE * motion.frame_rate)
+    start = max(0, first - around)
+    stop = min(len(motion), end + around, start + round(LONGEST * motion.frame_rate))
+    every = max(1, round(motion.frame_rate / RATE)) if stop - start > SHORT * motion.frame_rate else 1
+    clip = motion[start:stop:every]
+    known = dict(zip(motion.skeleton.joint_names, joint_places(motion.skeleton), strict=True))
+    link = {"t": f"{clip.times[(first - start) // every] - clip.times[0]:.4f}"}
+    shown = [known[joint] for joint in finding.joints if joint in known]
+    return motion_data(clip, name), link | ({"joint": shown[0], "trails": "1"} if shown else {})
