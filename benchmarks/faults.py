@@ -14,7 +14,7 @@ from dataclasses import replace
 import common
 import numpy as np
 
-from skpose import Motion, Skeleton
+from skpose import Skeleton
 from skpose.checks import check_motion
 from skpose.datasets import load_cmu, load_hdm05, make_actions
 
@@ -47,7 +47,9 @@ def renamed(motion):
     other = {"l": "r", "r": "l"}
     names = {b.name: other.get(b.name[0], "") + b.name[1:] for b in motion.skeleton.bones if b.name[0] in other}
     names = {name: new for name, new in names.items() if new in names}
-    bones = [b._replace(name=names.get(b.name, b.name), parent=names.get(b.parent, b.parent)) for b in motion.skeleton.bones]
+    bones = [
+        b._replace(name=names.get(b.name, b.name), parent=names.get(b.parent, b.parent)) for b in motion.skeleton.bones
+    ]
     return replace(motion, skeleton=Skeleton(bones))
 
 
@@ -132,7 +134,7 @@ FAULTS = {
     "floats for a third, cm": (("floating", "sinking"), (4, 8, 16), lambda m, cm: moved(m, 0.01 * cm * part(m))),
     "sinks for a third, cm": (("sinking", "floating"), (4, 8, 16), lambda m, cm: moved(m, -0.01 * cm * part(m))),
     "slides for a third, m/s": ("skating", (0.2, 0.5, 1.0), lambda m, v: moved(m, np.cumsum(part(m))[:, None] * v / m.frame_rate * along(m))),
-    "root travels, ×": ("travel", (0.8, 0.6, 0.0), lambda m, f: replace(m, root_positions=m.root_positions * np.where(np.arange(3) == "xyz".index(m.up), 1.0, f))),
+    "root travels, ×": ("skating", (0.8, 0.6, 0.0), lambda m, f: replace(m, root_positions=m.root_positions * np.where(np.arange(3) == "xyz".index(m.up), 1.0, f))),
     "sides exchanged": ("sides exchanged", (1, 1, 1), lambda m, _: renamed(m)),
     "knee bends forward, °": ("joint limits", (20, 40, 80), lambda m, d: replace(m, angles=np.where(np.array(m.skeleton.dof_names) == "ltibia_rx", -np.radians(d), m.angles))),
 }  # fmt: skip
@@ -163,9 +165,15 @@ def main():
     print(f"{len(half)} untouched recordings, {seconds:.3f} s each: {dict(counts.most_common())}")
     for one in findings:
         print(f"    {half[one.motion][0]}: {one}")
-    groups = {name: [m for a, m in half if any(w in a for w in words.split("|"))][:EACH] for name, words in GROUPS.items()}
+    groups = {
+        name: [m for a, m in half if any(w in a for w in words.split("|"))][:EACH] for name, words in GROUPS.items()
+    }
     before = {name: [known(motion) for motion in motions] for name, motions in groups.items()}
-    print("\n| fault | sizes |", " | ".join(f"{name} ({len(some)})" for name, some in groups.items()), "|\n|---|---|---|---|---|")
+    print(
+        "\n| fault | sizes |",
+        " | ".join(f"{name} ({len(some)})" for name, some in groups.items()),
+        "|\n|---|---|---|---|---|",
+    )
     for fault, (kind, sizes, make) in {**FAULTS, **PAIRS}.items():
         found = {name: [] for name in groups}
         for name, motions in groups.items():
@@ -174,7 +182,11 @@ def main():
                 shown = [known([m, f] if fault in PAIRS else f) for m, f in zip(motions, made, strict=True)]
                 new = [any(one[0].endswith(kind) for one in s - b) for s, b in zip(shown, before[name], strict=True)]
                 found[name].append(sum(new))
-        print(f"| {fault} | {', '.join(map(str, sizes))} |", " | ".join(", ".join(map(str, n)) for n in found.values()), "|")
+        print(
+            f"| {fault} | {', '.join(map(str, sizes))} |",
+            " | ".join(", ".join(map(str, n)) for n in found.values()),
+            "|",
+        )
 
 
 if __name__ == "__main__":

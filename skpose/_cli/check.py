@@ -10,7 +10,6 @@ from skpose._cli import options
 
 SHOWN = 40  # findings in the terminal
 COLUMNS = "severity", "kind", "file", "first_frame", "last_frame", "joints", "size", "unit", "what", "remedy"
-SAME = {"units": "from end to end", "up axis": "is taken as up"}  # in warnings of readers about what is found, too
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -31,57 +30,39 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> None:
     from skpose._cli import inputs
     from skpose.checks._check import check_all
-    from skpose.checks._findings import SEVERITIES, Finding
+    from skpose.checks._findings import Finding
     from skpose.checks._report import report
 
     files = inputs.expand(args.files, inputs.MOTIONS)
-    reading = {"on_nan": "drop"} | inputs.reading_options(args)
-    rates = inputs.stated_rates(files)
+    names, rates = inputs.shorten([str(path) for path in files]), inputs.stated_rates(files)
     unread: list[Finding] = []
-    read: list[int] = []  # the index of the file of each motion
+    numbers: list[int] = []  # of the files of motions
+
+    def read(i: int) -> skpose.Motion:
+        options = {"on_nan": "drop", "frame_rate": rates.get(files[i])} | inputs.reading_options(args)
+        return inputs.load_poses(files[i], options)
 
     def motions() -> Iterator[skpose.Motion]:
-        for i, path in enumerate(files):
-            motion, reasons = _read(path, {"frame_rate": rates.get(path)} | reading)
-            if motion is not None:
-                read.append(i)
+        for i in range(len(files)):
+            try:
+                motion = read(i)
+            except (OSError, ValueError) as error:
+                unread.append(
+                    Finding("error", "reading", i, (0, 0), (), 0.0, "", str(error), "see the options of reading")
+                )
+                args.status = 3
+            else:
+                numbers.append(i)
                 yield motion
-            severity, frames = ("error", 0) if motion is None else ("warning", len(motion))
-            remedy = "see docs/formats.md, and the options of reading"
-            unread.extend(
-                Finding(severity, "reading", i, (0, frames), (), 0.0, "", reason, remedy) for reason in reasons
-            )
 
-    names = inputs.shorten([str(path) for path in files])
-    found = [one._replace(motion=read[one.motion]) for one in check_all(motions(), lambda i: names[read[i]])]
-    known = {(one.motion, text) for one in found for text in [SAME.get(one.kind)] if text}
-    unread = [one for one in unread if not any(one.motion == i and text in one.what for i, text in known)]
-    findings = sorted(unread + found, key=lambda one: SEVERITIES.index(one.severity))
+    found = check_all(motions(), lambda number: names[numbers[number]])
+    findings = unread + [one._replace(motion=numbers[one.motion]) for one in found]
     _print(findings, names)
-    if len(read) < len(files):
-        args.status = 3
     if args.out and args.out.suffix.lower() == ".csv":
         _write_csv(findings, names, args.out)
-    elif args.out and findings:
-        report(findings, names, lambda i: _read(files[i], {"frame_rate": rates.get(files[i])} | reading)[0]).save(
-            args.out
-        )
+    elif args.out:
+        report(findings, names, read).save(args.out)
     print(f"{args.out}: {len(findings)} findings" if args.out else "--out writes all findings as .csv or .html")
-
-
-def _read(path: Path, reading: dict) -> tuple["skpose.Motion | None", list[str]]:
-    """The motion of a file, and what the reader warns about or refuses."""
-    import warnings
-
-    from skpose._cli import inputs
-
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            motion = inputs.load_poses(path, reading)
-        except (OSError, ValueError) as error:
-            return None, [str(error)]
-    return motion, [str(one.message) for one in caught]
 
 
 def _print(findings: list, names: list[str]) -> None:

@@ -8,7 +8,7 @@ from skpose._utils.validation import check_kind
 from skpose.checks import _measures
 from skpose.checks._collection import compare, summarise
 from skpose.checks._findings import APART, KINDS, SEVERITIES, Finding
-from skpose.checks._recording import Recording
+from skpose.checks._recording import Recording, Unknown
 from skpose.skeleton import Motion
 
 LENGTHS = "m", "m/s", "mm"
@@ -44,10 +44,10 @@ def check_motion(motions: Motion | Iterable[Motion]) -> list[Finding]:
     Notes
     -----
     Kinds are, of one motion: units, up axis, frame rate, missing, repeated and interpolated frames, jump, noise, angle
-    flips, calibration pose, floor, floating, sinking, skating, travel, sides exchanged, joint limits. Of several:
+    flips, calibration pose, floor, floating, sinking, skating, sides exchanged, joint limits (of knees). Of several:
     duplicate, near duplicate, mixture, unlike others. `skpose.checks._findings` has their thresholds, with the largest
-    values of real recordings without the fault. Feet, knees and sides are those of a person; floor and travel need a
-    root that moves.
+    values of real recordings without the fault. Feet, knees and sides are those of a person; the floor needs a root
+    that moves.
 
     A motion that is sound in all respects can still be unlike people.
 
@@ -79,8 +79,8 @@ def check_all(motions: Iterable[Motion], name_of: Callable[[int], str]) -> list[
     for number, motion in enumerate(motions):
         check_kind(motion, Motion, "motion", "pass a Motion or several")
         if not len(motion):
-            whole = "error", "no frames", number, (0, 0), (), 0.0, "frames"
-            findings.append(Finding(*whole, "the motion has no frames", "leave it out"))
+            what = "the motion has no frames"
+            findings.append(Finding("error", "no frames", number, (0, 0), (), 0.0, "frames", what, "leave it out"))
             continue
         recording = Recording(motion)
         findings += check_recording(recording, number)
@@ -91,8 +91,9 @@ def check_all(motions: Iterable[Motion], name_of: Callable[[int], str]) -> list[
 
 def check_recording(recording: Recording, number: int) -> Iterator[Finding]:
     for name, kind in KINDS.items():
-        measured = getattr(_measures, name.replace(" ", "_"))(recording)
-        if measured is None:
+        try:
+            measured = getattr(_measures, name.replace(" ", "_"))(recording)
+        except Unknown:
             continue
         sizes = np.broadcast_to(measured.sizes, (len(recording.points), *measured.sizes.shape[1:]))
         sizes = sizes.reshape(len(sizes), -1)

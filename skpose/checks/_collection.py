@@ -69,15 +69,16 @@ def compare(summaries: Sequence[Summary], name_of: Callable[[int], str]) -> Iter
         for value, n in counts.most_common()[1:]:
             first = next(summary for summary in summaries if summary.kept[name] == value)
             what = f"{n} of {len(summaries)} motions, first this one, have another {name} than most: {value[0]}"
-            head = "note", "mixture", first.number, (0, first.n_frames), (), float(n), "motions"
-            yield Finding(*head, what, "retarget, resample or turn them to one before they are compared")
+            frames, remedy = (0, first.n_frames), "retarget, resample or turn them to one before they are compared"
+            yield Finding("note", "mixture", first.number, frames, (), float(n), "motions", what, remedy)
 
 
 def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterator[Finding]:
     """Motions with the poses of an earlier one, or of its mirror image, and motions far from all others."""
     poses, mirrored = (np.stack([summary.poses[i] for summary in group]) for i in range(2))
     plain = _apart(poses, poses)
-    flipped = _apart(*(one - one.mean(axis=1, keepdims=True) for one in (poses, mirrored)))  # limbs differ in length
+    centred, other = (one - one.mean(axis=1, keepdims=True) for one in (poses, mirrored))  # limbs differ in length
+    flipped = _apart(centred, other)
     for one in (plain, flipped):
         np.fill_diagonal(one, np.inf)
     distances = np.minimum(plain, flipped)
@@ -91,16 +92,15 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
         what = f"it has the {'mirrored ' * is_mirrored}poses of {name_of(a.number)}" + "".join(
             f"; {x}" for x in differs
         )
-        same = bool(distances[i, j] < SAME)
-        head = "error" if same and differs else "warning", "duplicate" if same else "near duplicate"
-        yield Finding(*head, b.number, (0, b.n_frames), (), float(distances[i, j]), "m", what, ONE_OF)
+        same, distance = bool(distances[i, j] < SAME), float(distances[i, j])
+        severity, kind = "error" if same and differs else "warning", "duplicate" if same else "near duplicate"
+        yield Finding(severity, kind, b.number, (0, b.n_frames), (), distance, "m", what, ONE_OF)
     nearest = plain.min(axis=1)
     usual = float(np.median(nearest))
     for k in np.flatnonzero(nearest > UNLIKE * usual) if len(group) >= MANY else ():
-        head = "note", "unlike others", group[k].number, (0, group[k].n_frames), (), float(nearest[k]), "m"
-        yield Finding(
-            *head, f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual", "look at it"
-        )
+        what = f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual"
+        frames = 0, group[k].n_frames
+        yield Finding("note", "unlike others", group[k].number, frames, (), float(nearest[k]), "m", what, "look at it")
 
 
 def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:

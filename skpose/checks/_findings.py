@@ -124,20 +124,15 @@ KINDS = {
     ),
     "skating": Kind(
         "warning", 0.35, "m/s", "no foot stands: both slide, or are in the air, at {size:.2g} m/s",
-        "keep the feet in place by inverse kinematics, or leave the part out",
+        "check the unit, the axes and the scale of the root; keep the feet in place by inverse kinematics",
         "the slowest point within 3 cm of the floor, for 0.2 s [0.33]", seconds=0.2,
-    ),
-    "travel": Kind(
-        "error", 0.25, "", "the root travels {note} times as far as the standing foot shows",
-        "check the unit and the axes of the root, and the scale of retargeting", "the quartile nearer to 1 [0.2]",
     ),
     "sides exchanged": Kind(
         "error", 0.5, "", "the toes point behind the line of the hips from left to right",
         "exchange left and right in the names of the joints", "of the frames [0.39, in runs]",
     ),
     "joint limits": Kind(
-        "warning", 0.0, "°", "{joint} is {size:.3g}° beyond its limit",
-        "check the axes of the joint, the retargeting, or the fit to markers",
-        "knees that bend towards the toes by 25° [15]; hinges of robots beyond their own limits by 3°",
+        "warning", 25.0, "°", "{joint} bends towards the toes by {size:.0f}°",
+        "check the axes of the joint, the retargeting, or the fit to markers", "knees of people do not [15]",
     ),
 }  # fmt: skip

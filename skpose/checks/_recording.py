@@ -4,13 +4,18 @@ from functools import cached_property
 
 import numpy as np
 
-from skpose.kinematics._anatomy import SIDES, find_anatomy
+from skpose.kinematics._anatomy import BALL, SIDES, TOE, find_anatomy
+from skpose.kinematics._anatomy import LEG as LEGS
 from skpose.kinematics._floor import leg_length
 from skpose.scores._plausibility import Soles, soles_of
 from skpose.skeleton import Motion
 from skpose.skeleton._rest import size_of
 
 LEG, TALL = 0.9, 1.7  # m, of the person to whom all thresholds apply
+
+
+class Unknown(Exception):
+    """A motion does not show what a measure needs."""
 
 
 class Recording:
@@ -29,6 +34,11 @@ class Recording:
         self.points = self.world[..., [("xyz".index(motion.up) + i) % 3 for i in (1, 2, 3)]] / self.scale
         self.around_root = np.concatenate([self.points[:, :1], self.points[:, 1:] - self.points[:, :1]], axis=1)
 
+    def need(self, n: int) -> None:
+        """Refuse motions with fewer frames."""
+        if len(self.points) < n:
+            raise Unknown
+
     @cached_property
     def unwrapped(self) -> np.ndarray:
         """The angles of joints and root (n_frames, n_angles) without jumps."""
@@ -36,10 +46,10 @@ class Recording:
         return np.concatenate([motion.angles, motion.root_angles], axis=1)
 
     @cached_property
-    def soles(self) -> Soles | None:
-        """Both feet, m, as of a person with legs of 0.9 m; None if they are unknown, or the root has no positions."""
+    def soles(self) -> Soles:
+        """Both feet, m, as of a person with legs of 0.9 m, of a motion whose root has positions."""
         if not self.leg or not np.ptp(self.motion.root_positions, axis=0).any():
-            return None
+            raise Unknown
         points, heights, floors = soles_of(self.motion)
         return Soles(points / self.scale, heights / self.scale, floors / self.scale)
 
@@ -48,10 +58,14 @@ class Recording:
         """Whether the root is at least half a leg above the lowest joint (n_frames,)."""
         return self.points[:, 0, 2] - self.points[..., 2].min(axis=1) > LEG / 2.0
 
-    def limbs(self, *marks: str) -> np.ndarray | None:
-        """Positions (2, n_marks, n_frames, 3) of landmarks, left and right; None if one is unknown."""
+    def limbs(self, *marks: str) -> np.ndarray:
+        """Positions (2, n_marks, n_frames, 3) of landmarks, left and right."""
         names = [[f"{side}_{mark}" for mark in marks] for side in SIDES]
         if not {*names[0], *names[1]} <= self.joints.keys():
-            return None
+            raise Unknown
         columns = [[self.joints[name] + 1 for name in side] for side in names]
         return self.points[:, columns].transpose(1, 2, 0, 3)
+
+    def legs(self) -> np.ndarray:
+        """Hips, knees, ankles and balls or toes (2, 4, n_frames, 3)."""
+        return self.limbs(*LEGS, BALL if f"left_{BALL}" in self.joints else TOE)

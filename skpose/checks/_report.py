@@ -13,8 +13,6 @@ from skpose.view._scene import motion_data
 
 MOST = 300  # findings that are played
 BEFORE, LONGEST = 1.0, 5.0  # s before and after a finding, and s that are played
-RATE = 60.0  # Hz, at most, of clips of more than some 2 s
-SHORT = 2.5  # s
 
 
 def report(findings: Sequence[Finding], names: Sequence[str], motion_of: Callable[[int], Motion]) -> Page:
@@ -47,10 +45,9 @@ def _clip(finding: Finding, motion: Motion, name: str) -> tuple[dict, dict]:
     first, end = finding.frames
     around = round(BEFORE * motion.frame_rate)
     start = max(0, first - around)
-    stop = min(len(motion), end + around, start + round(LONGEST * motion.frame_rate))
-    every = max(1, round(motion.frame_rate / RATE)) if stop - start > SHORT * motion.frame_rate else 1
-    clip = motion[start:stop:every]
+    stop = min(end + around, start + round(LONGEST * motion.frame_rate))
     known = dict(zip(motion.skeleton.joint_names, joint_places(motion.skeleton), strict=True))
-    link = {"t": f"{clip.times[(first - start) // every] - clip.times[0]:.4f}"}
-    shown = [known[joint] for joint in finding.joints if joint in known]
-    return motion_data(clip, name), link | ({"joint": shown[0], "trails": "1"} if shown else {})
+    link = {"t": f"{motion.times[first] - motion.times[start]:.4f}"}
+    if finding.joints and finding.joints[0] in known:
+        link |= {"joint": known[finding.joints[0]], "trails": "1"}
+    return motion_data(motion[start:stop], name), link

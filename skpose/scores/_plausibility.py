@@ -5,7 +5,6 @@ the ball or else the toe, each with its own height above the floor while it stan
 heel to the toe stands all the time.
 """
 
-import re
 from collections.abc import Sequence
 from numbers import Real
 from typing import Any, NamedTuple
@@ -16,10 +15,9 @@ from scipy.ndimage import minimum_filter1d, uniform_filter1d
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.units import extent_of
 from skpose.keypoints import Keypoints
-from skpose.kinematics._anatomy import ANKLE, BALL, PARTS, SIDES, TOE, find_anatomy
+from skpose.kinematics._anatomy import ANKLE, BALL, SIDES, TOE, find_anatomy
 from skpose.kinematics._ground import speeds_of
 from skpose.skeleton import Motion
-from skpose.skeleton._sides import split_sides
 
 Recording = Motion | Keypoints
 Feet = Sequence[Sequence[str]]
@@ -29,7 +27,6 @@ LOW = 0.03  # m above its floor, up to which a point of a foot may stand
 UPRIGHT = 0.7  # of the largest extent: the height of the body while it stands
 STRIDE = 0.6  # s in which a foot stands: the floor is the median of the lowest points in as long a time
 WINDOW = 0.05  # s before and after a frame over which its speed is measured: a frame at 20 Hz
-OF_FOOT = "|".join(PARTS[part] for part in (ANKLE, "foot", TOE))  # in names of keypoints
 GMD_RATE, GMD_LOW, GMD_SPEED, GMD_WINDOW = 20.0, 0.05, 0.5, 5  # Hz, m, m/s, frames
 AMONG = 0.005  # m, the tolerance of PhysDiff
 CONSTRAINTS: dict[str, list] = {
@@ -57,7 +54,12 @@ def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = 
             raise ValueError(f"feet must be as many names of points of the left as of the right foot, got {feet!r}")
         columns = [[names.index(name) for name in side] for side in feet]
     else:
-        columns = _find_feet(motion, list(names))
+        marks = find_anatomy(motion.skeleton).joints if isinstance(motion, Motion) else {}
+        parts = [part for part in (ANKLE, BALL, TOE) if all(f"{side}_{part}" in marks for side in SIDES)]
+        if not parts:
+            raise ValueError("motion must have the joints of two feet: pass their names as feet=")
+        parts = [part for part in parts if part != TOE or BALL not in parts]  # a rigid toe dips into the floor
+        columns = [[marks[f"{side}_{part}"] for part in parts] for side in SIDES]
     points = positions[:, columns][..., [("xyz".index(motion.up) + i) % 3 for i in (1, 2, 3)]]
     if floor is None:
         heights = np.ptp(positions[..., "xyz".index(motion.up)], axis=1)
@@ -67,27 +69,6 @@ def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = 
     else:
         floors = np.full(len(columns[0]), float(floor))
     return Soles(points, points[..., 2] - floors, floors)
-
-
-def _find_feet(motion: Recording, names: list[str]) -> list[list[int]]:
-    """The indices of the points of the left and of the right foot, as far as both have them, ankles first."""
-    if isinstance(motion, Motion):
-        marks = find_anatomy(motion.skeleton).joints
-        parts = [part for part in (ANKLE, BALL, TOE) if all(f"{side}_{part}" in marks for side in SIDES)]
-        parts = [part for part in parts if part != TOE or BALL not in parts]  # a rigid toe dips into the floor
-    else:
-        split = [(side, rest.strip("_ ").lower()) for side, rest in split_sides(names)]
-        marks = {f"{side}_{rest}": i for i, (side, rest) in enumerate(split)}
-        rests = dict.fromkeys(rest for _, rest in split if re.search(OF_FOOT, rest))
-        parts = sorted((rest for rest in rests if all(f"{side}_{rest}" in marks for side in SIDES)), key=_order)
-    if not parts:
-        raise ValueError("motion must have the joints of two feet: pass their names as feet=")
-    return [[marks[f"{side}_{part}"] for part in parts] for side in SIDES]
-
-
-def _order(name: str) -> bool:
-    """Ankles come first."""
-    return not re.search(PARTS[ANKLE], name)
 
 
 def slips_of(soles: Soles, times: np.ndarray) -> np.ndarray:
@@ -122,7 +103,7 @@ def foot_skating(
         What is measured.
     feet : two sequences of str, default=None
         Names of the points of the left and of the right foot, in the same order, the ankle first. None finds the ankle
-        and the ball, or else the toe. "gmd" takes the second of them.
+        and the ball of a Motion, or else the toe. "gmd" takes the second of them.
     floor : float, default=None
         Height of the floor, m. None is where each point of the feet stands; for "gmd" the lowest point of all frames,
         as in HumanML3D.
