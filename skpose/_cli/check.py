@@ -71,7 +71,7 @@ def _print(findings: list, names: list[str]) -> None:
     print(f"{len(names)} files, {len({one.motion for one in findings})} with findings{words}")
     width = max(map(len, ("file", *names)))
     for one in findings[:SHOWN]:
-        frames = f"{one.frames[0]} to {one.frames[1] - 1}"
+        frames = f"{one.frames[0]} to {one.frames[1] - 1}" if one.frames[1] else ""
         print(f"{one.severity:<7}  {names[one.motion]:<{width}}  {frames:>14}  {one.kind}: {one.what}")
     if len(findings) > SHOWN:
         print(f"and {len(findings) - SHOWN} more")

@@ -27,7 +27,7 @@ class Summary(NamedTuple):
     number: int
     n_frames: int
     seconds: float
-    kept: dict[str, object]  # what most motions of a collection have in common
+    kept: dict[str, tuple]  # what most motions of a collection have in common
     marks: tuple[str, ...]
     poses: tuple[np.ndarray, np.ndarray]  # (POSES, n_numbers) of it and of its mirror image, m
     path: np.ndarray  # (POSES, 2) of the root: distance from the start along the floor, and height, m
@@ -43,13 +43,13 @@ def summarise(recording: Recording, number: int) -> Summary:
         next((marks.index(other) for other in others(mark) if other in columns), i) for i, mark in enumerate(marks)
     ]
     rows = np.linspace(0, len(motion) - 1, POSES).round().astype(int)
-    points = recording.around_root[np.ix_(rows, [j + 1 for j in columns.values()])].astype(np.float32)
-    root = recording.points[rows, 0]
+    points = recording.around_root[rows][:, [j + 1 for j in columns.values()]].astype(np.float32)
+    root, upper = recording.points[rows, 0], np.triu_indices(len(marks), 1)
     poses = []
     for some in (points, points[:, partners]):
         apart = np.linalg.norm(some[:, :, None] - some[:, None], axis=3)
-        numbers = np.concatenate([apart.reshape(POSES, -1), some[:, :, 2]], axis=1)
-        poses.append(numbers / np.sqrt(numbers.size))
+        numbers = np.concatenate([apart[:, upper[0], upper[1]], some[:, :, 2]], axis=1)
+        poses.append(numbers / np.float32(np.sqrt(numbers.size)))
     path = np.stack([np.linalg.norm(root - root[0], axis=1), root[:, 2]], axis=1)
     rig = f"{motion.skeleton.n_joints} joints", motion.skeleton.joint_names
     kept = {"rig": rig, "frame rate": (f"{motion.frame_rate:g} Hz",), "up axis": (motion.up,)}
@@ -97,7 +97,7 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
         yield Finding(severity, kind, b.number, (0, b.n_frames), (), distance, "m", what, ONE_OF)
     nearest = plain.min(axis=1)
     usual = float(np.median(nearest))
-    for k in np.flatnonzero(nearest > UNLIKE * usual) if len(group) >= MANY else ():
+    for k in np.flatnonzero(nearest > UNLIKE * usual).tolist() if len(group) >= MANY else ():
         what = f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual"
         frames = 0, group[k].n_frames
         yield Finding("note", "unlike others", group[k].number, frames, (), float(nearest[k]), "m", what, "look at it")

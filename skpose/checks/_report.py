@@ -2,6 +2,7 @@
 
 import html
 from collections.abc import Callable, Sequence
+from typing import Any
 from urllib.parse import urlencode
 
 from skpose.checks._findings import Finding
@@ -17,7 +18,8 @@ BEFORE, LONGEST = 1.0, 5.0  # s before and after a finding, and s that are playe
 
 def report(findings: Sequence[Finding], names: Sequence[str], motion_of: Callable[[int], Motion]) -> Page:
     """The page of findings, by the names of motions and a function that reads one of them."""
-    clips, rows, motions = {}, [], {}
+    clips: dict[str, dict] = {}
+    rows, motions = [], dict[int, Motion]()
     for i, one in enumerate(findings):
         words = [one.severity, names[one.motion], f"{one.frames[0]} to {one.frames[1] - 1}", f"{one.kind}: {one.what}"]
         text = "".join(f"<span>{html.escape(word)}</span>" for word in words) + f"<em>{html.escape(one.remedy)}</em>"
@@ -27,8 +29,10 @@ def report(findings: Sequence[Finding], names: Sequence[str], motion_of: Callabl
             clips[str(i)], link = _clip(one, motions[one.motion], names[one.motion])
             text = f'<a id="finding-{i}" href="#{html.escape(urlencode({"finding": i} | link))}">{text}</a>'
         rows.append(f'<li class="{one.severity}">{text}</li>')
+    if not clips:
+        raise ValueError("a page plays findings, and there are none in files that can be read")
     title = f"{len(findings)} findings in {len(names)} files"
-    data = {"title": title, "clips": clips, "motions": [], "alignment": None, "overlay": False}
+    data: dict[str, Any] = {"title": title, "clips": clips, "motions": [], "alignment": None, "overlay": False}
     note = f"{len(clips)} of {len(findings)} findings are played"
     assets = [
         *ASSETS[: ASSETS.index("page.js") + 1],
