@@ -199,3 +199,8 @@ def test_the_command(dataset, kick, tmp_path, capsys):
     found = {(row["file"], row["kind"]) for row in rows}
     assert {("b_twice.bvh", "duplicate"), ("c_centimetres.bvh", "units"), ("d_broken.bvh", "reading")} <= found
     assert not any(name == "a_kick.bvh" for name, _ in found)
+    assert main(["check", str(tmp_path), "--out", str(tmp_path / "report.html")]) == 3
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count("<li") == len(rows)
+    assert 'id="finding-0"' not in page  # it cannot be read, so it is not played
+    assert 'href="#finding=1' in page
