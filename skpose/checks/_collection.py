@@ -95,9 +95,9 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
         same, distance = bool(distances[i, j] < SAME), float(distances[i, j])
         severity, kind = "error" if same and differs else "warning", "duplicate" if same else "near duplicate"
         yield Finding(severity, kind, b.number, (0, b.n_frames), (), distance, "m", what, ONE_OF)
-    nearest = plain.min(axis=1)
+    nearest = np.where(plain < NEAR, np.inf, plain).min(axis=1)
     usual = float(np.median(nearest))
-    for k in np.flatnonzero(nearest > UNLIKE * usual).tolist() if len(group) >= MANY else ():
+    for k in np.flatnonzero((nearest > UNLIKE * usual) & np.isfinite(nearest)).tolist() if len(group) >= MANY else ():
         what = f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual"
         frames = 0, group[k].n_frames
         yield Finding("note", "unlike others", group[k].number, frames, (), float(nearest[k]), "m", what, "look at it")
