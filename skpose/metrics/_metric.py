@@ -210,8 +210,9 @@ class Metric(BaseEstimator):
         """Refuse functions of a user's metric that would write beyond a code, or do not measure a distance."""
         n_codes = self.n_codes(tree, n_dofs)
         check_integer(n_codes, 0, f"{type(self).__name__}.n_codes()")
-        owners = [kind for kind in Metric.__subclasses__() if getattr(kind, "encode", None) is self.encode]
-        if owners and n_codes != (expected := owners[0].n_codes(self, tree, n_dofs)):  # ours come first
+        ours = (kind for kind in Metric.__subclasses__() if kind.__module__.startswith("skpose."))
+        owner = next((kind for kind in ours if getattr(kind, "encode", None) is self.encode), None)
+        if owner is not None and n_codes != (expected := owner.n_codes(self, tree, n_dofs)):
             raise ValueError(f"{type(self).__name__}.n_codes() must be {expected}, as encode writes, got {n_codes}")
         check_functions(self, tree, n_dofs, n_codes)
 

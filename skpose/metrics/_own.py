@@ -72,7 +72,6 @@ def compile_encode(function: Callable[[np.ndarray, np.ndarray, np.ndarray], None
                     raise ValueError(unwritten)
                 put[k * width + w] = code[k]
 
-    encode.plain = plain  # type: ignore[attr-defined]  # for `check_functions`
     return encode
 
 
