@@ -10,5 +10,5 @@ What calls what::
        |
      energy                                                 energy, gradient and Hessian of a pose
        |
-    tree_cholesky                                           its steps, along the tree
+    equations                                               its steps
 """

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.inverse.tree_cholesky import EQUATIONS, N_ORIGIN, Equations, equations_of
+from skpose._compiled.inverse.equations import EQUATIONS, N_ORIGIN, Equations, equations_of
 from skpose._compiled.pose.chart import free_tree, keep_bounded, rotation_of
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.jacobian import place_with_screws

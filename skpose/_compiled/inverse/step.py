@@ -1,7 +1,7 @@
 """Inverse kinematics of one frame: the pose, and the position and orientation of the root, of least `energy`.
 
-Gauss-Newton in a trust region. A step turns joints in their own axes (`retract`), and its matrix is factorised along
-the tree (`tree_cholesky`). Where positions cannot be reached the terms that Gauss-Newton leaves out are added, once
+Gauss-Newton in a trust region. A step turns joints in their own axes (`retract`), and its matrix is factorised as a
+whole (`equations`). Where positions cannot be reached the terms that Gauss-Newton leaves out are added, once
 they count. Angles that the positions leave open are settled by the stiffness; without one, by the first step, which
 goes a part of the way to θ₀ in them.
 """
@@ -21,7 +21,7 @@ from skpose._compiled.inverse.energy import (
     fill_matrix,
     half_square_away,
 )
-from skpose._compiled.inverse.tree_cholesky import N_ORIGIN, factorise, solve
+from skpose._compiled.inverse.equations import N_ORIGIN, factorise, solve
 from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, tuple_type
