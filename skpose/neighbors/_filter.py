@@ -19,25 +19,21 @@ import numpy as np
 
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.candidates import Boxes, Known, nearest_of_boxes
-from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.nearest import bounds_of_groups
-from skpose._compiled.pose.tree import Steps
 from skpose._compiled.simd.lanes import empty_aligned, lanes
 from skpose._utils.parallel import over_rows
-from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.neighbors._nearest_so_far import NearestSoFar
 from skpose.skeleton import Skeleton
 
-N_AXES = 17  # and the rest: a multiple of three, as `measure_euclidean` takes three at a time
+N_AXES = 17  # and the rest: a multiple of three, as `to_points` takes three at a time
 SAMPLE = 4096  # poses from which the axes are computed
 GROUPS_PER_SAMPLE = 512  # from which it is estimated what the filter leaves
 ROUNDING = 64 * 2.0**-24
 IN_RANGE = 1e15  # largest coordinate, in units of the filter; float32 cannot sum the squares of much larger ones
 FILTER_WORK = 6  # per pair of a query and a pose. Measured: 1.1 ns
 FLOAT32 = np.dtype(np.float32)
-NO_TREE, NO_WRAP = tree_of(None, FLOAT32), Steps.of(1, wrap=False)
 
 
 class FilterPoints(NamedTuple):
@@ -117,10 +113,9 @@ class ChordFilter:
         """
         groups = self.groups if groups is None else groups
         n_queries, n_groups = len(points.slack), len(groups) // self.n_coordinates
-        bounds, limits = np.zeros((n_queries, n_groups), FLOAT32), np.zeros(n_queries, FLOAT32)
-        tail = limits, measure_euclidean, NO_TREE, NO_WRAP, bounds
+        bounds = np.empty((n_queries, n_groups), FLOAT32)
         over_rows(
-            lambda first, last: bounds_of_groups(points.coordinates, groups, first, last, *tail),
+            lambda first, last: bounds_of_groups(points.coordinates, groups, first, last, bounds),
             n_queries,
             FILTER_WORK * n_queries * groups.size / self.n_coordinates,
             n_jobs,

@@ -3,8 +3,8 @@
 What is found is kept in `Heaps`, one row for each query. Equal values are ordered by index, so what is kept depends
 neither on the order in which poses come nor on the number of threads.
 
-Poses are measured in groups of lanes, and only groups whose lower bound is within the limit of the query: the loop of
-`bounds_of_groups` makes the bounds, or replaces them by sharper ones.
+Poses are measured in groups of lanes, and only groups whose lower bound (`bounds_of_groups`) is within the limit of the
+query.
 
 The loops that keep pass a limit to the measure, in ``results.limit``: a distance above it is not needed. A measure that
 uses the limit writes any lower bound above it instead, for a whole group of lanes at once, and adds the number of such
@@ -17,10 +17,11 @@ import numpy as np
 
 from skpose._compiled.pose.forward import size_of, workspace_rows
 from skpose._compiled.pose.loops import GROUPS_IN_CACHE
+from skpose._compiled.pose.measure import to_points
 from skpose._compiled.pose.results import results_of
 from skpose._compiled.pose.signatures import Loop
-from skpose._compiled.simd.jit import inlined
-from skpose._compiled.simd.lanes import any_greater, empty_aligned, least, rows
+from skpose._compiled.simd.jit import inlined, jit
+from skpose._compiled.simd.lanes import any_greater, empty_aligned, flat, least, rows
 
 ROUNDING = 1e-9  # by which a lower bound of a length may exceed it, in sizes of the skeleton; a generous estimate
 ROWS_IN_CACHE = 1024  # rows of lanes, where a group has few of them; with less, the call of the measure shows
@@ -116,27 +117,18 @@ def _n_together(n_codes):
     return max(GROUPS_IN_CACHE, ROWS_IN_CACHE // n_codes)
 
 
-@Loop
-def bounds_of_groups(queries, codes, first, last, limits, measure, tree, steps, bounds):
-    """Compute the least distances of groups, in float32.
+@jit
+def bounds_of_groups(queries, points, first, last, bounds):
+    """Compute the least distance (n_queries, n_groups) of queries first:last to the points of each group, in float32.
 
-    `queries` holds codes as rows, `codes` groups of lanes. Each bound (n_queries, n_groups) of a query first:last that
-    is within its limit becomes the least distance to the poses of the group.
+    `queries` holds points as rows, `points` groups of lanes.
     """
-    n_codes, width = queries.shape[1], codes.shape[1]
-    n_groups, n_together = bounds.shape[1], _n_together(n_codes)
-    scratch = empty_aligned(workspace_rows(tree), width, queries.dtype)
-    results = results_of(n_together, width, queries.dtype)
-    distances = rows(results.distances, 0)
-    for group in range(0, n_groups, n_together):
-        end = min(group + n_together, n_groups)
+    n, n_groups = queries.shape[1], bounds.shape[1]
+    for group in range(0, n_groups, _n_together(n)):
         for i in range(first, last):
-            start, stop = _run(bounds, i, limits[i], group, end, 1)
-            while start < stop:
-                measure(queries[i], codes, start, stop, tree, steps, scratch, results)
-                for k in range(stop - start):
-                    bounds[i, start + k] = least(distances[k])
-                start, stop = _run(bounds, i, limits[i], stop, end, 1)
+            query = flat(queries[i])
+            for k in range(group, min(group + _n_together(n), n_groups)):
+                bounds[i, k] = least(to_points(query, rows(points, n * k), n))
 
 
 @Loop
