@@ -2,21 +2,19 @@
 
 | module                      |                                                               |
 |-----------------------------|---------------------------------------------------------------|
-| `_geodesic`                 | the path between two poses                                    |
-| `_sequence`                 | lengths of the paths from the frames of a motion to poses     |
+| `_geodesic`                 | the path between two poses, and from the frames of a motion   |
 | `_logarithm`                | poses as tangent vectors at a base pose, and back             |
 | `_interpolate`, `_spline`   | motions through key poses                                     |
 | `_mean`                     | Fréchet means and geometric medians                           |
-| `_descent`, `_quasi_newton` | the two minimisers behind means and medians                   |
+| `_descent`                  | the two minimisers behind means and medians                   |
 """
 
 from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult
-from skpose.geodesics._geodesic import geodesic
+from skpose.geodesics._geodesic import geodesic, geodesic_distances
 from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
 from skpose.geodesics._mean import GeometricMedianResult as GeometricMedianResult
 from skpose.geodesics._mean import frechet_mean, geometric_median
-from skpose.geodesics._sequence import geodesic_distances
 from skpose.metrics._means import FrechetMeanResult as FrechetMeanResult
 
 __all__ = [

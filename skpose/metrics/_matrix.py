@@ -2,13 +2,15 @@
 
 import functools
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import Any
 
 import numpy as np
+from sklearn.utils import gen_batches
 
 from skpose._compiled.pose import loops
 from skpose._utils.parallel import LITTLE_WORK, TASKS_PER_JOB, WORK_PER_TASK, in_threads
-from skpose.metrics._convergence import Unconverged
+from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._metric import Metric
 from skpose.metrics._tiled import Tile, TiledMatrix, mirror
 from skpose.skeleton import Skeleton
@@ -88,3 +90,22 @@ def _pair_ranges(
         last = min(first + row_step, n_rows)
         for group in range(first // width if triangle else 0, n_groups, group_step):
             yield loops.PairRange(first, last, group, min(group + group_step, n_groups), triangle)
+
+
+TILE = 16  # rows whose full matrix costs less than as many calls
+
+
+def paired_distances(
+    X: np.ndarray, Y: np.ndarray, skeleton: Skeleton | None, metric: Metric, n_jobs: int
+) -> np.ndarray:
+    """Distances (n_poses,) from each row of X to the same row of Y, without checks."""
+    distances, tile = np.empty(len(X)), 1 if metric.iterative else TILE
+
+    def measure(rows: slice) -> list[Unconverged]:
+        values, unconverged = DistanceMatrix(X[rows], Y[rows], metric, skeleton).write(None, 1)
+        distances[rows] = values.diagonal()
+        return unconverged
+
+    parts = in_threads((functools.partial(measure, rows) for rows in gen_batches(len(X), tile)), n_jobs)
+    warn_of_unconverged(chain.from_iterable(parts), len(X))
+    return distances

@@ -91,11 +91,6 @@ class Spatial(Metric):
         """The chord."""
         return Position()
 
-    @property
-    def has_means(self) -> bool:
-        """Whether there are two steps or more: with one it is `Position`."""
-        return self.n_steps > 1
-
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Poses whose distances have gradients by differences."""
         return _SpatialSample(self, X, weights, require_skeleton(skeleton), n_jobs)

@@ -16,8 +16,7 @@ from skpose._compiled.path.family import comes_back, first_far, fitness_of, segm
 from skpose._utils.parallel import in_threads
 from skpose.metrics import Metric
 from skpose.metrics._convergence import Unconverged
-from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._paired import paired_distances
+from skpose.metrics._matrix import DistanceMatrix, paired_distances
 from skpose.skeleton import Skeleton
 
 FAST, FAR = 0.95, 0.95  # quantiles of speeds, and of distances between frames, that count as large

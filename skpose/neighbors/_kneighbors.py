@@ -148,7 +148,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_samples, n_samples_fit)
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
-        check_is_fitted(self, "n_samples_fit_")
         return self.kneighbors_graph(X, self.n_neighbors + (self.mode == "distance"), self.mode)
 
     def kneighbors(self, X=None, n_neighbors=None, return_distance=True):
@@ -175,7 +174,6 @@ class PoseKNeighborsTransformer(GraphTransformer):
         ValueError
             For more neighbours than there are training poses.
         """
-        check_is_fitted(self, "n_samples_fit_")
         near, n_queries = self._find(X, k=self._k(X, n_neighbors))
         distances, indices = (part.reshape(n_queries, -1) for part in (near.distances, near.indices))
         return (distances, indices) if return_distance else indices
@@ -197,8 +195,8 @@ class PoseKNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_queries, n_samples_fit)
             In CSR format, each row by distance.
         """
-        check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, mode, k=self._k(X, n_neighbors))
 
     def _k(self, X, n_neighbors):
+        check_is_fitted(self, "n_samples_fit_")
         return check_k(self.n_neighbors if n_neighbors is None else n_neighbors, X is None, self.n_samples_fit_)

@@ -125,7 +125,6 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_samples, n_samples_fit)
             In CSR format, each row by distance; zero distances are stored explicitly.
         """
-        check_is_fitted(self, "n_samples_fit_")
         return self.radius_neighbors_graph(X, mode=self.mode)
 
     def radius_neighbors(self, X=None, radius=None, return_distance=True):
@@ -154,7 +153,6 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         ValueError
             For a negative radius.
         """
-        check_is_fitted(self, "n_samples_fit_")
         near, n_queries = self._find(X, radius=self._radius(radius), measured=return_distance)
         starts = np.searchsorted(near.queries, np.arange(1, n_queries))
         order = slice(None) if return_distance else np.lexsort((near.indices, near.queries))
@@ -178,10 +176,10 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         sparse matrix of shape (n_queries, n_samples_fit)
             In CSR format; rows of distances are sorted.
         """
-        check_is_fitted(self, "n_samples_fit_")
         return self._graph(X, mode, radius=self._radius(radius), measured=mode == "distance")
 
     def _radius(self, radius):
+        check_is_fitted(self, "n_samples_fit_")
         radius = self.radius if radius is None else radius
         if not isinstance(radius, Real):
             raise TypeError(f"radius must be one number for all poses, got {radius!r}: call once for each radius")

@@ -18,7 +18,7 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_integer, check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._mean import WeightedMeans
-from skpose.metrics._paired import paired_distances
+from skpose.metrics._matrix import paired_distances
 from skpose.metrics._registry import require_means, warn_of_no_skeleton
 
 EQUAL = 1e-9  # rounding error of predicted angles, rad
