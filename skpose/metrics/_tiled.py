@@ -18,7 +18,8 @@ from skpose.metrics._convergence import Unconverged
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; tiles that workers send back wait here to be written
 WORK_PER_TILE = 50 * WORK_PER_TASK
 WORTH_SENDING = 5 * WORK_PER_TASK  # to other processes
-EDGE = 512  # of squares that are transposed at once
+TRANSPOSED_EDGE = 512  # of the squares that are transposed at once, which fit into the cache
+EDGE = 128  # of the squares that are mirrored; in both smaller and larger ones a number takes more time
 WORTH_A_THREAD = 2**19  # numbers to mirror, some milliseconds
 
 
@@ -154,7 +155,7 @@ def _transpose(distances: np.ndarray, target: np.ndarray) -> None:
     Each square is first copied to rows whose distance is not a power of two, which would share a few places of the
     cache and take twice as long.
     """
-    edge = min(EDGE, max(1, *target.shape))
+    edge = min(TRANSPOSED_EDGE, max(target.shape))
     square = np.empty((edge, edge + 16), target.dtype)
     for top in range(0, len(target), edge):
         for left in range(0, target.shape[1], edge):
@@ -169,7 +170,9 @@ def mirror(distances: np.ndarray, n_threads: int) -> None:
 
     def fill_rows(top: int) -> None:
         rows = slice(top, top + EDGE)
-        _transpose(distances[:top, rows], distances[rows, :top])
+        for left in range(0, top, EDGE):
+            columns = slice(left, left + EDGE)
+            distances[rows, columns] = distances[columns, rows].T
         square = distances[rows, rows]
         square[...] = np.triu(square, 1) + np.triu(square, 1).T
 
