@@ -3,6 +3,10 @@
 A mean minimises Σ w d², whose gradient is twice Σ w ∇(d²/2), the negative mean logarithm. A median minimises Σ w d,
 which Weiszfeld's iteration solves as a mean with weights w/d. Steps are gradients in the metric tensor, combined by
 Anderson acceleration (H. F. Walker, P. Ni, 2011, doi:10.1137/10078356X).
+
+Under "spatial" the objective jumps when an angle difference passes half a turn, which breaks Weiszfeld's iteration.
+scipy's BFGS with a line search usually reaches a minimum (A. S. Lewis, M. L. Overton, 2013,
+doi:10.1007/s10107-012-0514-2).
 """
 
 from typing import Any, NamedTuple

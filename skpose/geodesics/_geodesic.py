@@ -1,4 +1,4 @@
-"""The geodesic between two poses: the shortest motion from one to the other."""
+"""The geodesic between two poses, the shortest motion from one to the other, and the lengths from motions to poses."""
 
 from dataclasses import dataclass, field
 from functools import partial

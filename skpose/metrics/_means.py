@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.mean import project
+from skpose._compiled.path.geodesic import project
 from skpose.kinematics._chart import retract
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of

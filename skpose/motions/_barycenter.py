@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._compiled.path.mean import project
+from skpose._compiled.path.geodesic import project
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.parallel import in_threads
 from skpose.geodesics._descent import MEAN, descend

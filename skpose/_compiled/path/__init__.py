@@ -6,19 +6,15 @@ What calls what::
          |             |
          +------+------+
                 |
-            geodesic      mean                              a path between two poses, its length; the pose nearest to
-                |           |                               mean positions
-                +-----+-----+
-                      |
-                  minimiser                                 a trust region
-                      |
-             +--------+--------+
-             |                 |
-             |           block_cholesky                     its steps
-             |                 |
-    normal_equations     band_cholesky                      gradient and Hessian; the factors
-             |                 |
-             +---- energy -----+                            the energy of a path, eight poses at once
+            geodesic                                        a path between two poses, its length; the pose nearest to
+                |                                           mean positions
+            minimiser                                       a trust region
+                |
+         block_cholesky                                     its steps
+                |
+        normal_equations                                    gradient and Hessian
+                |
+             energy                                         the energy of a path, eight poses at once
 
 The coordinates of a path are those of `pose.chart`. Apart from these, `family` finds paths in a matrix of similarities,
 for motions.

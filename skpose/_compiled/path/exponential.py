@@ -34,7 +34,6 @@ from skpose._compiled.path.geodesic import (
     TOL,
     find_geodesic,
     shorter_line,
-    stop_at,
 )
 from skpose._compiled.path.minimiser import Settings, Stop, minimise, no_bounds
 from skpose._compiled.pose.chart import chart_at, free_tree, pose_of
@@ -149,7 +148,7 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
     settings = Settings(Stop(MAX_ITER, 0.0, 0.0), False, NEVER)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
-        curve = find_geodesic(free, line, bounds, stop_at(MAX_ITER, TOL))
+        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, 0.0, TOL))
         if not curve.converged:  # a line that is a geodesic itself is longer than no path that is found more exactly
             curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
         n_samples = (curve.poses.shape[0] - 1) // n_steps

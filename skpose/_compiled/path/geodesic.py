@@ -16,25 +16,28 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from skpose._compiled.path.energy import FINE, chords, curve_length, divide, path_of
+from skpose._compiled.path.energy import FINE, Path, chords, curve_length, divide, path_of
 from skpose._compiled.path.minimiser import (
     BOUNDS,
     MAX_GAP,
     OUTCOME,
     ROUNDING,
     STOP,
+    Outcome,
     Settings,
     Stop,
     minimise,
     no_bounds,
 )
 from skpose._compiled.pose.chart import (
+    chart_at,
     coordinates_of,
     differs,
     dofs_of,
     free_tree,
     keep_bounded,
     line_of_angles,
+    pose_of,
     set_references,
 )
 from skpose._compiled.pose.encode import n_line_codes
@@ -72,15 +75,6 @@ class Curve(NamedTuple):
 
 
 CURVE = tuple_type(Curve, MATRIX, REAL, REAL, REAL, REAL, REAL, INTEGER, FLAG)
-
-
-@internal
-def stop_at(max_iter, tol):
-    """Where the search for a geodesic ends, tol being a share of its length.
-
-    That is twice as much of the energy. Half of this is requested, as the model often has too little left.
-    """
-    return Stop(max_iter, 0.0, tol)
 
 
 @by_address(lambda: MATRIX(TREE, TREE, VECTOR, VECTOR, INTEGER))
@@ -177,7 +171,7 @@ def path_between(tree, start, end, n_steps, frees_angles, bounds, max_iter, tol,
     for d in range(end.shape[0]):
         if bounds.lower[d] > -math.inf or bounds.upper[d] < math.inf:
             line[n_steps, d] = end[d]  # without the rounding error of the line, which may be outside
-    curve = find_geodesic(free, line, bounds, stop_at(max_iter, tol))
+    curve = find_geodesic(free, line, bounds, Stop(max_iter, 0.0, tol))
     poses, last = np.empty(curve.poses.shape), curve.poses.shape[0] - 1
     copy_to(poses[0], start)
     for i in range(1, last + 1):
@@ -248,7 +242,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
     codes, distances = Y.reshape((Y.shape[0], width)), results.distances.reshape((n_groups, width))
     skip, gaps = results.skip.reshape((n_groups, width)), results.gap.reshape((n_groups, width))
     bounds, noise, free = no_bounds(n), ROUNDING * size_of(tree), free_tree(tree, steps.half_turn < math.inf)
-    start, end, stop = np.empty(n), np.empty(n), stop_at(MAX_ITER, TOL)
+    start, end, stop = np.empty(n), np.empty(n), Stop(MAX_ITER, 0.0, TOL)
     for k in range(first, last):
         code, group = codes[k * n_codes : (k + 1) * n_codes], k - first
         for w in range(width):
@@ -278,3 +272,25 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
             distances[group, w] = max(chord, min(curve.length, line))
             if not curve.converged:
                 gaps[group, w] = max((curve.curve_length - curve.length) / curve.curve_length, ROUNDING)
+
+
+@jit
+def project(tree, target, pose, max_iter, tol):
+    """Find the pose nearest to given scaled positions, a minimum of ‖F(θ) − target‖², from a first pose on.
+
+    This is half the energy of a path of two chords with both ends at the target. The Hessian is exact throughout.
+    Returns the pose and the outcome, with the gradient of ‖F(θ) − target‖².
+    """
+    free, coordinates = chart_at(tree, pose, True)
+    poses, ends = np.empty((3, pose.shape[0])), np.zeros((2, 3 * tree.offset.shape[0]))
+    for i in range(3):
+        copy_to(poses[i], coordinates)
+    for j in range(1, tree.offset.shape[0]):
+        for i in range(3 if tree.scale[j] > 0.0 else 0):
+            ends[0, 3 * j + i] = target[3 * tree.code_joint[j] - 3 + i] / tree.scale[j]
+    copy_to(ends[1], ends[0])
+    path = Path(poses, ends, 1)
+    settings = Settings(Stop(max_iter, 2.0 * tol, 0.0), True, NEVER)
+    outcome = minimise(free, path, no_bounds(pose.shape[0]), settings)
+    found = pose_of(tree, free, path.poses[1], pose)
+    return found, Outcome(0.5 * outcome.gradient_norm, outcome.gain, outcome.n_iter, outcome.converged)

@@ -83,11 +83,9 @@ def _follow_base(tree, own, pose, end, nodes):
 
 
 @internal
-def _keep(kept, i, free, curve, n_steps):
+def _keep(kept, i, free, curve, substeps):
     """Keep the path of a curve, or none if it is the straight line."""
-    n_chords = curve.poses.shape[0] - 1
-    substeps = 1 if n_chords == n_steps else SUBSTEPS
-    kept.n_nodes[i] = n_chords // substeps + 1 if np.isfinite(curve.gradient_norm) else 0
+    kept.n_nodes[i] = (curve.poses.shape[0] - 1) // substeps + 1 if np.isfinite(curve.gradient_norm) else 0
     kept.substeps[i] = substeps
     for k in range(kept.n_nodes[i]):
         for d in range(curve.poses.shape[1]):
@@ -96,10 +94,9 @@ def _keep(kept, i, free, curve, n_steps):
 
 
 @internal
-def _record(free, curve, n_steps, i, found):
+def _record(free, curve, substeps, i, found):
     """Write energy, length and gradient of the geodesic to pose i, a curve in the coordinates of the free tree."""
     n_dofs, n_chords = curve.poses.shape[1], curve.poses.shape[0] - 1
-    substeps = 1 if n_chords == n_steps else SUBSTEPS
     first_step = np.empty((2, n_dofs))  # what moves with the first pose
     copy_to(first_step[0], curve.poses[0])
     copy_to(first_step[1], curve.poses[substeps])
@@ -132,9 +129,10 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                 samples = divide(path.poses, kept.substeps[i])
                 curve, passes = check_discretisation(free, line, own, samples, outcome, outcome.n_iter)
                 if passes and curve.converged:
-                    _keep(kept, i, own, curve, search.n_steps)
-                    _record(own, curve, search.n_steps, i, found)
+                    _keep(kept, i, own, curve, kept.substeps[i])
+                    _record(own, curve, kept.substeps[i], i, found)
                     continue
         curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, least, gain))
-        _keep(kept, i, free, curve, search.n_steps)
-        _record(free, curve, search.n_steps, i, found)
+        substeps = 1 if curve.poses.shape[0] - 1 == search.n_steps else SUBSTEPS
+        _keep(kept, i, free, curve, substeps)
+        _record(free, curve, substeps, i, found)

@@ -93,15 +93,6 @@ SETTINGS = tuple_type(Settings, STOP, FLAG, INTEGER)
 OUTCOME = tuple_type(Outcome, REAL, REAL, INTEGER, FLAG)
 
 
-class Line(NamedTuple):
-    """A line on from a path."""
-
-    direction: np.ndarray  # (n_nodes, n_dofs)
-    half: float  # half the energy of the path
-    descent: float  # its decrease along the direction, at the path
-    least_change: float  # relative change of the step's length that is worth a second trial; inf: none is
-
-
 class System(NamedTuple):
     """The equations of a step, and arrays to solve them in."""
 
@@ -189,26 +180,27 @@ def _combine(step, last_slope, last_step, slope, gradient, direction):
 
 
 @internal
-def _try(tree, path, line, size, bounds, trial, samples):
-    """Move the free poses along the line, within the bounds, to another path; return half its energy."""
+def _try(tree, path, direction, size, bounds, trial, samples):
+    """Move the free poses along a direction, within the bounds, to another path; return half its energy."""
     for i in range(1, path.poses.shape[0] - 1):
         for d in range(path.poses.shape[1]):
-            angle = path.poses[i, d] + size * line.direction[i, d]
+            angle = path.poses[i, d] + size * direction[i, d]
             trial.poses[i, d] = min(max(angle, bounds.lower[d]), bounds.upper[d])
     return evaluate(tree, trial, samples)
 
 
 @internal
-def _line_search(tree, path, line, bounds, first, second, samples):
+def _line_search(tree, path, direction, half, descent, least_change, bounds, first, second, samples):
     """Try the whole direction, then the minimum of the parabola through energy, slope and the first trial.
 
-    The better of the two is left in the first path; returns half its energy.
+    The better of the two is left in the first path; returns half its energy. The path has half the energy given, which
+    falls along the direction by the descent; a smaller relative change of its length is not worth a second trial.
     """
-    lowest = _try(tree, path, line, 1.0, bounds, first, samples)
-    curvature = 2.0 * (lowest - line.half + line.descent)
-    size = line.descent / curvature if curvature * LONGEST > line.descent else LONGEST
-    while abs(size - 1.0) > line.least_change:
-        again = _try(tree, path, line, size, bounds, second, samples)
+    lowest = _try(tree, path, direction, 1.0, bounds, first, samples)
+    curvature = 2.0 * (lowest - half + descent)
+    size = descent / curvature if curvature * LONGEST > descent else LONGEST
+    while abs(size - 1.0) > least_change:
+        again = _try(tree, path, direction, size, bounds, second, samples)
         if again < lowest:
             copy_free(second, first)
             return again
@@ -295,8 +287,8 @@ def minimise(tree, path, bounds, settings):
             last_slope, damping = 0.0, max(first_damping, least_damping) * scale
             continue
         _combine(step, last_slope, last_step, slope, gradient, direction)
-        line = Line(direction, half, -_dot(gradient, direction), least_change)
-        lowest = _line_search(tree, path, line, bounds, trial, second, system.samples)
+        descent = -_dot(gradient, direction)
+        lowest = _line_search(tree, path, direction, half, descent, least_change, bounds, trial, second, system.samples)
         ratio = (half - lowest) / predicted
         if ratio > LEAST_RATIO:
             exact, verified = settings.exact, half - lowest <= least_gain * half
