@@ -53,7 +53,6 @@ class Workspace(NamedTuple):
     tree: Tree  # its references are the rotations of the state that was placed last
     here: State
     there: State
-    beyond: State
     best: State
     kept: State  # for the caller
     equations: Equations
@@ -63,7 +62,7 @@ class Workspace(NamedTuple):
 
 STATE = tuple_type(State, MATRIX, VECTOR, VECTOR, VECTOR, MATRIX)
 TARGET = tuple_type(Target, MATRIX, VECTOR, MATRIX, VECTOR, REAL, VECTOR, VECTOR)
-WORKSPACE = tuple_type(Workspace, TREE, STATE, STATE, STATE, STATE, STATE, EQUATIONS, MATRIX, VECTOR)
+WORKSPACE = tuple_type(Workspace, TREE, STATE, STATE, STATE, STATE, EQUATIONS, MATRIX, VECTOR)
 
 
 @internal
@@ -85,7 +84,6 @@ def workspace_of(tree, lower, upper):
     keep_bounded(tree, free, lower, upper)
     return Workspace(
         free,
-        _empty_state(tree),
         _empty_state(tree),
         _empty_state(tree),
         _empty_state(tree),

@@ -117,23 +117,12 @@ def minimise_pose(work, target, first_damping, max_iter):
                 continue
             retract(tree, here, equations.step, target, there)
             reached = evaluate_pose(work, there, target, stiffness)
-            if not half - reached > LEAST_RATIO * predicted:
-                # Most often the step has left a narrow curved valley. A second one by the same equations leads back to
-                # it: J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, sec. 18.3, second-order correction.
-                fill_gradient(there, target, stiffness, work)
-                solve(equations, damping)
-                retract(tree, there, equations.step, target, work.beyond)
-                again = evaluate_pose(work, work.beyond, target, stiffness)
-                if again < reached:
-                    reached = again
-                    copy_state(work.beyond, there)
             ratio = (half - reached) / predicted
             if ratio > LEAST_RATIO:
                 break
             damping, falling = max(4.0 * damping, RAISED_DAMPING * scale), False
             if damping > MAX_DAMPING * scale:
                 return Fit(half, iteration, False)
-            fill_gradient(here, target, stiffness, work)
         exact = half - reached < SLOW * half
         copy_state(there, here)
         half = reached
