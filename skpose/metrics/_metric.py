@@ -53,8 +53,6 @@ class Metric(BaseEstimator):
         Compiled function that writes the code of a pose; see `compile_encode`.
     measure : callable
         Compiled function that computes the distances from one code to others; see `compile_measure`.
-    measure_within : callable or None
-        Like `measure`, but distances above a limit may be replaced by any lower bound above the limit.
     encode_work, measure_work : float
         Cost per number of a code, of encoding a pose and of measuring a pair, in units of about 0.2 ns. They only
         affect the choice between methods that give the same result.
@@ -78,7 +76,6 @@ class Metric(BaseEstimator):
 
     encode: ClassVar[Any]
     measure: ClassVar[Any]
-    measure_within: ClassVar[Any] = None
     encode_work: ClassVar[float] = 60
     measure_work: ClassVar[float] = 1
 
@@ -87,7 +84,7 @@ class Metric(BaseEstimator):
     def __init_subclass__(cls) -> None:
         """Make compiled functions static, and refuse other functions than those of the inherited bounds and means."""
         super().__init_subclass__()
-        for name in ("encode", "measure", "measure_within"):
+        for name in ("encode", "measure"):
             function = inspect.getattr_static(cls, name, None)
             if isinstance(function, Dispatcher | FunctionType):  # and not a property
                 setattr(cls, name, staticmethod(function))

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from skpose._compiled.pose.encode import count_line_codes, encode_curve_end
-from skpose._compiled.pose.measure import measure_line, measure_line_within
+from skpose._compiled.pose.measure import measure_line
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.sklearn import Interval
 from skpose.kinematics._chart import STEP, columns_around, jacobian_at
@@ -65,7 +65,6 @@ class Spatial(Metric):
 
     encode = encode_curve_end
     measure = measure_line
-    measure_within = measure_line_within
     encode_work = 20
     measure_work = 16
 

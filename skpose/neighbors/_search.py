@@ -88,7 +88,6 @@ class Search:
         self._chords = cast(ChordFilter, index.filter)  # None if there is no filter
         self._tree, self._steps = metric.tree_for(index.skeleton), metric.steps
         self._n_codes = metric.n_codes(self._tree, index.poses.shape[1])
-        self._measure = (metric.measure_within if index.filter else None) or metric.measure
         self.n_measured = 0
         self.unconverged: list[tuple[int, float]] = []
 
@@ -127,7 +126,7 @@ class Search:
     def refine(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar, at_once: int) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
         candidates, poses = self._gather(candidates, best.current_limits)
-        others, tail = self._encode(poses), (self._measure, self._tree, self._steps, best.heaps)
+        others, tail = self._encode(poses), (self.metric.measure, self._tree, self._steps, best.heaps)
         for n_measured, *unconverged in over_rows(
             lambda first, last: nearest_of_candidates(codes, others, candidates, first, last, at_once, *tail),
             len(codes),
@@ -224,7 +223,7 @@ class Search:
             near[~self._within_reach(queries, bounds[:, numbers], best.current_limits)] = np.inf
         indices = self.index.groups[numbers].ravel()
         groups = Groups(in_lanes(self._encode(self.index.poses[np.maximum(indices, 0)])), indices, near)
-        tail = queries.excluded, self._measure, self._tree, self._steps, best.heaps
+        tail = queries.excluded, self.metric.measure, self._tree, self._steps, best.heaps
         self.n_measured += sum(
             over_rows(
                 lambda first, last: nearest_of_groups(queries.codes, groups, first, last, *tail),

@@ -35,14 +35,14 @@ def heaps(limits, capacity, dtype=np.float64):
     )
 
 
-def search_groups(X, Y, found, *, metric="angle", skeleton=None, measure=None):
+def search_groups(X, Y, found, *, metric="angle", skeleton=None):
     """Run the loop over all poses in groups; return the number of pairs measured."""
     chosen, dtype = METRICS[metric](), found.values.dtype
     codes, others = (chosen.encode_poses(poses, skeleton).astype(dtype) for poses in (X, Y))
     n_groups = -(-len(Y) // lanes(dtype))
     indices = np.append(np.arange(len(Y)), np.full(n_groups * lanes(dtype) - len(Y), -1))
     groups = Groups(in_lanes(others), indices, np.zeros((len(X), n_groups), np.float32))
-    tail = np.full(len(X), -1), measure or chosen.measure, tree_of(skeleton, dtype), chosen.steps, found
+    tail = np.full(len(X), -1), chosen.measure, tree_of(skeleton, dtype), chosen.steps, found
     return nearest_of_groups(codes, groups, 0, len(X), *tail)
 
 
@@ -93,13 +93,12 @@ def test_what_is_ruled_out_within_a_limit_is_not_measured():
     D = reference_distances(X, Y, skeleton, "spatial", wrap=True)
     options = {"metric": "spatial", "skeleton": skeleton}
     limit = 1.5 * D.min(axis=1).max()
-    within = METRICS["spatial"].measure_within
     counts = []
-    for measure in (None, within):
-        found = heaps([limit, limit], len(Y))
-        counts.append(search_groups(X, Y[D[0].argsort()], found, measure=measure, **options))
+    for most in (np.inf, limit):
+        found = heaps([most, most], len(Y))
+        counts.append(search_groups(X, Y[D[0].argsort()], found, **options))
         for i, row in enumerate(D[:, D[0].argsort()]):
             values, indices = entries(found, i)
-            assert set(indices) == set(np.flatnonzero(row <= limit))
+            assert set(indices) == set(np.flatnonzero(row <= most))
             np.testing.assert_allclose(values, row[indices], rtol=1e-9)
     assert counts[0] == D.size > counts[1] > 0

@@ -236,6 +236,7 @@ def measure_geodesic(x, Y, first, last, tree, steps, scratch, results):
 
     Sets the gap of a geodesic that did not converge.
     """
+    results.limit[0] = np.inf  # a geodesic may be within it where the line is not
     measure_line(x, Y, first, last, tree, steps, scratch, results)
     n, n_codes = tree.column.shape[0], x.shape[0]
     width, n_groups = Y.size // Y.shape[0], results.distances.shape[0]

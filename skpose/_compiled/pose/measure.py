@@ -215,17 +215,10 @@ def _line(plan, a, b, steps, arrays, limit):
 
 @first_class
 def measure_line(x, Y, first, last, tree, steps, scratch, results):
-    """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper."""
-    plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
-    arrays = step_arrays(tree, scratch)
-    for k in range(first, last):
-        length, _ = _line(plan, a, rows(Y, k * x.shape[0]), bare, arrays, math.inf)
-        rows(results.distances, k - first)[0] = length
+    """Compute the length of the straight line in the dofs, Σ ‖F(c_n) − F(c_{n−1})‖, sec. 2.2 of the paper.
 
-
-@first_class
-def measure_line_within(x, Y, first, last, tree, steps, scratch, results):
-    """Compute `measure_line` where that may be within the limit, elsewhere a lower bound that is above it."""
+    Where that is above the limit in a whole group, it may be a lower bound that is above it, too.
+    """
     plan, a, bare = plan_of(tree), flat(x), _drop_references(steps)
     arrays = step_arrays(tree, scratch)
     for k in range(first, last):
