@@ -3,7 +3,6 @@
 import functools
 from collections.abc import Callable, Iterator
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from sklearn.utils import gen_batches
@@ -29,10 +28,6 @@ class DistanceMatrix(TiledMatrix):
         self.result_dtype = X.dtype if Y is None else np.result_type(X, Y)
         self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
         self.shape = len(X), len(X if Y is None else Y)
-        self._rows: tuple[tuple[int, int], np.ndarray] | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_rows": None}
 
     @property
     def symmetric(self) -> bool:
@@ -61,10 +56,7 @@ class DistanceMatrix(TiledMatrix):
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """The tasks of a tile, as functions to call."""
         tree = self.metric.tree_for(self.skeleton, self.dtype)
-        latest = self._rows
-        if latest is None or latest[0] != (tile.top, tile.bottom):
-            latest = self._rows = (tile.top, tile.bottom), self._encode(self.X[tile.top : tile.bottom])
-        rows = latest[1]
+        rows = self._encode(self.X[tile.top : tile.bottom])
         columns = rows if diagonal else self._encode((self.X if self.Y is None else self.Y)[tile.left : tile.right])
         lanes = loops.in_lanes(columns)
         work = WORK_PER_TASK

@@ -10,7 +10,7 @@ path is at most the least sum of the distances.
 4. *Cells*: the same from the end backwards, a bound of the rest of each path from each pair of frames on.
    `skpose._compiled.warping.within` measures the cells that are left.
 
-Rounding: each distance between coordinates may be too long by its *slack*, see `skpose.neighbors._filter`. A path of n
+Rounding: each distance between coordinates may be too long by its *slack*, see `skpose.neighbors._index`. A path of n
 rows and m columns has fewer than n + m cells, so n + m slacks are subtracted from its sum.
 """
 
@@ -26,8 +26,7 @@ from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumula
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.motions._inputs import Sequences
-from skpose.neighbors._filter import FLOAT32, ChordFilter, FilterPoints
-from skpose.neighbors._index import PoseIndex
+from skpose.neighbors._index import FLOAT32, ChordFilter, FilterPoints, PoseIndex
 from skpose.skeleton import Skeleton
 
 FRAMES_PER_BOX = 8

@@ -1,7 +1,7 @@
 """Requests for the neighbours of many poses, in tasks of some queries: in threads, or as joblib's configuration says.
 
 The path of a request is one file after another: a transformer (`_kneighbors`, `_radius_neighbors`) makes it, `_graph`
-checks the poses, this file splits them, `_search` answers each task with the bounds of `_filter`
+checks the poses, this file splits them, `_search` answers each task with the bounds of `_index`
 and the loops of `skpose._compiled.pose.nearest`.
 """
 

@@ -1,6 +1,6 @@
 """Exact search of the nearest poses, by filter and refine.
 
-The *filter* computes lower bounds of distances, see `skpose.neighbors._filter`. To *refine* is to measure: a distance
+The *filter* computes lower bounds of distances, see `skpose.neighbors._index`. To *refine* is to measure: a distance
 decides what the bounds leave open.
 
 A search for the k nearest takes the poses with the least bounds in the whole index first, the *candidates*, and
@@ -33,8 +33,7 @@ from skpose._compiled.pose.nearest import Groups, nearest_of_groups
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
-from skpose.neighbors._filter import FILTER_WORK, FLOAT32, ChordFilter, FilterPoints
-from skpose.neighbors._index import LANES, PoseIndex, order_of_groups
+from skpose.neighbors._index import FILTER_WORK, FLOAT32, LANES, ChordFilter, FilterPoints, PoseIndex, order_of_groups
 from skpose.neighbors._nearest_so_far import NearestSoFar, Neighbors
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
