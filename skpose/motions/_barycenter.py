@@ -13,18 +13,15 @@ import numpy as np
 from skpose._compiled.path.geodesic import project
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.parallel import in_threads
-from skpose.geodesics._descent import MEAN, descend
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
-from skpose.metrics import Metric, Position
-from skpose.metrics._convergence import Unconverged
+from skpose.metrics import Position
 from skpose.metrics._matrix import DistanceMatrix
-from skpose.metrics._means import TOL as TOL_EXTRINSIC
+from skpose.metrics._means import TOL
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 
-STEPS_OF_A_POSE = 200  # Newton's or Karcher's, at most
-TOL_GEODESIC = 1e-3  # as in `frechet_mean`
+STEPS_OF_A_POSE = 200  # Newton's, at most
 
 
 class Aligned(NamedTuple):
@@ -33,8 +30,6 @@ class Aligned(NamedTuple):
     mean_frames: np.ndarray  # (n_pairs,) frames of the mean, ascending, none left out
     frames: np.ndarray  # (n_pairs,) rows of all motions' poses
     squares: np.ndarray  # (n_pairs,) squared distances, m²
-    unconverged: Unconverged
-    n_geodesics: int  # measured; zero for "position"
 
     @property
     def objective(self) -> float:
@@ -57,9 +52,8 @@ class Barycenter:
     `unconverged` are the frames whose mean did not converge; they move again in the next step.
     """
 
-    def __init__(self, motions: Sequences, skeleton: Skeleton, metric: Metric, window: float | None, n_jobs: int):
-        self.motions, self.skeleton, self.metric = motions, skeleton, metric
-        self.is_chord = metric == metric.lower_bound()
+    def __init__(self, motions: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int):
+        self.motions, self.skeleton = motions, skeleton
         self.paths = Paths.of(window)
         self.n_jobs = n_jobs
         self.tree = tree_of(skeleton)
@@ -68,53 +62,24 @@ class Barycenter:
 
     def align(self, mean: np.ndarray) -> Aligned:
         """Find the best path of every motion under squared distances."""
-        bounds, _ = DistanceMatrix(mean, self.motions.poses, Position(), self.skeleton).write(None, 1)
-        bounds **= 2
-        found: list[tuple[int, np.ndarray, np.ndarray, Unconverged, int]] = []
+        squares = self._squares(mean, self.motions.poses)
 
-        def align_one(k: int) -> None:
+        def align_one(k: int) -> tuple[np.ndarray, np.ndarray]:
             start = self.motions.starts[k]
-            costs = np.ascontiguousarray(bounds[:, start : self.motions.starts[k + 1]])
-            if self.is_chord:
-                path, unconverged, n_geodesics = _best_path(costs, self.paths), Unconverged(0, 0.0), 0
-            else:
-                path, unconverged, n_geodesics = self._path_of_geodesics(costs, mean, self.motions.motion(k))
-            found.append((k, path + np.array([0, start]), costs[path[:, 0], path[:, 1]], unconverged, n_geodesics))
+            costs = squares[:, start : self.motions.starts[k + 1]]
+            sums = costs.copy()
+            accumulate(sums, self.paths)
+            path = path_to(sums, self.paths.is_open, sums.shape[1] - 1)
+            return path + np.array([0, start]), costs[path[:, 0], path[:, 1]]
 
-        in_threads((partial(align_one, k) for k in range(self.motions.n_motions)), self.n_jobs)
-        found.sort(key=lambda one: one[0])  # sums do not depend on the threads
-        pairs, squares = np.concatenate([one[1] for one in found]), np.concatenate([one[2] for one in found])
+        found = in_threads((partial(align_one, k) for k in range(self.motions.n_motions)), self.n_jobs)
+        pairs, squares_along = (np.concatenate(part) for part in zip(*found, strict=True))
         order = np.argsort(pairs[:, 0], kind="stable")
-        unconverged = Unconverged.join(one[3] for one in found)
-        n_geodesics = sum(one[4] for one in found)
-        return Aligned(pairs[order, 0], pairs[order, 1], squares[order], unconverged, n_geodesics)
+        return Aligned(pairs[order, 0], pairs[order, 1], squares_along[order])
 
-    def _path_of_geodesics(
-        self, costs: np.ndarray, mean: np.ndarray, motion: np.ndarray
-    ) -> tuple[np.ndarray, Unconverged, int]:
-        """Find the best path; replace lower bounds in `costs` by geodesics as needed.
-
-        While the best path contains bounds, these are replaced. A best path without bounds is the best of all.
-        """
-        known = np.zeros(costs.shape, dtype=bool)
-        parts: list[Unconverged] = []
-        while True:
-            path = _best_path(costs, self.paths)
-            missing = path[~known[path[:, 0], path[:, 1]]]
-            if not len(missing):
-                return path, Unconverged.join(parts), int(known.sum())
-            for i in np.unique(missing[:, 0]):
-                columns = missing[missing[:, 0] == i, 1]
-                squares, some = self._squares(mean[i], motion[columns])
-                costs[i, columns] = np.maximum(squares, costs[i, columns])  # a chord is longer by rounding only
-                known[i, columns] = True
-                parts += some
-
-    def _squares(self, pose: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, list[Unconverged]]:
-        """Squared distances of a pose to others."""
-        matrix = DistanceMatrix(pose[np.newaxis], others, self.metric, self.skeleton)
-        distances, unconverged = matrix.write(None, 1)
-        return distances[0] ** 2, unconverged
+    def _squares(self, poses: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Squared distances of poses to others."""
+        return np.square(DistanceMatrix(poses, others, Position(), self.skeleton).write(None, 1)[0])
 
     def move(self, mean: np.ndarray, aligned: Aligned, before: Aligned | None) -> np.ndarray:
         """Move each frame to the `frechet_mean` of the poses aligned to it, unless these are the same as `before`.
@@ -124,12 +89,14 @@ class Barycenter:
         moved = mean.copy()
         earlier = [] if before is None else before.groups()
         squares = np.split(aligned.squares, np.cumsum(aligned.n_poses)[:-1])
-        pose_of = self._nearest_to_mean if self.is_chord else self._karcher_mean
 
         def move_one(frame: int, group: np.ndarray) -> None:
-            pose, converged = pose_of(mean[frame], group)
-            (self.unconverged.discard if converged else self.unconverged.add)(frame)
-            if self._squares(pose, self.motions.poses[group])[0].sum() <= squares[frame].sum():
+            start = to_tree_order(self.tree, mean[[frame]])[0]
+            target = self.positions[group].mean(axis=0)
+            found, outcome = project(self.tree, target, start, STEPS_OF_A_POSE, TOL)
+            pose = from_tree_order(self.tree, found, mean[frame])
+            (self.unconverged.discard if outcome.converged else self.unconverged.add)(frame)
+            if self._squares(pose[np.newaxis], self.motions.poses[group]).sum() <= squares[frame].sum():
                 moved[frame] = pose
 
         tasks: list[Callable[[], None]] = [
@@ -139,22 +106,3 @@ class Barycenter:
         ]
         in_threads(tasks, self.n_jobs)
         return moved
-
-    def _nearest_to_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
-        start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        target = self.positions[group].mean(axis=0)
-        found, outcome = project(self.tree, target, start, STEPS_OF_A_POSE, TOL_EXTRINSIC)
-        return from_tree_order(self.tree, found, pose), bool(outcome.converged)
-
-    def _karcher_mean(self, pose: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, bool]:
-        weights = np.full(len(group), 1.0 / len(group))
-        sample = self.metric.sample(self.motions.poses[group], weights, self.skeleton, 1)
-        start = to_tree_order(self.tree, pose[np.newaxis])[0]
-        spread, _, converged = descend(sample, start, MEAN, STEPS_OF_A_POSE, TOL_GEODESIC)
-        return sample.columns(spread.pose, pose), converged
-
-
-def _best_path(costs: np.ndarray, paths: Paths) -> np.ndarray:
-    sums = costs.copy()
-    accumulate(sums, paths)
-    return path_to(sums, paths.is_open, sums.shape[1] - 1)

@@ -15,9 +15,8 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_frame_rate
 from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
-from skpose.metrics import Metric, Position
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._registry import METRIC_CONSTRAINTS, require, resolve
+from skpose.metrics import Position
+from skpose.metrics._registry import METRIC_CONSTRAINTS
 from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
@@ -141,8 +140,8 @@ class MeanMotion:
 
 
 @validate_params(
-    METRIC_CONSTRAINTS
-    | {
+    {
+        "skeleton": METRIC_CONSTRAINTS["skeleton"],
         "n_frames": [Interval(Integral, 1, None, closed="left"), None],
         "window": [Interval(Real, 0, 1, closed="both"), None],
         "max_iter": [Interval(Integral, 1, None, closed="left")],
@@ -155,7 +154,6 @@ def mean_motion(
     motions: Any,
     *,
     skeleton: Skeleton | None = None,
-    metric: str | Metric = "position",
     n_frames: int | None = None,
     window: float | None = None,
     max_iter: int = 100,
@@ -164,8 +162,8 @@ def mean_motion(
 ) -> MeanMotion:
     r"""Find the motion with the least squared distances to given motions, by dynamic time warping.
 
-    DTW barycentre averaging [1]_, on the manifold of poses: with :math:`P_k` the monotone path that aligns motion k to
-    the mean, whose frames are :math:`\mu_i`,
+    DTW barycentre averaging [1]_, on the manifold of poses: with d the distance "position" and :math:`P_k` the monotone
+    path that aligns motion k to the mean, whose frames are :math:`\mu_i`,
 
     .. math:: \min_{\mu, P} \sum_k \sum_{(i, j) \in P_k} d(\mu_i, a_{kj})^2.
 
@@ -180,8 +178,6 @@ def mean_motion(
     skeleton : Skeleton, default=None
         The skeleton of all motions, and of the mean. None takes it from the `Motion` objects, or their mean as
         ``MotionDataset.skeleton``; arrays need it.
-    metric : str or Metric, default="position"
-        The distance d between poses, as in `frechet_mean`: "position" or "geodesic". "auto" is "position".
     n_frames : int, default=None
         Number of frames of the mean; None takes it from the motion it starts from.
     window : float between 0 and 1, default=None
@@ -209,7 +205,7 @@ def mean_motion(
     Warns
     -----
     ConvergenceWarning
-        If `max_iter` was too small, or geodesics did not converge.
+        If `max_iter` was too small.
     UserWarning
         If the poses look like degrees, see `pose_distances`.
 
@@ -230,8 +226,8 @@ def mean_motion(
     the mean position and rotation of the root in the frames aligned to it, with equal weight for each motion. The mean
     begins above the origin, and travels straight ahead or begins with heading zero.
 
-    An iteration takes O(n_frames · frames of all motions) distances between poses. "geodesic" also takes some ten
-    geodesics per aligned pose, so minutes for some motions of 100 frames. 12 to 30 Hz are enough for most actions.
+    An iteration takes O(n_frames · frames of all motions) distances between poses. 12 to 30 Hz are enough for most
+    actions.
 
     References
     ----------
@@ -256,8 +252,6 @@ def mean_motion(
     skeleton, frame_rate = checked.skeleton, checked.frame_rate
     if skeleton is None:
         raise ValueError("mean_motion needs skeleton for arrays")
-    chosen = resolve(metric, skeleton, auto="position")
-    require(chosen, "mean_motion", "means by descent and the chord as a lower bound", _has_mean_motions(chosen))
     given = list(motions) if frame_rate is not None else []  # arrays have no root
     _check_roots(given)
     sequences = checked.sequences.in_float64()
@@ -267,7 +261,7 @@ def mean_motion(
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:
             frame_rate *= (n_frames - 1) / (len(mean) - 1)
         mean = interpolate_poses(skeleton.bones, mean, np.linspace(0, len(mean) - 1, n_frames))
-    barycenter = Barycenter(sequences, skeleton, chosen, window, effective_n_jobs(n_jobs))
+    barycenter = Barycenter(sequences, skeleton, window, effective_n_jobs(n_jobs))
     aligned, before = barycenter.align(mean), None
     objectives, converged = [aligned.objective], False
     while not converged and len(objectives) <= max_iter:
@@ -285,17 +279,11 @@ def mean_motion(
             f"the mean pose of {len(barycenter.unconverged)} of {len(mean)} frames did not converge",
             ConvergenceWarning,
         )
-    warn_of_unconverged([aligned.unconverged], aligned.n_geodesics)
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
     joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
     root = _mean_root(given, aligned) if given else {}
     return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
-
-
-def _has_mean_motions(metric: Metric) -> bool:
-    """Whether motions have means under a metric: not if its sums of squares have kinks."""
-    return metric.has_means and metric.has_gradients and metric.lower_bound() == Position()
 
 
 def _medoid(sequences: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int | None) -> int:
