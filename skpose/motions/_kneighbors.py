@@ -119,6 +119,8 @@ class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransforme
     array(['far'], dtype='<U4')
     """
 
+    _index: SequenceIndex  # type: ignore[assignment]  # of motions
+
     _parameter_constraints: ClassVar[dict] = {
         **PoseKNeighborsTransformer._parameter_constraints,
         "metric": OF_MOTIONS,
@@ -169,7 +171,8 @@ class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransforme
         self.n_samples_fit_ = X.n_motions
         return self
 
-    def _find(self, X, *, k):
+    def _find(self, X, **criterion):
+        k = criterion["k"]
         if X is None:
             queries, excluded = self._index.sequences, np.arange(self.n_samples_fit_)
         else:
