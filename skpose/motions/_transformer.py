@@ -2,8 +2,6 @@
 
 from typing import ClassVar
 
-from sklearn.utils.validation import check_is_fitted
-
 from skpose.metrics._convergence import warn_of_unconverged
 from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
@@ -138,24 +136,6 @@ class MotionDistanceTransformer(MotionEstimatorMixin, PoseDistanceTransformer):
         self.alignment = alignment
         self.window = window
 
-    def transform(self, X):
-        """Compute distances from motions to the training motions, or their kernel.
-
-        Parameters
-        ----------
-        X : list of array-like of shape (n_frames, n_dofs), list of Motion, MotionDataset, or array
-            Motions, of the kind and the frame rate of those in `fit`.
-
-        Returns
-        -------
-        ndarray of shape (n_samples, n_samples_fit)
-            In m, rad for "angle", or m/s for "velocity"; float32 if both X and the training motions are.
-        """
-        check_is_fitted(self, "n_samples_fit_")
-        motions = self._check_X(X, reset=False)
-        check_alignment(self.alignment_, self.window_, self.metric_, X=motions, X_fit=self._X)
-        return self._similarity(self._distances(motions, self._X))
-
     def _learn(self, X):
         """Learn from the training motions; return their kernel if that computes it, else None."""
         self._check_kernel()
@@ -172,6 +152,8 @@ class MotionDistanceTransformer(MotionEstimatorMixin, PoseDistanceTransformer):
         return kernel
 
     def _distances(self, X, Y, verbose=None):
+        if Y is not None:
+            check_alignment(self.alignment_, self.window_, self.metric_, X=X, X_fit=Y)
         matrix = MotionMatrix(X, Y, self.metric_, self.skeleton_, alignment=self.alignment_, window=self.window_)
         distances, unconverged = matrix.write(None, self.n_jobs, self.verbose if verbose is None else verbose)
         warn_of_unconverged(unconverged, matrix.n_cells)

@@ -31,10 +31,7 @@ OUTSIDE = {
 
 def axes(ax, figsize=None, projection=None):
     """The given axes, or new ones in a figure of a size in inches, and their figure."""
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError:
-        raise ImportError("displays need matplotlib: pip install 'skpose[plot]'") from None
+    import matplotlib.pyplot as plt
 
     if ax is not None and (ax.name == "3d") != (projection == "3d"):
         raise ValueError(f"ax must have {'three' if projection else 'two'} dimensions for this display and projection")

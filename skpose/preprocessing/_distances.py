@@ -176,7 +176,7 @@ class PoseDistanceTransformer(
             Distances; float32 where both X and the training poses are, else float64.
         """
         check_is_fitted(self, "n_samples_fit_")
-        return self._similarity(self._distances(self._check_X(X, reset=False), self.X_fit_))
+        return self._similarity(self._distances(self._check_X(X, reset=False), self._X))
 
     def _learn(self, X):
         """Learn from the training poses; the result is their kernel if it had to be computed, else None."""
