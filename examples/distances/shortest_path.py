@@ -17,7 +17,7 @@ import numpy as np
 
 from skpose import geodesic, pose_distances
 from skpose.datasets import load_cmu, make_gait
-from skpose.plot import GeodesicDisplay, PoseStripDisplay
+from skpose.plot import GeodesicDisplay, PoseDisplay
 from skpose.view import player
 
 folder = os.environ.get("SKPOSE_CMU")
@@ -54,7 +54,7 @@ plt.show()
 
 # %%
 # The path itself, at constant speed.
-PoseStripDisplay.from_geodesic(geodesics[worst], skeleton, projection="zy")
+PoseDisplay.from_geodesic(geodesics[worst], skeleton, projection="zy")
 plt.show()
 
 # %%

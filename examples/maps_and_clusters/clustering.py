@@ -18,7 +18,7 @@ from sklearn.metrics import adjusted_rand_score
 from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
 from skpose.manifold import SpatialMDS
-from skpose.plot import MDSDisplay, PoseStripDisplay
+from skpose.plot import MDSDisplay, PoseDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
 angles = "file"  # as in the paper: Euler angles instead of ball joints
@@ -46,7 +46,7 @@ plt.show()
 
 # %%
 # The centres of the clusters under the spatial distance.
-PoseStripDisplay.from_poses(
+PoseDisplay.from_poses(
     X[shift.cluster_centers_indices_], skeleton, labels=["cluster 0", "cluster 1"], title="medoids", projection="zy"
 )
 plt.show()
@@ -61,5 +61,5 @@ shares = [np.mean(pair.actions[sequence[k_means.labels_ == k]] == "run") for k i
 print(f"k-means, 6 clusters: inertia {k_means.inertia_:.1f} m², {k_means.n_iter_} iterations")
 order = np.argsort(shares)
 labels = [f"{shares[k]:.0%} run" for k in order]
-PoseStripDisplay.from_poses(k_means.cluster_centers_[order], skeleton, labels=labels, title="k-means", projection="zy")
+PoseDisplay.from_poses(k_means.cluster_centers_[order], skeleton, labels=labels, title="k-means", projection="zy")
 plt.show()

@@ -16,7 +16,7 @@ from sklearn.neighbors import LocalOutlierFactor
 
 from skpose import Motion, PoseKNeighborsTransformer
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
-from skpose.plot import PoseStripDisplay
+from skpose.plot import PoseDisplay
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))
@@ -54,7 +54,7 @@ plt.show()
 # %%
 # The poses with the highest factors, from the side. Rare poses have high factors too, without a fault: in the files of
 # CMU, the first steps of a walk on uneven terrain.
-PoseStripDisplay.from_poses(
+PoseDisplay.from_poses(
     X[highest[:8]],
     skeleton,
     labels=[f"{factor[i]:.2f}" for i in highest[:8]],

@@ -19,7 +19,7 @@ import numpy as np
 from skpose import pose_distances
 from skpose.datasets import load_hdm05, make_gait
 from skpose.motions import align_motions, mean_motion, segment_repetitions
-from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
+from skpose.plot import DistanceMatrixDisplay, PoseDisplay
 from skpose.view import player
 
 # %%
@@ -62,7 +62,7 @@ plt.show()
 
 # %%
 # The first poses of the strides are one phase of the movement.
-PoseStripDisplay.from_poses(
+PoseDisplay.from_poses(
     walk.angles[strides.starts], walk.skeleton, labels=range(1, len(strides) + 1), title="stride", projection="zy"
 )
 plt.show()
@@ -71,7 +71,7 @@ plt.show()
 # The typical stride.
 mean = mean_motion(strides.motions)
 print(mean)
-PoseStripDisplay.from_motion(mean.to_motion(), n_poses=9, projection="zy")
+PoseDisplay.from_motion(mean.to_motion(), n_poses=9, projection="zy")
 plt.show()
 
 # %%
@@ -129,6 +129,6 @@ if folder:
     chosen = (dataset.actions == "squat") & (dataset.subjects == "bd")
     squat = mean_motion([motion.resample(30) for motion in dataset[chosen]])
     print(f"{chosen.sum()} squats: {squat}")
-    PoseStripDisplay.from_motion(squat.to_motion(), n_poses=9, projection="zy")
+    PoseDisplay.from_motion(squat.to_motion(), n_poses=9, projection="zy")
     draw_variation(squat)
     plt.show()

@@ -15,7 +15,7 @@ import numpy as np
 from skpose import Motion, geodesic, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.io import MocapFormatError, load_motion, save_bvh
-from skpose.plot import DistanceMatrixDisplay, PoseStripDisplay
+from skpose.plot import DistanceMatrixDisplay, PoseDisplay
 from skpose.view import player
 
 folder = Path(tempfile.mkdtemp())
@@ -38,7 +38,7 @@ except MocapFormatError as error:
 # %%
 # A motion is a table of angles with named columns.
 print(motions[0].to_pandas().iloc[:3, :3].round(3))
-PoseStripDisplay.from_motion(motions[0], projection="zy")
+PoseDisplay.from_motion(motions[0], projection="zy")
 plt.show()
 
 # %%
@@ -60,5 +60,5 @@ i, j = np.unravel_index(D.argmax(), D.shape)
 shortest = geodesic(X[i], X[j], skeleton)
 save_bvh(folder / "shortest.bvh", Motion(skeleton, shortest.resample(20), frame_rate=10), scale=0.01)
 print(f"shortest.bvh: {shortest.length:.2f} m, the straight line {D[i, j]:.2f} m")
-PoseStripDisplay.from_geodesic(shortest, skeleton, projection="zy")
+PoseDisplay.from_geodesic(shortest, skeleton, projection="zy")
 plt.show()

@@ -13,7 +13,7 @@ import numpy as np
 from skpose import Bone, Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import make_gait
 from skpose.metrics import Spatial
-from skpose.plot import PoseStripDisplay
+from skpose.plot import PoseDisplay
 from skpose.robots import retarget_to_robot
 
 # %%
@@ -105,8 +105,8 @@ retargeted = retarget_to_robot(walk, biped, joints=joints, verbose=1)
 
 figure, axes = plt.subplots(2, 1, figsize=(10, 6), layout="constrained")
 stride = slice(0, 70)
-PoseStripDisplay.from_motion(walk[stride], n_poses=9, projection="zy", ax=axes[0])
-PoseStripDisplay.from_motion(retargeted[stride], n_poses=9, projection="xz", ax=axes[1])
+PoseDisplay.from_motion(walk[stride], n_poses=9, projection="zy", ax=axes[0])
+PoseDisplay.from_motion(retargeted[stride], n_poses=9, projection="xz", ax=axes[1])
 axes[0].set_title("a person")
 axes[1].set_title("the biped")
 plt.show()

@@ -3,7 +3,7 @@ Which actions are confused
 ==========================
 
 An accuracy does not say which motions are confused, nor why. scikit-learn's confusion matrix shows what was taken for
-what, and `PoseStripDisplay` the motions themselves.
+what, and `PoseDisplay` the motions themselves.
 
 Whole recordings of generated gait are too easy to be confused. Here the task is made hard: noisy pieces of half a
 second, less than a stride, forward and backward in time.
@@ -20,7 +20,7 @@ from sklearn.pipeline import make_pipeline
 
 from skpose.datasets import MotionDataset, make_gait
 from skpose.motions import MotionKNeighborsTransformer, motion_distances
-from skpose.plot import PoseStripDisplay
+from skpose.plot import PoseDisplay
 
 FRAME_RATE = 15  # Hz
 NOISE = np.radians(4)
@@ -62,6 +62,6 @@ distances = motion_distances([pieces[index]], [pieces[i] for i in others], skele
 similar = others[distances[0].argmin()]
 _, axes = plt.subplots(2, 1, figsize=(9, 6), layout="constrained")
 for ax, i in zip(axes, (index, similar), strict=True):
-    PoseStripDisplay.from_motion(pieces[i], n_poses=7, projection="zy", ax=ax)
+    PoseDisplay.from_motion(pieces[i], n_poses=7, projection="zy", ax=ax)
     ax.set_title(f"{dataset.actions[i]}, person {dataset.subjects[i]}", loc="left")
 plt.show()

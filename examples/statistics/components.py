@@ -17,7 +17,7 @@ from sklearn.decomposition import PCA
 
 from skpose import forward_kinematics
 from skpose.datasets import load_cmu, make_gait
-from skpose.plot import PoseStripDisplay
+from skpose.plot import PoseDisplay
 from skpose.statistics import PoseTangentPCA
 
 folder = os.environ.get("SKPOSE_CMU")
@@ -40,7 +40,7 @@ print(f"{pca.n_components_} components explain 90 % of the variance: {shares}")
 # Two standard deviations to each side of the mean, seen from the side: left limbs in blue, right ones in vermilion.
 figure, axes = plt.subplots(3, 1, figsize=(9, 10), layout="constrained")
 for component, ax in enumerate(axes):
-    PoseStripDisplay.from_estimator(pca, component, projection="zy", ax=ax)
+    PoseDisplay.from_estimator(pca, component, projection="zy", ax=ax)
 plt.show()
 
 # %%

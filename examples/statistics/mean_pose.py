@@ -18,7 +18,7 @@ import numpy as np
 from skpose import Motion, forward_kinematics
 from skpose.datasets import humanoid, load_cmu
 from skpose.geodesics import frechet_mean
-from skpose.plot import PoseDisplay, PoseStripDisplay
+from skpose.plot import PoseDisplay
 
 # %%
 # Arms from the thighs to above the head and back, legs apart and together.
@@ -37,7 +37,7 @@ else:
         angles[:, column[f"{side}_thigh_rz"]] = sign * np.radians(25) * up
     motion = Motion(skeleton, angles, frame_rate=14)
 skeleton, X = motion.skeleton, motion.angles
-PoseStripDisplay.from_motion(motion, n_poses=7)
+PoseDisplay.from_motion(motion, n_poses=7)
 plt.show()
 
 # %%

@@ -53,7 +53,7 @@ def _draw(shown: list, labels: list[str], png: Path) -> None:
 
     figure = Figure(figsize=(11.0, 3.5 * len(shown)), layout="constrained")
     for ax, motion, label in zip(figure.subplots(len(shown), squeeze=False)[:, 0], shown, labels, strict=True):
-        skpose.plot.PoseStripDisplay.from_motion(motion, ax=ax)
+        skpose.plot.PoseDisplay.from_motion(motion, ax=ax)
         ax.set_title(label, parse_math=False)
     with new_file(png) as new:
         figure.savefig(new, format="png", dpi=100)

@@ -10,7 +10,7 @@ from skpose.plot._distances import DistanceMatrixDisplay
 from skpose.plot._geodesic import GeodesicDisplay
 from skpose.plot._joint_angles import JointAnglesDisplay
 from skpose.plot._mds import MDSDisplay
-from skpose.plot._pose import PoseDisplay, PoseStripDisplay
+from skpose.plot._pose import PoseDisplay
 
 __all__ = [
     "AlignmentDisplay",
@@ -19,5 +19,4 @@ __all__ = [
     "JointAnglesDisplay",
     "MDSDisplay",
     "PoseDisplay",
-    "PoseStripDisplay",
 ]

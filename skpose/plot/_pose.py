@@ -1,4 +1,4 @@
-"""Displays of poses as figures."""
+"""Display of poses as figures."""
 
 from collections.abc import Sequence
 
@@ -57,18 +57,22 @@ def draw_pose(
 
 
 class PoseDisplay:
-    """One pose as a figure, seen along an axis or in three dimensions.
+    """A pose as a figure, or several side by side, seen along an axis or in three dimensions.
 
-    People have head, trunk and limbs behind the lines of their bones, and in new axes a line for the ground; other
-    skeletons, and all in three dimensions, are lines alone. The left side is blue, the right vermilion, the rest grey,
-    by the names of the joints; everything is blue if no name has a side.
+    People have head, trunk and limbs behind the lines of their bones, and a line for the ground; other skeletons, and
+    all in three dimensions, are lines alone. The left side is blue, the right vermilion, the rest grey, by the names of
+    the joints; everything is blue if no name has a side.
 
     Parameters
     ----------
-    positions : ndarray of shape (n_joints, 3)
+    positions : ndarray of shape (n_poses, n_joints, 3)
         Positions of the joints, m, the root at the origin.
     skeleton : Skeleton
-        Its skeleton.
+        Their skeleton.
+    labels : sequence of str, default=None
+        Text below each pose; None draws a single pose in axes in metres.
+    title : str, default=""
+        Title of the labels, with their unit.
 
     Attributes
     ----------
@@ -79,18 +83,21 @@ class PoseDisplay:
 
     Examples
     --------
-    >>> from skpose import Skeleton
+    >>> from skpose import Skeleton, geodesic
     >>> from skpose.plot import PoseDisplay
-    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), label="an arm")
+    >>> arm = Skeleton.chain(3)
+    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], arm, label="an arm")
     >>> display.ax_.get_xlabel()
     'x (m)'
-    >>> display = PoseDisplay.from_pose([0.4, 0.5, 0.6], Skeleton.chain(3), projection="zxy")
-    >>> display.ax_.get_zlabel()
-    'y (m)'
+    >>> path = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
+    >>> display = PoseDisplay.from_geodesic(path, arm, n_poses=5)
+    >>> display.ax_.get_xlabel()
+    'arc length from the first pose (m)'
     """
 
-    def __init__(self, positions: np.ndarray, skeleton: Skeleton):
-        self.positions, self.skeleton = positions, skeleton
+    def __init__(self, positions: np.ndarray, skeleton: Skeleton, labels: Sequence[str] | None = None, title: str = ""):
+        self.positions, self.skeleton, self.labels, self.title = positions, skeleton, labels, title
+        self._vertical = Y
 
     def plot(self, ax=None, *, projection: str | None = None, **style) -> "PoseDisplay":
         """Draw the display.
@@ -103,7 +110,8 @@ class PoseDisplay:
         projection : str, default=None
             The horizontal and the vertical axis: in files whose y points up "xy" is a view from the front or the back,
             "zy" from the side. Three axes, the last one up, draw in three dimensions: "zxy" where y points up, "xyz"
-            where z does. None has y upright, and the axis horizontal along which the pose is wider.
+            where z does. None puts the axis upright that is nearest to the vertical of a motion, y for arrays, and
+            shows the larger side of the movement, or of a single pose.
         **style
             Style of the lines, such as color, alpha, label; see `matplotlib.axes.Axes.plot`.
 
@@ -114,18 +122,29 @@ class PoseDisplay:
         """
         if projection is None:
             is_deep = getattr(ax, "name", None) == "3d"
-            projection = "zxy" if is_deep else _choose_projection(self.positions[None], Y)
+            projection = "zxy" if is_deep else _choose_projection(self.positions, self._vertical)
         self.projection_ = projection
-        seen = check_projection(projection)
-        self.ax_, self.figure_ = axes(ax, projection="3d" if len(seen) == 3 else None)
-        if ax is None and len(seen) == 3:
+        plane, shifts = check_projection(projection), np.zeros(len(self.positions))
+        shape = shape_of_person(self.skeleton) if len(plane) == 2 else None
+        figsize = None if self.labels is None else (max(4.0, 1.4 * len(self.positions)), 3.5)
+        self.ax_, self.figure_ = axes(ax, figsize, projection="3d" if len(plane) == 3 else None)
+        self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", projection, strict=False)})
+        if ax is None and len(plane) == 3:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
-        shape = shape_of_person(self.skeleton) if len(seen) == 2 else None
-        draw_pose(self.ax_, self.positions, seen, self.skeleton, shape, 0.0, style)
-        if shape is not None and ax is None and seen[1] == Y:
-            draw_ground(self.ax_, shape, self.positions, Y)
-        self.ax_.set(**{f"{axis}label": f"{name} (m)" for axis, name in zip("xyz", projection, strict=False)})
+        if self.labels is not None:
+            reached = self.positions if shape is None else shape.centres(with_root(self.positions))
+            flat = reached[:, :, plane]
+            low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
+            step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones seen end on
+            centres = np.arange(len(flat)) * step
+            shifts = centres - (low + high) / 2
+            self.ax_.set_xticks(centres, list(map(plain, self.labels)))
+            self.ax_.set_xlabel(plain(self.title))
+        for pose, shift in zip(self.positions, shifts, strict=True):
+            draw_pose(self.ax_, pose, plane, self.skeleton, shape, shift, style)
+        if shape is not None and plane[1] == self._vertical and (ax is None or self.labels is not None):
+            draw_ground(self.ax_, shape, self.positions, plane[1])
         self.ax_.set_aspect("equal", adjustable="datalim")
         return self
 
@@ -151,7 +170,7 @@ class PoseDisplay:
         """
         pose = check_pose(pose, skeleton, "pose")
         warn_of_degrees(None, skeleton, pose=pose[None])
-        return cls.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton, ax=ax, **options)
+        return cls(forward_kinematics(pose[None], skeleton), skeleton).plot(ax, **options)
 
     @classmethod
     def from_positions(cls, positions: ArrayLike, skeleton: Skeleton, *, ax=None, **options) -> "PoseDisplay":
@@ -177,81 +196,7 @@ class PoseDisplay:
         positions = np.asarray(positions, dtype=np.float64)
         if positions.shape != (skeleton.n_joints, 3):
             raise ValueError(f"positions must have shape ({skeleton.n_joints}, 3), got {positions.shape}")
-        return cls(positions, skeleton).plot(ax, **options)
-
-
-class PoseStripDisplay:
-    """Poses side by side, along a motion, a geodesic or a principal component; left and right as in `PoseDisplay`.
-
-    Parameters
-    ----------
-    positions : ndarray of shape (n_poses, n_joints, 3)
-        Positions of the joints, m, the root at the origin.
-    skeleton : Skeleton
-        Their skeleton.
-    labels : sequence of str
-        Text below each pose.
-    title : str
-        Title of the labels, with their unit.
-
-    Attributes
-    ----------
-    ax_ : matplotlib Axes
-    figure_ : matplotlib Figure
-    projection_ : str
-        The axes of the drawing.
-
-    Examples
-    --------
-    >>> from skpose import Skeleton, geodesic
-    >>> from skpose.plot import PoseStripDisplay
-    >>> arm = Skeleton.chain(3)
-    >>> path = geodesic([0.2, 0.3, 0.0], [2.4, 0.2, 0.1], arm)
-    >>> display = PoseStripDisplay.from_geodesic(path, arm, n_poses=5)
-    >>> display.ax_.get_xlabel()
-    'arc length from the first pose (m)'
-    """
-
-    def __init__(self, positions: np.ndarray, skeleton: Skeleton, labels: Sequence[str], title: str):
-        self.positions, self.skeleton, self.labels, self.title = positions, skeleton, labels, title
-        self._vertical = Y
-
-    def plot(self, ax=None, *, projection: str | None = None, **style) -> "PoseStripDisplay":
-        """Draw the poses.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, default=None
-            The axes to draw into; None makes new ones.
-        projection : str, default=None
-            The horizontal and the vertical axis, see `PoseDisplay.plot`. None puts the axis upright that is nearest to
-            the vertical of a motion, y for arrays, and shows the larger side of the movement.
-        **style
-            Style of the lines, see `PoseDisplay.plot`.
-
-        Returns
-        -------
-        PoseStripDisplay
-            The display itself.
-        """
-        if projection is None:
-            projection = _choose_projection(self.positions, self._vertical)
-        self.projection_ = projection
-        plane, shape = check_projection(projection), shape_of_person(self.skeleton)
-        self.ax_, self.figure_ = axes(ax, (max(4.0, 1.4 * len(self.positions)), 3.5))
-        reached = self.positions if shape is None else shape.centres(with_root(self.positions))
-        flat = reached[:, :, plane]
-        low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
-        step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones seen end on
-        centres = np.arange(len(flat)) * step
-        for pose, centre, middle in zip(self.positions, centres, (low + high) / 2, strict=True):
-            draw_pose(self.ax_, pose, plane, self.skeleton, shape, centre - middle, style)
-        if shape is not None and plane[1] == self._vertical:
-            draw_ground(self.ax_, shape, self.positions, plane[1])
-        self.ax_.set_xticks(centres, list(map(plain, self.labels)))
-        self.ax_.set(xlabel=plain(self.title), ylabel=f"{projection[1]} (m)")
-        self.ax_.set_aspect("equal", adjustable="datalim")
-        return self
+        return cls(positions[np.newaxis], skeleton).plot(ax, **options)
 
     @classmethod
     def from_poses(
@@ -263,7 +208,7 @@ class PoseStripDisplay:
         title: str = "pose",
         ax=None,
         **options,
-    ) -> "PoseStripDisplay":
+    ) -> "PoseDisplay":
         """Draw poses.
 
         Parameters
@@ -283,7 +228,7 @@ class PoseStripDisplay:
 
         Returns
         -------
-        PoseStripDisplay
+        PoseDisplay
             The display.
         """
         check_skeleton(skeleton)
@@ -295,7 +240,7 @@ class PoseStripDisplay:
         return cls(forward_kinematics(X, skeleton), skeleton, labels, title).plot(ax, **options)
 
     @classmethod
-    def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, **options) -> "PoseStripDisplay":
+    def from_motion(cls, motion: Motion, *, n_poses: int = 8, ax=None, **options) -> "PoseDisplay":
         """Draw poses of a motion at equal intervals, the first and the last among them, with their times in s.
 
         Parameters
@@ -311,7 +256,7 @@ class PoseStripDisplay:
 
         Returns
         -------
-        PoseStripDisplay
+        PoseDisplay
             The display.
         """
         check_kind(motion, Motion, "motion", "from_poses(X, skeleton) draws an array of poses")
@@ -327,7 +272,7 @@ class PoseStripDisplay:
     @classmethod
     def from_geodesic(
         cls, geodesic: GeodesicResult, skeleton: Skeleton, *, n_poses: int = 8, ax=None, **options
-    ) -> "PoseStripDisplay":
+    ) -> "PoseDisplay":
         """Draw poses along a geodesic at equal lengths of curve, the two ends among them.
 
         Parameters
@@ -345,7 +290,7 @@ class PoseStripDisplay:
 
         Returns
         -------
-        PoseStripDisplay
+        PoseDisplay
             The display.
         """
         check_kind(geodesic, GeodesicResult, "geodesic", "skpose.geodesic(start, end, skeleton) finds one")
@@ -357,7 +302,7 @@ class PoseStripDisplay:
     @classmethod
     def from_estimator(
         cls, pca: PoseTangentPCA, component: int = 0, *, n_poses: int = 5, extent: float = 2.0, ax=None, **options
-    ) -> "PoseStripDisplay":
+    ) -> "PoseDisplay":
         """Draw poses along a component of a fitted `PoseTangentPCA`, the mean in the middle.
 
         Parameters
@@ -377,7 +322,7 @@ class PoseStripDisplay:
 
         Returns
         -------
-        PoseStripDisplay
+        PoseDisplay
             The display.
         """
         check_kind(pca, PoseTangentPCA, "pca", "PoseTangentPCA(skeleton).fit(X) is one")

@@ -71,7 +71,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
     --------
     SpatialMDS : Coordinates from distances, without an inverse transform.
     frechet_mean, log_map, exp_map : Mean and tangent vectors for "geodesic".
-    skpose.plot.PoseStripDisplay.from_estimator : Poses along a component.
+    skpose.plot.PoseDisplay.from_estimator : Poses along a component.
 
     Notes
     -----

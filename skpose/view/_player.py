@@ -97,7 +97,7 @@ def player(
     See Also
     --------
     skpose.Motion.play, skpose.Keypoints.play : The player of one motion, without options.
-    skpose.plot.PoseStripDisplay : Poses side by side with matplotlib.
+    skpose.plot.PoseDisplay : Poses side by side with matplotlib.
 
     Notes
     -----

@@ -18,7 +18,6 @@ from skpose.plot import (
     JointAnglesDisplay,
     MDSDisplay,
     PoseDisplay,
-    PoseStripDisplay,
 )
 from skpose.plot._axes import SIDES
 from skpose.skeleton._sides import sides
@@ -61,15 +60,15 @@ def some_angles():
 DISPLAYS = {
     "pose": lambda ax: PoseDisplay.from_pose(START, ARM, ax=ax),
     "positions": lambda ax: PoseDisplay.from_positions(np.ones((3, 3)), ARM, ax=ax),
-    "strip": lambda ax: PoseStripDisplay.from_poses(X[:3], ARM, ax=ax),
-    "motion": lambda ax: PoseStripDisplay.from_motion(Motion(ARM, X, 10), ax=ax),
-    "path": lambda ax: PoseStripDisplay.from_geodesic(shortest_path(), ARM, ax=ax),
+    "strip": lambda ax: PoseDisplay.from_poses(X[:3], ARM, ax=ax),
+    "motion": lambda ax: PoseDisplay.from_motion(Motion(ARM, X, 10), ax=ax),
+    "path": lambda ax: PoseDisplay.from_geodesic(shortest_path(), ARM, ax=ax),
     "embedding": lambda ax: MDSDisplay.from_estimator(SpatialMDS(skeleton=ARM).fit(X), X, X[:, 0] > 0, ax=ax),
     "matrix": lambda ax: DistanceMatrixDisplay.from_poses(X, ARM, sequence=np.repeat([0, 1], 10), ax=ax),
     "geodesic": lambda ax: GeodesicDisplay.from_geodesic(shortest_path(), ARM, ax=ax, resolution=5),
     "alignment": lambda ax: AlignmentDisplay.from_alignment(aligned(), ax=ax),
     "angles": lambda ax: JointAnglesDisplay.from_angles(some_angles(), [(0, 10), (10, 20)], ax=ax),
-    "component": lambda ax: PoseStripDisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
+    "component": lambda ax: PoseDisplay.from_estimator(PoseTangentPCA(ARM).fit(X), ax=ax),
 }
 
 
@@ -119,9 +118,9 @@ def test_left_and_right_have_two_colours(draw):
     ax = {
         "pose": lambda: PoseDisplay.from_pose(pose, skeleton),
         "positions": lambda: PoseDisplay.from_positions(forward_kinematics(pose[None], skeleton)[0], skeleton),
-        "strip": lambda: PoseStripDisplay.from_poses(pose[None], skeleton),
-        "motion": lambda: PoseStripDisplay.from_motion(Motion(skeleton, pose[None], 10)),
-        "path": lambda: PoseStripDisplay.from_geodesic(geodesic(pose, pose, skeleton), skeleton, n_poses=2),
+        "strip": lambda: PoseDisplay.from_poses(pose[None], skeleton),
+        "motion": lambda: PoseDisplay.from_motion(Motion(skeleton, pose[None], 10)),
+        "path": lambda: PoseDisplay.from_geodesic(geodesic(pose, pose, skeleton), skeleton, n_poses=2),
     }[draw]().ax_
     bones = drawn_by_colour(ax)
     assert list(bones) == list(SIDES.values())
@@ -147,7 +146,7 @@ def test_degrees_are_noticed_once():
 def test_figures_of_a_strip_do_not_overlap_and_keep_their_size():
     skeleton = SKELETONS["humanoid"]
     poses = np.random.default_rng(0).normal(scale=0.3, size=(5, skeleton.n_dofs))
-    display = PoseStripDisplay.from_poses(poses, skeleton, labels="abcde", title="pose", projection="xy")
+    display = PoseDisplay.from_poses(poses, skeleton, labels="abcde", title="pose", projection="xy")
     figures = [np.concatenate([drawn_bones(line) for line in display.ax_.lines[3 * i : 3 * i + 3]]) for i in range(5)]
     order = np.argsort([["", "left", "right"].index(side) for side in sides(skeleton.joint_names)], kind="stable")
     for i, figure in enumerate(figures):
@@ -162,12 +161,12 @@ def test_figures_of_a_strip_do_not_overlap_and_keep_their_size():
 
 
 def test_times_and_lengths_below_a_strip():
-    motion = PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=3)
+    motion = PoseDisplay.from_motion(Motion(ARM, X, 10), n_poses=3)
     assert motion.labels == ["0.00", "1.00", "1.90"]  # frames 0, 10 and 19
-    few = PoseStripDisplay.from_motion(Motion(ARM, X[:2], 10), n_poses=8)
+    few = PoseDisplay.from_motion(Motion(ARM, X[:2], 10), n_poses=8)
     assert len(few.positions) == 2
     path = shortest_path()
-    along = PoseStripDisplay.from_geodesic(path, ARM, n_poses=3)
+    along = PoseDisplay.from_geodesic(path, ARM, n_poses=3)
     assert along.labels == ["0.00", f"{path.curve_length / 2:.2f}", f"{path.curve_length:.2f}"]
     np.testing.assert_allclose(along.positions, forward_kinematics(path.resample(3), ARM))
 
@@ -258,9 +257,9 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
         (lambda: PoseDisplay.from_pose(START, None), "skeleton"),
         (lambda: PoseDisplay.from_pose(START, ARM, projection="front"), "projection"),
         (lambda: PoseDisplay.from_positions(np.ones((2, 3)), ARM), "positions"),
-        (lambda: PoseStripDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion"),
-        (lambda: PoseStripDisplay.from_motion(Motion(ARM, X, 10), n_poses=0), "n_poses"),
-        (lambda: PoseStripDisplay.from_poses(X, ARM, labels=["a"]), "labels"),
+        (lambda: PoseDisplay.from_motion(Motion(ARM, X[:0], 10)), "motion"),
+        (lambda: PoseDisplay.from_motion(Motion(ARM, X, 10), n_poses=0), "n_poses"),
+        (lambda: PoseDisplay.from_poses(X, ARM, labels=["a"]), "labels"),
         (lambda: GeodesicDisplay.from_geodesic(ARM, shortest_path()), "geodesic"),
         (lambda: GeodesicDisplay.from_geodesic(shortest_path(), Skeleton.chain(2)), "skeleton"),
         (lambda: MDSDisplay.from_estimator(X, SpatialMDS()), "mds"),
@@ -270,8 +269,8 @@ def test_a_geodesic_is_drawn_with_the_line_and_the_ratio_of_their_lengths():
         (lambda: AlignmentDisplay.from_alignment(X), "alignment"),
         (lambda: AlignmentDisplay.from_alignment(aligned(), quantity="angle"), "quantity"),
         (lambda: JointAnglesDisplay.from_angles(X), "angles"),
-        (lambda: PoseStripDisplay.from_estimator(PoseTangentPCA(ARM).fit(X), 3), "component"),
-        (lambda: PoseStripDisplay.from_poses(X, ARM, ax=plt.figure().add_subplot(projection="3d")), "ax"),
+        (lambda: PoseDisplay.from_estimator(PoseTangentPCA(ARM).fit(X), 3), "component"),
+        (lambda: PoseDisplay.from_pose(START, ARM, ax=plt.figure().add_subplot(), projection="zxy"), "ax"),
     ],
 )
 def test_wrong_arguments_are_refused_by_name(draw, name):
@@ -290,7 +289,7 @@ def test_equal_poses_can_be_drawn():
     assert display.ratio_ == 1.0
     for shown in (
         display,
-        PoseStripDisplay.from_poses(np.zeros((3, 3)), ARM, projection="zy"),
+        PoseDisplay.from_poses(np.zeros((3, 3)), ARM, projection="zy"),
         DistanceMatrixDisplay.from_poses(np.zeros((3, 3)), ARM),
         MDSDisplay.from_embedding(np.zeros((3, 2)), ["a", "b", "b"], shares=[0.0, 0.0]),
     ):

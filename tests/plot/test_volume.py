@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection, PathCollection
 
 from skpose import Motion, forward_kinematics
 from skpose.datasets import make_gait
-from skpose.plot import PoseDisplay, PoseStripDisplay
+from skpose.plot import PoseDisplay
 from skpose.view._shape import find_shape
 
 pytestmark = pytest.mark.usefixtures("agg")
@@ -47,19 +47,19 @@ def test_others_are_lines_alone(name):
 
 def test_the_side_shows_the_movement():
     gait = make_gait(1, 1, random_state=0)
-    assert PoseStripDisplay.from_motion(gait.motions[0]).projection_ == "zy"
+    assert PoseDisplay.from_motion(gait.motions[0]).projection_ == "zy"
     assert (
         PoseDisplay.from_pose(STANDING, HUMANOID).projection_ == "xy"
     )  # nothing moves: wider from shoulder to shoulder
     spread = np.array(np.broadcast_to(STANDING, (5, HUMANOID.n_dofs)))
     spread[:, HUMANOID.dof_names.index("left_upper_arm_rz")] = np.linspace(0, 1.5, 5)
-    assert PoseStripDisplay.from_poses(spread, HUMANOID).projection_ == "xy"
-    assert PoseStripDisplay.from_poses(spread, HUMANOID, projection="zy").projection_ == "zy"
+    assert PoseDisplay.from_poses(spread, HUMANOID).projection_ == "xy"
+    assert PoseDisplay.from_poses(spread, HUMANOID, projection="zy").projection_ == "zy"
 
 
 def test_the_vertical_is_that_of_the_motion():
     motion = Motion(HUMANOID, np.zeros((4, HUMANOID.n_dofs)), 30, up="z")
-    assert PoseStripDisplay.from_motion(motion).projection_ == "yz"  # the wider one of the two others
+    assert PoseDisplay.from_motion(motion).projection_ == "yz"  # the wider one of the two others
 
 
 def test_the_ground_is_at_the_lowest_foot_and_in_axes_of_ones_own_alone():
@@ -71,7 +71,7 @@ def test_the_ground_is_at_the_lowest_foot_and_in_axes_of_ones_own_alone():
     _, given = plt.subplots()
     assert not grounds(PoseDisplay.from_pose(STANDING, HUMANOID, ax=given).ax_)
     assert not grounds(PoseDisplay.from_pose(STANDING, HUMANOID, projection="xz").ax_)
-    assert len(grounds(PoseStripDisplay.from_poses(STANDING[None], HUMANOID, ax=given).ax_)) == 1
+    assert len(grounds(PoseDisplay.from_poses(STANDING[None], HUMANOID, ax=given).ax_)) == 1
 
 
 def test_parts_with_unknown_joints_are_left_out():

@@ -44,4 +44,4 @@ def test_one_pose_is_a_series_a_row_or_a_data_frame_of_one_row():
         geodesic(REVERSED[0], X[1], ARM)
     with pytest.raises(ValueError, match="start must be one pose"):
         geodesic(FRAME[:2], X[1], ARM)
-    assert PoseDisplay.from_pose(FRAME[0], ARM).positions.shape == (3, 3)
+    assert PoseDisplay.from_pose(FRAME[0], ARM).positions.shape == (1, 3, 3)
