@@ -9,11 +9,11 @@ from skpose.keypoints import Keypoints, Layout
 from skpose.keypoints._layouts import find_layout
 from skpose.keypoints._names import find_names
 from skpose.kinematics._ground import find_ground
-from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._sides import sides
 from skpose.view._pack import pack
+from skpose.view._person_shape import Part, Sphere
 from skpose.view._scene import AXES, Scene, scene_data
-from skpose.view._shape import Shape, find_shape, join_shapes, point_shape
+from skpose.view._shape import OF_POINT, THICKEST, Shape
 
 
 class Figure(NamedTuple):
@@ -21,7 +21,6 @@ class Figure(NamedTuple):
 
     positions: np.ndarray  # (n_frames, n_points, 3), m, NaN where a point is not seen
     names: list[str]
-    keys: list[str]  # the same, as the layout spells them
     parents: list[int]  # of each point the point at the other end of its bone, or −1
     layout: str | None  # whose bones these are
 
@@ -34,7 +33,7 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
     layout = find_layout(keypoints.names) if layout is None else layout
     if layout is None:
         names = list(keypoints.names)
-        return Figure(keypoints.positions, names, names, [-1] * len(keypoints.names), None)
+        return Figure(keypoints.positions, names, [-1] * len(names), None)
     known = layout.keypoints(keypoints)  # refuses keypoints without a point of the layout
     given = find_names(layout.points, keypoints.names)
     others = [name for name in keypoints.names if name not in given.values()]
@@ -43,7 +42,6 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
     return Figure(
         np.concatenate([known.positions, rest], axis=1),
         [*(given.get(name, name) for name in known.names), *others],
-        [*known.names, *others],
         parents + [-1] * len(others),
         layout.name,
     )
@@ -70,7 +68,7 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
         "names": figure.names,
         "parents": figure.parents,
         "sides": sides(figure.names),
-        "shape": _shape_of(figure, size).data(),
+        "shape": _shape_of(figure.parents, size).data(),
         "rate": keypoints.frame_rate,
         "start": 0.0,
         "numbers": None,
@@ -80,26 +78,13 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
     }
 
 
-def _shape_of(figure: Figure, size: float) -> Shape:
-    """The shape of a skeleton with the bones' median lengths, and balls for points without bones."""
-    parents = figure.parents
-    root = next((parent for parent in parents if parent >= 0 and parents[parent] < 0), -1)
-    shape, bones = Shape([], [], False), []
-    if root >= 0:
-        order = [root]  # each point after its parent
-        while len(order) < sum(parent >= 0 for parent in parents) + 1:
-            order += [i for i, parent in enumerate(parents) if parent in order and i not in order]
-        for i in order[1:]:
-            offsets = figure.positions[:, i] - figure.positions[:, parents[i]]
-            offsets = offsets[~np.isnan(offsets[:, 0])]
-            length = np.median(np.linalg.norm(offsets, axis=1)) if len(offsets) else 0.0
-            mean = offsets.mean(axis=0) if len(offsets) else np.zeros(3)
-            mean *= length / (np.linalg.norm(mean) or 1.0)
-            parent = None if parents[i] == root else figure.keys[parents[i]]
-            bones.append(Bone(figure.keys[i], parent, tuple(mean), "rotvec"))
-        shape = find_shape(Skeleton(bones)).renumber([i + 1 for i in order])
-    alone = [i + 1 for i, parent in enumerate(parents) if parent < 0 and (i != root or not shape.parts)]
-    return join_shapes(shape, point_shape(alone, size))
+def _shape_of(parents: list[int], size: float) -> Shape:
+    """Links between points, and smaller balls for points without a bone."""
+    linked = {*parents, *(i for i, parent in enumerate(parents) if parent >= 0)}
+    radii = [(THICKEST if i in linked else OF_POINT) * size for i in range(len(parents))]
+    spheres = [Sphere((i + 1,), radius, inside=i in parents) for i, radius in enumerate(radii)]
+    parts = [Part(i, ((parent, i) if parent >= 0 else (i,),)) for i, parent in enumerate(parents)]
+    return Shape(spheres, parts, False)
 
 
 def _fill(positions: np.ndarray, seen: np.ndarray) -> np.ndarray:

@@ -42,18 +42,6 @@ class Shape(NamedTuple):
         spheres = [{name: value for name, value in one._asdict().items() if value} for one in self.spheres]
         return {"spheres": spheres, "parts": self.parts}
 
-    def renumber(self, points: Sequence[int]) -> "Shape":
-        """The shape with new indices of the points, given for the root and each joint."""
-
-        def move(shift: Shift | None) -> Shift | None:
-            return shift and Shift(tuple(points[i] for i in shift.start), tuple(points[i] for i in shift.end), shift[2])
-
-        spheres = [
-            one._replace(at=tuple(points[i] for i in one.at), along=move(one.along), across=move(one.across))
-            for one in self.spheres
-        ]
-        return Shape(spheres, [part._replace(joint=points[part.joint + 1] - 1) for part in self.parts], self.is_person)
-
 
 def find_shape(skeleton: Skeleton) -> Shape:
     """The shape of a person if the joints are a person's, else links."""
@@ -79,18 +67,6 @@ def link_shape(skeleton: Skeleton) -> Shape:
     spheres = [Sphere((point,), float(radii[point]), inside=point > 0 and point in before) for point in at]
     parts = [Part(j, (tuple(at[point] for point in hull),)) for j, hull in enumerate(hulls)]
     return Shape(spheres, parts, False)
-
-
-def point_shape(points: Sequence[int], size: float) -> Shape:
-    """A ball for each point without a bone, by its index among the points."""
-    spheres = [Sphere((point,), OF_POINT * size) for point in points]
-    return Shape(spheres, [Part(point - 1, ((i,),)) for i, point in enumerate(points)], False)
-
-
-def join_shapes(a: Shape, b: Shape) -> Shape:
-    n = len(a.spheres)
-    moved = [part._replace(hulls=tuple(tuple(i + n for i in hull) for hull in part.hulls)) for part in b.parts]
-    return Shape(a.spheres + b.spheres, a.parts + moved, a.is_person or b.is_person)
 
 
 class Outline(NamedTuple):
