@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with warnings.catch_warnings(), redirect_stdout(_Printable(sys.stdout)):  # type: ignore[type-var]
             warnings.showwarning = lambda message, *_, **__: _report(f"warning: {message}")
-            for path in filter(None, (getattr(args, name, None) for name in ("out", "png", "gif"))):
+            for path in filter(None, (getattr(args, name, None) for name in ("out", "png"))):
                 check_new(path)
             args.func(args)
             sys.stdout.flush()
