@@ -52,14 +52,12 @@ def draw_person(ax, ink, joints, skeleton, colours, *, at=(0.0, 0.0), scale=1.0,
     shape = find_shape(skeleton)
     centres = shape.centres(points)
     flat, radii = scale * centres[:, :2] + at, scale * shape.radii
-    inside = np.array([sphere.inside for sphere in shape.spheres])
     for part in sorted(shape.parts, key=lambda part: centres[np.concatenate(part.hulls), 2].mean()):
         hulls = [list(hull) for hull in part.hulls]
-        outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
-        area = Outline.make_compound_path(*(Outline(np.vstack([one.points, one.points[:1]])) for one in outlines))
-        edges = np.concatenate([one.edges for one in outlines]).reshape(-1, 2)
-        edge = Outline(edges, [Outline.MOVETO, Outline.LINETO] * (len(edges) // 2))
-        ax.add_patch(PathPatch(edge, edgecolor=ink["paper"], linewidth=1.5 * scale, alpha=alpha, zorder=3))
+        outlines = (outline(flat[hull], radii[hull]) for hull in hulls)
+        area = Outline.make_compound_path(*(Outline(np.vstack([one, one[:1]])) for one in outlines))
+        edge = {"fill": False, "edgecolor": ink["paper"], "linewidth": 1.5 * scale}
+        ax.add_patch(PathPatch(area, **edge, alpha=alpha, zorder=3))
         colour = colours[part.joint]
         if shaded:
             shade(ax, area, colour, flat[hulls[-1][-1]] - flat[hulls[0][0]], alpha)

@@ -32,7 +32,6 @@ def draw_volume(
     paper = np.array(to_rgb(ax.get_facecolor()))
     depth = np.cross(np.eye(3)[plane[0]], np.eye(3)[plane[1]])  # towards the viewer
     centres, radii = shape.centres(with_root(positions)), shape.radii
-    inside = np.array([sphere.inside for sphere in shape.spheres])
     flat = centres[:, plane] + [shift, 0.0]
     parts = []
     for part in shape.parts:
@@ -41,16 +40,13 @@ def draw_volume(
             continue
         *colour, opacity = to_rgba(style.get("color", SIDES[side[part.joint] if part.joint >= 0 else ""]))
         near = float(np.mean(centres[np.concatenate(hulls)] @ depth))
-        outlines = [outline(flat[hull], radii[hull], inside[hull]) for hull in hulls]
-        parts.append((near, outlines, (*(TINT * np.array(colour) + (1.0 - TINT) * paper), opacity)))
-    paths, fills, widths = [], [], []
-    lines = [Path.MOVETO, Path.LINETO]
-    for _, outlines, fill in sorted(parts, key=lambda part: part[0]):
-        edges = np.concatenate([one.edges for one in outlines]).reshape(-1, 2)
-        closed = (Path(np.vstack([one.points, one.points[:1]]), closed=True) for one in outlines)
-        paths += [Path(edges, lines * (len(edges) // 2)), Path.make_compound_path(*closed)]
-        fills += ["none", fill]
-        widths += [2.0 * EDGE, 0.0]
+        outlines = (outline(flat[hull], radii[hull]) for hull in hulls)
+        path = Path.make_compound_path(*(Path(np.vstack([one, one[:1]]), closed=True) for one in outlines))
+        parts.append((near, path, (*(TINT * np.array(colour) + (1.0 - TINT) * paper), opacity)))
+    parts.sort(key=lambda part: part[0])
+    paths = [path for _, path, _ in parts for _ in range(2)]  # an edge, and the area that covers its inner half
+    fills = [colour for *_, fill in parts for colour in ("none", fill)]
+    widths = [2.0 * EDGE, 0.0] * len(parts)
     options: dict[str, Any] = {"zorder": 2} | {key: style[key] for key in SHARED if key in style}
     drawn = PathCollection(paths, facecolors=fills, edgecolors=[tuple(paper)], linewidths=widths, **options)
     ax.add_collection(drawn)

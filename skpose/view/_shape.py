@@ -4,7 +4,6 @@ A *part* is drawn as one, such as a forearm or a head: hulls of *spheres*, whose
 the joints alone. People have the parts of a person, see `_person_shape`; all other skeletons have links.
 """
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,6 @@ from skpose.view._person_shape import Part, Shift, Sphere, person_parts
 # Radii of links, as shares of the size of the figure and of the length of the bone. The size is the longest side of
 # the box around all joints at angle zero.
 THICKEST, OF_LENGTH, THINNEST, OF_POINT = 0.018, 0.12, 0.003, 0.008
-GAP = 1.2  # radii around a joint inside a figure that have no edge
 DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)  # of an outline, too small by 0.5 % at most
 
 
@@ -69,29 +67,11 @@ def link_shape(skeleton: Skeleton) -> Shape:
     return Shape(spheres, parts, False)
 
 
-class Outline(NamedTuple):
-    """The outline of the hull of discs."""
-
-    points: np.ndarray  # (n, 2) in order
-    edges: np.ndarray  # (n_edges, 2, 2) the lines between them, except near joints where another part continues
-
-
-def outline(centres: np.ndarray, radii: np.ndarray, inside: Sequence[bool] | np.ndarray) -> Outline:
-    """The outline of the hull of discs: in each direction the farthest point."""
+def outline(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """The outline (n, 2) of the hull of discs, in order: in each direction the farthest point."""
     directions = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
     farthest = (directions @ centres.T + radii).argmax(axis=1)
-    points = centres[farthest] + radii[farthest, None] * directions
-    before, open_ = np.roll(farthest, 1), np.array(inside)
-    chosen = (before != farthest) | ~open_[farthest]
-    ends = np.stack([np.roll(points, 1, axis=0), points], axis=1)[chosen]
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    left_out = (
-        np.where(before != farthest, 1.0, 0.0)[chosen, None]
-        * np.where(open_, GAP * radii, 0.0)[np.stack([before, farthest], axis=1)[chosen]]
-    )
-    shares = np.minimum(0.5, np.divide(left_out, lengths[:, None], out=np.zeros_like(left_out), where=left_out > 0.0))
-    along = (ends[:, 1] - ends[:, 0])[:, None] * shares[..., None] * [[1.0], [-1.0]]
-    return Outline(points, ends + along)
+    return np.asarray(centres[farthest] + radii[farthest, None] * directions)
 
 
 def _centre(sphere: Sphere, points: np.ndarray) -> np.ndarray:

@@ -68,4 +68,4 @@ def test_figures_are_hulls_of_the_same_discs(scripts, name):
     hull = list(shape.parts[0].hulls[0])
     discs = [{"x": x, "y": y, "radius": r} for (x, y), r in zip(centres[hull, :2], shape.radii[hull], strict=True)]
     found = scripts.run(f"outlineOf({json.dumps(discs)}).map(({{ x, y }}) => [x, y])")
-    np.testing.assert_allclose(found, outline(centres[hull, :2], shape.radii[hull], [False] * len(hull)).points)
+    np.testing.assert_allclose(found, outline(centres[hull, :2], shape.radii[hull]))

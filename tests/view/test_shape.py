@@ -140,13 +140,7 @@ def test_an_outline_is_that_of_the_hull_of_discs():
     for n in (1, 2, 5):
         centres, radii = rng.normal(size=(n, 2)), rng.uniform(0.1, 0.6, n)
         exact = ConvexHull((centres[:, None] + radii[:, None, None] * circle).reshape(-1, 2)).volume
-        found = outline(centres, radii, [False] * n)
-        assert 0.98 * exact < ConvexHull(found.points).volume <= exact
-        np.testing.assert_allclose(found.edges[:, 1], found.points)  # closed, in order
-        np.testing.assert_allclose(found.edges[:, 0], np.roll(found.points, 1, axis=0))
-
-
-def test_there_is_no_edge_where_another_part_goes_on():
-    found = outline(np.array([[0.0, 0.0], [4.0, 0.0]]), np.array([1.0, 0.5]), [True, False])
-    assert found.edges.reshape(-1, 2)[:, 0].min() > 1.0  # a radius and more from the disc inside
-    assert found.edges.reshape(-1, 2)[:, 0].max() > 4.4
+        found = outline(centres, radii)
+        assert 0.98 * exact < ConvexHull(found).volume <= exact
+        around = np.unwrap(np.arctan2(*(found - found.mean(axis=0)).T[::-1]))
+        assert (np.diff(around) >= -1e-9).all()  # in order
