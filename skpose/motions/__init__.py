@@ -9,7 +9,7 @@
 | `_kneighbors`  | the graph of the nearest motions; `_search` finds them                                      |
 | `_find`        | the best windows of long motions; `_windows` finds them                                     |
 | `_index`       | the motions to search, and lower bounds of the distances to them                            |
-| `_mean`        | the mean of motions and their roots; `_barycenter` has its two steps                        |
+| `_mean`        | the mean of motions and their roots                                                         |
 | `_repetitions` | repetitions in one motion; `_template` finds them, `_surrogates` how surely                   |
 """
 

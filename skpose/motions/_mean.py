@@ -1,23 +1,30 @@
 """Mean motions: a typical motion whose bones keep their lengths, and the variation about it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from numbers import Integral, Real
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from joblib import effective_n_jobs
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
+from skpose._compiled.path.mean import project
+from skpose._compiled.warping.paths import Paths, accumulate, path_to
+from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_frame_rate
 from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
+from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics import Position
+from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._means import TOL
 from skpose.metrics._registry import METRIC_CONSTRAINTS
-from skpose.motions._barycenter import Aligned, Barycenter
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
@@ -25,8 +32,31 @@ from skpose.skeleton._interpolation import interpolate_poses
 from skpose.skeleton._root import continuous_root_angles, find_root_joint, heading, root_orientations
 from skpose.skeleton._sampling import join_seen
 
+STEPS_OF_A_POSE = 200  # Newton's, at most
 TRAVEL = 0.5  # m, from the first place to the last, of a motion that has a direction of travel
 SIDEWAYS = np.radians(30.0)  # between the direction of travel and where the root faces, beyond which it walks aslant
+
+
+class Aligned(NamedTuple):
+    """The pairs of frames along all paths, ordered by the frames of the mean."""
+
+    mean_frames: np.ndarray  # (n_pairs,) frames of the mean, ascending, none left out
+    frames: np.ndarray  # (n_pairs,) rows of all motions' poses
+    squares: np.ndarray  # (n_pairs,) squared distances, m²
+
+    @property
+    def objective(self) -> float:
+        """The sum of all squared distances, m²."""
+        return float(self.squares.sum())
+
+    @property
+    def n_poses(self) -> np.ndarray:
+        """The number of poses aligned to each frame of the mean."""
+        return np.bincount(self.mean_frames)
+
+    def groups(self) -> list[np.ndarray]:
+        """The rows aligned to each frame of the mean."""
+        return np.split(self.frames, np.cumsum(self.n_poses)[:-1])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -379,3 +409,68 @@ def _way(places: np.ndarray, up: str) -> float | None:
 def _on_floor(up: str) -> np.ndarray:
     """1 for axes along the floor and 0 for the one that points up."""
     return np.array([float(axis != up) for axis in "xyz"])
+
+
+# --- the two steps ----------------------------------------------------------------------------------------------------
+
+
+class Barycenter:
+    """The motions of a mean, and the two steps.
+
+    `unconverged` are the frames whose mean did not converge; they move again in the next step.
+    """
+
+    def __init__(self, motions: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int):
+        self.motions, self.skeleton = motions, skeleton
+        self.paths = Paths.of(window)
+        self.n_jobs = n_jobs
+        self.tree = tree_of(skeleton)
+        self.positions = weighted_positions(motions.poses, skeleton)
+        self.unconverged: set[int] = set()
+
+    def align(self, mean: np.ndarray) -> Aligned:
+        """Find the best path of every motion under squared distances."""
+        squares = self._squares(mean, self.motions.poses)
+
+        def align_one(k: int) -> tuple[np.ndarray, np.ndarray]:
+            start = self.motions.starts[k]
+            costs = squares[:, start : self.motions.starts[k + 1]]
+            sums = costs.copy()
+            accumulate(sums, self.paths)
+            path = path_to(sums, self.paths.is_open, sums.shape[1] - 1)
+            return path + np.array([0, start]), costs[path[:, 0], path[:, 1]]
+
+        found = in_threads((partial(align_one, k) for k in range(self.motions.n_motions)), self.n_jobs)
+        pairs, squares_along = (np.concatenate(part) for part in zip(*found, strict=True))
+        order = np.argsort(pairs[:, 0], kind="stable")
+        return Aligned(pairs[order, 0], pairs[order, 1], squares_along[order])
+
+    def _squares(self, poses: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Squared distances of poses to others."""
+        return np.square(DistanceMatrix(poses, others, Position(), self.skeleton).write(None, 1)[0])
+
+    def move(self, mean: np.ndarray, aligned: Aligned, before: Aligned | None) -> np.ndarray:
+        """Move each frame to the `frechet_mean` of the poses aligned to it, unless these are the same as `before`.
+
+        The search starts from the frame itself, so the motion stays continuous in angles that move no joint.
+        """
+        moved = mean.copy()
+        earlier = [] if before is None else before.groups()
+        squares = np.split(aligned.squares, np.cumsum(aligned.n_poses)[:-1])
+
+        def move_one(frame: int, group: np.ndarray) -> None:
+            start = to_tree_order(self.tree, mean[[frame]])[0]
+            target = self.positions[group].mean(axis=0)
+            found, outcome = project(self.tree, target, start, STEPS_OF_A_POSE, TOL)
+            pose = from_tree_order(self.tree, found, mean[frame])
+            (self.unconverged.discard if outcome.converged else self.unconverged.add)(frame)
+            if self._squares(pose[np.newaxis], self.motions.poses[group]).sum() <= squares[frame].sum():
+                moved[frame] = pose
+
+        tasks: list[Callable[[], None]] = [
+            partial(move_one, frame, group)
+            for frame, group in enumerate(aligned.groups())
+            if not earlier or frame in self.unconverged or not np.array_equal(earlier[frame], group)
+        ]
+        in_threads(tasks, self.n_jobs)
+        return moved
