@@ -159,19 +159,6 @@ def check_frame_rate(frame_rate: Any) -> float:
     return float(frame_rate)
 
 
-def check_position_names(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
-    """Refuse a dataframe with some columns named after positions, but not all of them in order."""
-    names = [f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]
-    check_names(X, names, name, '[f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]')
-
-
-def check_position_width(X: Any, skeleton: SkeletonLike, name: str) -> None:
-    """Refuse an array that does not have three columns for each joint."""
-    expected = 3 * skeleton.n_joints
-    if X.shape[1] != expected:
-        raise ValueError(f"{name} must have {expected} columns, x, y, z of each joint but the root, got {X.shape[1]}")
-
-
 def check_positions(positions: Any, n_points: int, name: str) -> np.ndarray:
     """A new float64 array of shape (n_frames, n_points, 3); NaN marks points that are not seen."""
     array = as_numbers(positions, name)

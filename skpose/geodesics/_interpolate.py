@@ -22,8 +22,8 @@ from skpose.geodesics._spline import spline_between
 from skpose.metrics import Geodesic, Metric
 from skpose.metrics._registry import METRIC_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._bone import limited_dofs
 from skpose.skeleton._continuity import remove_jumps
-from skpose.skeleton._limits import limited_dofs
 from skpose.skeleton._root import continuous_root_angles, root_orientations
 
 ON_KEY = 1e-6  # tolerance, in frames, for a key that falls on a frame

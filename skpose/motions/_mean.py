@@ -16,7 +16,6 @@ from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_frame_rate
 from skpose._utils.warnings import warn
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._forward import weighted_positions
@@ -161,7 +160,6 @@ class MeanMotion:
         frame_rate = self.frame_rate if frame_rate is None else frame_rate
         if frame_rate is None:
             raise ValueError("to_motion needs frame_rate for a mean of arrays")
-        check_frame_rate(frame_rate)
         motion = Motion(self.skeleton, self.poses, frame_rate)
         if self.up is None:
             return motion

@@ -11,9 +11,8 @@ from skpose._base import EstimatorMixin
 from skpose._utils.sklearn import Interval, StrOptions, check_feature_names_in, fit_context
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import (
+    check_names,
     check_poses,
-    check_position_names,
-    check_position_width,
     limits_of,
 )
 from skpose.keypoints import Keypoints
@@ -218,14 +217,16 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
             skeleton = self.skeleton_
         if isinstance(X, Keypoints | Motion | Skeleton):
             raise TypeError(f"X must be an array of positions, got {type(X).__name__}")
-        check_position_names(X, skeleton, "X")
+        names = [f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]
+        check_names(X, names, "X", '[f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]')
         X = validate_data(self, X, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan", reset=reset)
         positions = self._positions(X, skeleton)
         self.skeleton_ = skeleton
         return positions
 
     def _positions(self, X, skeleton):
-        check_position_width(X, skeleton, "X")
+        if X.shape[1] != 3 * skeleton.n_joints:
+            raise ValueError(f"X must have {3 * skeleton.n_joints} columns, positions of the joints, got {X.shape[1]}")
         return X.reshape(len(X), -1, 3)
 
     def __sklearn_tags__(self):

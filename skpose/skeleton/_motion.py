@@ -17,12 +17,11 @@ from skpose._utils.validation import (
     check_skeleton,
 )
 from skpose._utils.warnings import warn
-from skpose.skeleton._bone import Bone, is_axes
+from skpose.skeleton._bone import Bone, is_axes, kept_inside
 from skpose.skeleton._comparison import mismatch
 from skpose.skeleton._continuity import convert, remove_jumps
 from skpose.skeleton._cycle import Frames, close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import interpolate_linearly, interpolate_poses
-from skpose.skeleton._limits import kept_inside
 from skpose.skeleton._mirror import mirror_poses
 from skpose.skeleton._root import (
     continuous_root_angles,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.typing import ArrayLike
 from skpose._utils.upper_layers import upper_layers
-from skpose._utils.validation import check_choice, check_skeleton, near_names
+from skpose._utils.validation import check_choice, near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
 from skpose.skeleton._comparison import check_comparable
 from skpose.skeleton._joint_positions import joint_positions
@@ -151,8 +151,6 @@ class Skeleton:
         skeletons = list(skeletons)
         if not skeletons:
             raise ValueError("the mean skeleton needs at least one skeleton, got none")
-        for one in skeletons:
-            check_skeleton(one)
         remedy = "skpose.kinematics.retarget(motion, skeletons[0]) converts motions"
         check_comparable(skeletons, [f"skeletons[{i}]" for i in range(len(skeletons))], remedy, remedy)
         first, frame = skeletons[0], skeletons[0].offset_frame

@@ -15,7 +15,7 @@ from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._utils.progress import progress
 from skpose._utils.sklearn import Interval, StrOptions, check_sample_weight, fit_context
 from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_integer, check_poses
+from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._mean import WeightedMeans
 from skpose.metrics._matrix import paired_distances
@@ -188,8 +188,6 @@ class PoseKernelRegressor(PoseEstimatorMixin, RegressorMixin, BaseEstimator):
             If means did not converge. They are still poses.
         """
         check_is_fitted(self, "gamma_")
-        if self.n_neighbors is not None:
-            check_integer(self.n_neighbors, 1, "n_neighbors")
         X = validate_data(self, X, dtype=np.float64, reset=False)
         means, n_unconverged = self._means_of(self.y_fit_), 0
         poses = np.empty((len(X), self.y_fit_.shape[1]))
