@@ -11,7 +11,7 @@ from joblib import effective_n_jobs
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose._compiled.path.mean import project
+from skpose._compiled.path.geodesic import project
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval, validate_params

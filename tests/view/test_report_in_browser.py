@@ -21,7 +21,9 @@ def test_a_click_plays_a_finding_at_its_frame(browser):
     assert shown.text("nav li span:nth-child(2)") == "jumps & jumps"
     assert shown.js("document.querySelector('[aria-current]').id") == "finding-0"
     shown.click("#finding-1")
-    shown.wait_for("document.querySelector('[aria-current]')?.id === 'finding-1' && Boolean(window.skpose?.state.drawn)")
+    shown.wait_for(
+        "document.querySelector('[aria-current]')?.id === 'finding-1' && Boolean(window.skpose?.state.drawn)"
+    )
     first = findings[1].frames[0]
     start = max(0, first - 60)  # a second before, at 60 Hz
     assert shown.js("skpose.tick()") == first - start
