@@ -16,7 +16,6 @@ __all__ = [
     "Bone",
     "Keypoints",
     "Motion",
-    "PoseDistanceTransformer",
     "PoseKNeighborsTransformer",
     "Skeleton",
     "forward_kinematics",
@@ -55,7 +54,6 @@ if TYPE_CHECKING:
     from skpose.metrics import pose_distances, pose_metric
     from skpose.motions import motion_distances
     from skpose.neighbors import PoseKNeighborsTransformer
-    from skpose.preprocessing import PoseDistanceTransformer
     from skpose.skeleton import Bone, Motion, Skeleton
 
     __version__: str
@@ -74,7 +72,7 @@ else:
         "motions": ["motion_distances"],
         "neighbors": ["PoseKNeighborsTransformer"],
         "plot": [],
-        "preprocessing": ["PoseDistanceTransformer"],
+        "preprocessing": [],
         "robots": [],
         "scores": [],
         "skeleton": ["Bone", "Motion", "Skeleton"],

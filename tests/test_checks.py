@@ -10,13 +10,13 @@ from sklearn.utils.estimator_checks import (
     parametrize_with_checks,
 )
 
-from skpose import PoseDistanceTransformer, PoseKNeighborsTransformer, Skeleton
+from skpose import PoseKNeighborsTransformer, Skeleton
 from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.manifold import SpatialMDS
 from skpose.metrics import Angle
 from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
 from skpose.neighbors import PoseRadiusNeighborsTransformer
-from skpose.preprocessing import PoseFromPositions
+from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 pytestmark = [

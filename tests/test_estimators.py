@@ -13,22 +13,14 @@ from sklearn.model_selection import cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import (
-    PoseDistanceTransformer,
-    PoseKNeighborsTransformer,
-    Skeleton,
-    forward_kinematics,
-    geodesic,
-    pose_distances,
-    pose_metric,
-)
+from skpose import PoseKNeighborsTransformer, Skeleton, forward_kinematics, geodesic, pose_distances, pose_metric
 from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.geodesics import frechet_mean
 from skpose.manifold import SpatialMDS
 from skpose.metrics import Angle, pose_distances_chunked
 from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
 from skpose.neighbors import PoseRadiusNeighborsTransformer
-from skpose.preprocessing import PoseFromPositions
+from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 ROOT = Path(__file__).parent.parent

@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
-from skpose import (
-    PoseDistanceTransformer,
-    PoseKNeighborsTransformer,
-    Skeleton,
-    forward_kinematics,
-)
+from skpose import PoseKNeighborsTransformer, Skeleton, forward_kinematics
 from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.manifold import SpatialMDS
 from skpose.motions import MotionDistanceTransformer, MotionKNeighborsTransformer
 from skpose.neighbors import PoseRadiusNeighborsTransformer
-from skpose.preprocessing import PoseFromPositions
+from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA
 
 CHAIN = Skeleton.chain(3)

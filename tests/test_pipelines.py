@@ -10,18 +10,13 @@ from sklearn.neighbors import KNeighborsClassifier, LocalOutlierFactor
 from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
-from skpose import (
-    PoseDistanceTransformer,
-    PoseKNeighborsTransformer,
-    forward_kinematics,
-    pose_distances,
-)
+from skpose import PoseKNeighborsTransformer, forward_kinematics, pose_distances
 from skpose._cli.studies.compare import COMPARED
 from skpose.cluster import MedoidShift
 from skpose.datasets import make_gait
 from skpose.keypoints import Layout, fit_skeleton
 from skpose.neighbors import PoseRadiusNeighborsTransformer
-from skpose.preprocessing import PoseFromPositions
+from skpose.preprocessing import PoseDistanceTransformer, PoseFromPositions
 
 
 @pytest.fixture(scope="module")

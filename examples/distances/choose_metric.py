@@ -14,8 +14,8 @@ from sklearn.model_selection import GridSearchCV, GroupKFold, LeaveOneGroupOut
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import Pipeline
 
-from skpose import PoseDistanceTransformer
 from skpose.datasets import load_cmu, make_actions, walks_and_runs
+from skpose.preprocessing import PoseDistanceTransformer
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder)) if folder else make_actions(5, 2, random_state=0)

@@ -18,10 +18,11 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import PoseDistanceTransformer, forward_kinematics, inverse_kinematics
+from skpose import forward_kinematics, inverse_kinematics
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
 from skpose.keypoints import fit_skeleton, layouts
 from skpose.plot import PoseDisplay
+from skpose.preprocessing import PoseDistanceTransformer
 
 RATE, NOISE = 25, 0.007  # Hz; m in each coordinate where the confidence is 1, and 1 cm in the mean
 rng = np.random.default_rng(0)

@@ -16,8 +16,8 @@ from sklearn.model_selection import GroupKFold, cross_val_predict
 from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
-from skpose import PoseDistanceTransformer
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
+from skpose.preprocessing import PoseDistanceTransformer
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))

@@ -15,8 +15,9 @@ from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict, cross_v
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import PoseDistanceTransformer, pose_distances
+from skpose import pose_distances
 from skpose.datasets import load_cmu, make_gait, walks_and_runs
+from skpose.preprocessing import PoseDistanceTransformer
 
 folder = os.environ.get("SKPOSE_CMU")
 angles = "file"  # as in the paper: Euler angles instead of ball joints

@@ -15,8 +15,9 @@ from sklearn.model_selection import GridSearchCV, LeaveOneGroupOut
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.pipeline import Pipeline
 
-from skpose import PoseDistanceTransformer, forward_kinematics
+from skpose import forward_kinematics
 from skpose.datasets import MotionDataset, load_cmu, make_gait, walks_and_runs
+from skpose.preprocessing import PoseDistanceTransformer
 
 folder = os.environ.get("SKPOSE_CMU")
 dataset = walks_and_runs(load_cmu(folder) if folder else make_gait(random_state=0))

@@ -45,7 +45,7 @@ class GaitParameters:
     starts : ndarray of shape (n_strides,)
         Time of the first contact, s.
     values : dict of str to ndarray of shape (n_strides,)
-        By quantity:
+        By quantity; each is an attribute, too, such as ``parameters.cadence``:
 
         - "cadence": steps per minute, 120 over the stride time
         - "speed": stride length over stride time, m/s
@@ -74,6 +74,11 @@ class GaitParameters:
 
     def __len__(self) -> int:
         return len(self.feet)
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in UNITS:
+            raise AttributeError(f"'GaitParameters' has no attribute {name!r}")
+        return self.values[name]
 
     def __repr__(self) -> str:
         counts = " and ".join(f"{np.count_nonzero(self.feet == side)} {side}" for side in SIDES)

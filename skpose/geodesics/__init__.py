@@ -2,7 +2,7 @@
 
 | module                      |                                                               |
 |-----------------------------|---------------------------------------------------------------|
-| `_geodesic`                 | the path between two poses, and from the frames of a motion   |
+| `_geodesic`                 | the path between two poses                                    |
 | `_logarithm`                | poses as tangent vectors at a base pose, and back             |
 | `_interpolate`, `_spline`   | motions through key poses                                     |
 | `_mean`                     | Fréchet means and geometric medians                           |
@@ -10,7 +10,7 @@
 """
 
 from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult
-from skpose.geodesics._geodesic import geodesic, geodesic_distances
+from skpose.geodesics._geodesic import geodesic
 from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
 from skpose.geodesics._mean import GeometricMedianResult as GeometricMedianResult
@@ -21,7 +21,6 @@ __all__ = [
     "exp_map",
     "frechet_mean",
     "geodesic",
-    "geodesic_distances",
     "geometric_median",
     "interpolate",
     "log_map",

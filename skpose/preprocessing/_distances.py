@@ -93,7 +93,8 @@ class PoseDistanceTransformer(
     --------
     >>> from sklearn.neighbors import KNeighborsClassifier
     >>> from sklearn.pipeline import make_pipeline
-    >>> from skpose import PoseDistanceTransformer, Skeleton
+    >>> from skpose import Skeleton
+    >>> from skpose.preprocessing import PoseDistanceTransformer
     >>> X = [[0.0, 0.0], [0.1, 0.0], [1.5, 0.0], [1.6, 0.2]]
     >>> knn = make_pipeline(PoseDistanceTransformer(Skeleton.chain(2)), KNeighborsClassifier(1, metric="precomputed"))
     >>> knn.fit(X, ["out", "out", "up", "up"]).predict([[1.2, 0.1]])

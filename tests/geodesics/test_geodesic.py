@@ -8,9 +8,10 @@ import reference
 from conftest import ALL_SKELETONS, SKELETONS, in_turns, quick_on, whole_turns
 from sklearn.exceptions import ConvergenceWarning
 
-from skpose import Bone, PoseDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose import Bone, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.kinematics import position_jacobian
 from skpose.metrics import Geodesic, Spatial
+from skpose.preprocessing import PoseDistanceTransformer
 
 TIGHT = 0.0  # down to rounding: tol where the path itself is compared, and not only its length
 HUMANOID = SKELETONS["humanoid"]

@@ -13,13 +13,7 @@ from every_metric import EVERY_METRIC, SKELETON, LargestDistance, measure_larges
 from sklearn.base import clone
 from sklearn.neighbors import KNeighborsClassifier
 
-from skpose import (
-    PoseDistanceTransformer,
-    PoseKNeighborsTransformer,
-    motion_distances,
-    pose_distances,
-    pose_metric,
-)
+from skpose import PoseKNeighborsTransformer, motion_distances, pose_distances, pose_metric
 from skpose.cluster import MedoidShift, PoseKMeans
 from skpose.datasets import make_gait
 from skpose.geodesics import frechet_mean, geometric_median
@@ -32,6 +26,7 @@ from skpose.motions import (
     find_motion,
 )
 from skpose.neighbors import PoseRadiusNeighborsTransformer
+from skpose.preprocessing import PoseDistanceTransformer
 from skpose.statistics import PoseKernelRegressor, PoseTangentPCA, two_sample_test
 
 X = np.random.default_rng(0).normal(0.0, 0.5, size=(12, SKELETON.n_dofs))

@@ -12,11 +12,12 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
 import skpose
-from skpose import PoseDistanceTransformer, PoseKNeighborsTransformer, Skeleton, motion_distances, pose_distances
+from skpose import PoseKNeighborsTransformer, Skeleton, motion_distances, pose_distances
 from skpose.geodesics import frechet_mean
 from skpose.metrics import Angle, Geodesic, Position, Rotation, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions import find_motion
+from skpose.preprocessing import PoseDistanceTransformer
 from skpose.statistics import PoseKernelRegressor
 
 ARM = Skeleton.chain(3)

@@ -5,7 +5,7 @@ import pytest
 from conftest import SKELETONS
 from sklearn.svm import SVC
 
-from skpose import PoseDistanceTransformer
+from skpose.preprocessing import PoseDistanceTransformer
 
 HUMANOID = SKELETONS["humanoid"]
 REPAIRS = "clip", "shift"

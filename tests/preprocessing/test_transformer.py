@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 from conftest import SKELETONS
 
-from skpose import PoseDistanceTransformer, pose_distances
+from skpose import pose_distances
 from skpose.metrics import Angle, Spatial
+from skpose.preprocessing import PoseDistanceTransformer
 
 HUMANOID = SKELETONS["humanoid"]
 

@@ -10,8 +10,9 @@ from sklearn.model_selection import GridSearchCV
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 
-from skpose import PoseDistanceTransformer, Skeleton
+from skpose import Skeleton
 from skpose.datasets import humanoid
+from skpose.preprocessing import PoseDistanceTransformer
 from skpose.skeleton._sides import sides
 
 PERSON = humanoid()

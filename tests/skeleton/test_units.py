@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from skpose import Motion, PoseDistanceTransformer, Skeleton, forward_kinematics, geodesic, pose_distances
+from skpose import Motion, Skeleton, forward_kinematics, geodesic, pose_distances
 from skpose.datasets import humanoid
 from skpose.geodesics import frechet_mean
 from skpose.io import load_bvh, load_keypoints
+from skpose.preprocessing import PoseDistanceTransformer
 
 ARM = Skeleton.chain(3)
 RADIANS = np.random.default_rng(0).uniform(-1.5, 1.5, (6, 3))

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from skpose import Bone, Motion, PoseDistanceTransformer, Skeleton, forward_kinematics, pose_distances
+from skpose import Bone, Motion, Skeleton, forward_kinematics, pose_distances
 from skpose.geodesics import frechet_mean
+from skpose.preprocessing import PoseDistanceTransformer
 
 ARM = Skeleton.chain(2)
 MOTION = Motion(ARM, np.linspace([0, 0], [1, 2], 5), 10)
