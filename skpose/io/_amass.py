@@ -95,7 +95,7 @@ def load_amass(
     -------
     Motion
         Motion whose skeleton has a ball joint for every joint of the model except the pelvis, which is the root. Its
-        columns are rotation vectors, rad, in the order of the model; those of the file if it has no matrices.
+        columns are rotation vectors, rad, in the order of the model: the file's numbers, unless it has matrices.
 
     Raises
     ------
@@ -118,9 +118,9 @@ def load_amass(
 
     Notes
     -----
-    Poses have 66, 72, 156 or 165 numbers a frame: the body alone, SMPL, SMPL-H or SMPL-X. The keys are those of AMASS,
-    GVHMR, WHAM, TRAM, 4D-Humans, ROMP, EasyMocap, AIST++ and Kimodo; a table of Motion-X has 322 columns. One person is
-    read, in the world's axes rather than the camera's. EasyMocap's `Rh` rotates the model about its origin.
+    Poses have 66, 72, 156 or 165 numbers a frame: the body alone, SMPL, SMPL-H or SMPL-X. AMASS, GVHMR, WHAM, TRAM,
+    4D-Humans, ROMP, EasyMocap, AIST++ and Kimodo have different keys, and a table of Motion-X has 322 columns. One
+    person is read, in the world's axes rather than the camera's. EasyMocap's `Rh` rotates the model about its origin.
 
     The joints at rest are J = J_regressor · (v_template + shapedirs · betas), all from the model except `betas`. Bones
     are the differences of J, and the root moves along `trans` + J of the pelvis. The models are not free and not part

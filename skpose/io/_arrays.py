@@ -30,7 +30,7 @@ class Archive:
             arrays = {ARRAY: loaded} if source.kind == "npy" else loaded
             names = loaded.zip.namelist() if source.kind == "zip" else None
         self._arrays = arrays
-        self.keys = {key for key in arrays if names is None or f"{key}.npy" in names}  # other files are no arrays
+        self.keys = {key for key in arrays if names is None or f"{key}.npy" in names}  # an archive may have other files
 
     def list_keys(self) -> str:
         return ", ".join(sorted(self.keys)[:12]) + (" and others" if len(self.keys) > 12 else "") or "none"

@@ -41,7 +41,7 @@ def save_smpl(
     content: Literal["poses", "joints", "vectors"] = "poses",
     model: PathLike | None = None,
 ) -> None:
-    """Write a person's motion on the body model SMPL-H, as an .npz file like those of AMASS, or as in HumanML3D.
+    """Write a person's motion on the body model SMPL-H, as an .npz file as in AMASS, or as an array of HumanML3D.
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ def save_smpl(
     motion : Motion
         The motion of a person, in any rig.
     content : {"poses", "joints", "vectors"}, default="poses"
-        "poses" are those of AMASS, with z up: `poses` (n_frames, 156), rotation vectors; `trans`, m; `betas`, zeros;
+        "poses" is AMASS's format, with z up: `poses` (n_frames, 156), rotation vectors; `trans`, m; `betas`, zeros;
         `gender`, neutral; `mocap_framerate`, Hz; and `joints_at_rest`, the person's joints at angle zero.
 
         "joints" are HumanML3D's positions (n_frames, 22, 3), m, and "vectors" its vectors (n_frames - 1, 263), both at
-        20 Hz with y up. The person's lengths are kept; in HumanML3D all people have those of one person.
+        20 Hz with y up. The person's lengths are kept; HumanML3D itself gives all people the same lengths.
     model : str or path-like, default=None
         The file of the body model (.npz), on whose legs the motion stands, as programs show it that read `poses` and
         `betas` alone. By default the model has the person's lengths, which `load_amass` reads again.
@@ -75,8 +75,8 @@ def save_smpl(
     Notes
     -----
     A motion with the joints and the rest pose of SMPL is written as it is, also with a face. Others are retargeted by
-    orientations. `trans` is the position of the pelvis less that of the model at rest, which only `model` states:
-    without it, other programs show people shifted by one vector, in models by 0.3 m along y.
+    orientations. `trans` is the position of the pelvis minus its position in the model at rest, which only `model`
+    states: without it, other programs show people shifted by one vector, in models by 0.3 m along y.
 
     Examples
     --------
