@@ -46,8 +46,8 @@ def check_motion(motions: Motion | Iterable[Motion]) -> list[Finding]:
     Kinds are, of one motion: units, up axis, frame rate, missing, repeated and interpolated frames, jump, noise, angle
     flips, calibration pose, floor, floating, sinking, skating, sides exchanged, joint limits (of knees). Of several:
     duplicate, near duplicate, mixture, unlike others. `skpose.checks._findings` has their thresholds, with the largest
-    values of real recordings without the fault. Feet, knees and sides are those of a person; the floor needs a root
-    that moves.
+    values of real recordings without the fault. Feet, knees and sides need a person's legs, the floor a root that
+    moves.
 
     A motion that is sound in all respects can still be unlike people.
 

@@ -20,7 +20,7 @@ from skpose.skeleton._rest import size_of
 from skpose.skeleton._upright import describe_up, find_up
 
 WALK = 1.5  # m, shortest path of gait
-FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate that are tried if there are no strides
+FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate, tried where strides are missing
 STRIDES = 3  # that show gait at another rate
 SAME, LINEAR = 1e-9, 0.002  # m, movement of a repeated frame; share by which velocities change on a straight line
 AROUND, SUDDEN = 0.15, 10.0  # s, around a step, and how many times it differs more than those usually do
@@ -66,7 +66,7 @@ def frame_rate(recording: Recording) -> Measured:
                 gait = gait_parameters(motion)
         except ValueError:  # no gait
             continue
-        doubt = doubt_of_rate(gait, motion).rstrip("?")
+        doubt = doubt_of_rate(gait, motion)
         if factor == 1.0:
             return Measured(np.array(rate * bool(doubt)), note=doubt)
         if not doubt and len(gait) >= STRIDES:

@@ -45,7 +45,7 @@ def report(findings: Sequence[Finding], names: Sequence[str], motion_of: Callabl
 
 
 def _clip(finding: Finding, motion: Motion, name: str) -> tuple[dict, dict]:
-    """The part of a motion around a finding, and what a link to it says."""
+    """The part of a motion around a finding, and the words of a link to it."""
     first, end = finding.frames
     around = round(BEFORE * motion.frame_rate)
     start = max(0, first - around)
