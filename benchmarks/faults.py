@@ -22,7 +22,7 @@ options = common.parser_of_both(__doc__).parse_args()
 common.print_machine()
 EACH = 2 if options.quick else 10  # recordings of each group
 GROUPS = {"walk": "walk", "run": "run|jog", "other": "kick|hop|jump|sword|rotate|throw|punch"}
-rng = np.random.default_rng(0)
+rng, ALONG = np.random.default_rng(0), np.array([0.0, 0.0, 1.0])  # horizontal, as y points up
 
 
 def rows_of(motion, rows):
@@ -31,8 +31,8 @@ def rows_of(motion, rows):
 
 
 def moved(motion, path):
-    """The root moved by (n_frames,) along the axis that points up, or by (n_frames, 3)."""
-    path = path[:, None] * np.eye(3)["xyz".index(motion.up)] if path.ndim == 1 else path
+    """The root moved upwards, (n_frames,), or by (n_frames, 3)."""
+    path = path[:, None] * [0.0, 1.0, 0.0] if path.ndim == 1 else path
     return replace(motion, root_positions=motion.root_positions + path)
 
 
@@ -79,11 +79,6 @@ def middle(motion, n=1):
     return slice(len(motion) // 2, len(motion) // 2 + n)
 
 
-def along(motion):
-    """A horizontal axis."""
-    return np.eye(3)[("xyz".index(motion.up) + 1) % 3]
-
-
 def missing(motion, n):
     kept = np.r_[: len(motion) // 2, len(motion) // 2 + n : len(motion)]
     return replace(rows_of(motion, kept), frame_numbers=kept)
@@ -107,21 +102,12 @@ def doubled(motion, n):
     return rows_of(motion, [i - (i % n == n - 1) for i in range(len(motion))])
 
 
-def jumping(motion, cm):
-    return moved(motion, (np.arange(len(motion)) > len(motion) // 2)[:, None] * 0.01 * cm * along(motion))
-
-
-def leaving(motion, cm):
-    return moved(motion, (np.arange(len(motion)) == len(motion) // 2)[:, None] * 0.01 * cm * along(motion))
+def off_path(motion, cm, frames):
+    return moved(motion, np.isin(np.arange(len(motion)), len(motion) // 2 + frames)[:, None] * 0.01 * cm * ALONG)
 
 
 def sliding(motion, speed):
-    return moved(motion, np.cumsum(part(motion))[:, None] * speed / motion.frame_rate * along(motion))
-
-
-def travelling(motion, factor):
-    upward = np.arange(3) == "xyz".index(motion.up)
-    return replace(motion, root_positions=motion.root_positions * np.where(upward, 1.0, factor))
+    return moved(motion, np.cumsum(part(motion))[:, None] * speed / motion.frame_rate * ALONG)
 
 
 def knees_bent(motion, degrees):
@@ -129,23 +115,19 @@ def knees_bent(motion, degrees):
     return replace(motion, angles=np.where(is_knee, -np.radians(degrees), motion.angles))
 
 
-def at_rate(motion, factor):
-    return replace(motion, frame_rate=factor * motion.frame_rate)
-
-
 FLOATS = "floating", "sinking"  # relative to the floor on which a short motion stands most
 # fault: (kind of the finding, sizes, the motion with a fault of a size)
 FAULTS = {
     "scale of the file, ×": ("units", (2.0, 2.54, 100.0), scaled),
     "up axis": ("up axis", ("x", "z", "z"), lambda m, up: replace(m, up=up)),
-    "frame rate, ×": ("frame rate", (0.5, 2.0, 4.0), at_rate),
+    "frame rate, ×": ("frame rate", (0.5, 2.0, 4.0), lambda m, f: replace(m, frame_rate=f * m.frame_rate)),
     "missing frames": ("missing frames", (1, 3, 10), missing),
     "frozen frames": ("repeated frames", (1, 3, 10), frozen),
     "every n-th frame doubled": ("repeated frames", (10, 4, 2), doubled),
     "gap filled linearly, frames": ("interpolated frames", (4, 8, 16), filled),
     "upsampled by slerp, ×": ("interpolated frames", (2, 3, 4), lambda m, n: m[::n].resample(m.frame_rate)),
-    "root jumps, cm": ("jump", (2, 5, 15), jumping),
-    "root leaves for a frame, cm": ("jump", (2, 5, 15), leaving),
+    "root jumps, cm": ("jump", (2, 5, 15), lambda m, cm: off_path(m, cm, np.arange(len(m)))),
+    "root leaves for a frame, cm": ("jump", (2, 5, 15), lambda m, cm: off_path(m, cm, np.zeros(1))),
     "thigh leaves for a frame, °": ("jump", (3, 10, 30), lambda m, d: turned(m, "lfemur_rx", d, middle(m))),
     "thigh turns for good, °": ("jump", (3, 10, 30), lambda m, d: turned(m, "lfemur_rx", d, middle(m, 10**6))),
     "noise of angles, °": ("noise", (0.1, 0.3, 1.0), noisy),
@@ -156,15 +138,23 @@ FAULTS = {
     "floats for a third, cm": (FLOATS, (4, 8, 16), lambda m, cm: moved(m, 0.01 * cm * part(m))),
     "sinks for a third, cm": (FLOATS, (4, 8, 16), lambda m, cm: moved(m, -0.01 * cm * part(m))),
     "slides for a third, m/s": ("skating", (0.2, 0.5, 1.0), sliding),
-    "root travels, ×": ("skating", (0.8, 0.6, 0.0), travelling),
+    "root travels, ×": (
+        "skating",
+        (0.8, 0.6, 0.0),
+        lambda m, f: replace(m, root_positions=m.root_positions * [f, 1.0, f]),
+    ),
     "sides exchanged": ("sides exchanged", (1, 1, 1), lambda m, _: renamed(m)),
     "knee bends forward, °": ("joint limits", (20, 40, 80), knees_bent),
 }
 PAIRS = {
     "copy, noise in °": ("duplicate", (0.0, 0.1, 0.5), noisy),
-    "copy at another frame rate, ×": ("duplicate", (0.5, 2.0, 4.0), at_rate),
+    "copy at another frame rate, ×": (
+        "duplicate",
+        (0.5, 2.0, 4.0),
+        lambda m, f: replace(m, frame_rate=f * m.frame_rate),
+    ),
     "mirror image": ("duplicate", (1, 1, 1), lambda m, _: m.mirrored("x")),
-    "copy, moved root, m/s": ("duplicate", (0.1, 1.0, 5.0), lambda m, d: moved(m, m.times[:, None] * d * along(m))),
+    "copy, moved root, m/s": ("duplicate", (0.1, 1.0, 5.0), lambda m, d: moved(m, m.times[:, None] * d * ALONG)),
     "copy, cut by %": ("duplicate", (1, 3, 10), lambda m, p: m[: int(len(m) * (1 - 0.01 * p))]),
 }
 
