@@ -32,18 +32,19 @@ def run(args: argparse.Namespace) -> None:
     from skpose.checks._check import check_all
     from skpose.checks._findings import Finding
     from skpose.checks._report import report
+    from skpose.datasets._folder import MOTIONS, RATE, find_files
 
-    files = inputs.expand(args.files, inputs.MOTIONS)
-    names, rates = inputs.shorten([str(path) for path in files]), inputs.stated_rates(files)
+    rows = inputs.describe(find_files(args.files, MOTIONS))
+    names = inputs.shorten([str(row["file"]) for row in rows])
     unread: list[Finding] = []
     numbers: list[int] = []  # of the files of motions
 
     def read(i: int) -> skpose.Motion:
-        options = {"on_nan": "drop", "frame_rate": rates.get(files[i])} | inputs.reading_options(args)
-        return inputs.load_poses(files[i], options)
+        options = {"on_nan": "drop", "frame_rate": rows[i].get(RATE)} | inputs.reading_options(args)
+        return inputs.load_poses(rows[i]["file"], options)
 
     def motions() -> Iterator[skpose.Motion]:
-        for i in range(len(files)):
+        for i in range(len(rows)):
             try:
                 motion = read(i)
             except (OSError, ValueError) as error:
