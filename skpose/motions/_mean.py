@@ -284,7 +284,8 @@ def mean_motion(
     _check_roots(given)
     sequences = checked.sequences.in_float64()
     warn_of_degrees(None, skeleton, motions=sequences.poses)
-    mean = sequences.motion(_medoid(sequences, skeleton, window, n_jobs))
+    distances, _ = MotionMatrix(sequences, None, Position(), skeleton, window=window).write(None, n_jobs)
+    mean = sequences.motion(int(distances.sum(axis=0).argmin()))  # the medoid, the first of several
     if n_frames is not None and n_frames != len(mean):
         if frame_rate is not None and n_frames > 1 and len(mean) > 1:
             frame_rate *= (n_frames - 1) / (len(mean) - 1)
@@ -312,13 +313,6 @@ def mean_motion(
     joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
     root = _mean_root(given, aligned) if given else {}
     return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
-
-
-def _medoid(sequences: Sequences, skeleton: Skeleton, window: float | None, n_jobs: int | None) -> int:
-    """The first motion with the least sum of distances to the others."""
-    matrix = MotionMatrix(sequences, None, Position(), skeleton, window=window)
-    distances, _ = matrix.write(None, n_jobs)
-    return int(distances.sum(axis=0).argmin())
 
 
 def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: Skeleton) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Shared parts of the displays: axes, legends, and colours that colour-blind people can distinguish."""
 
-import math
-
 # M. Okabe, K. Ito, "Color universal design", 2008; without its yellow, which is hard to see on white.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 # Of labels: the first six of these, and fourteen that are farthest from those before them, each in turn, in Oklab, with
@@ -50,9 +48,3 @@ def label_style(i):
     again, colour = divmod(i, len(PALETTE))
     marker = colour + colour // len(MARKERS) + again
     return {"color": PALETTE[colour], "marker": MARKERS[marker % len(MARKERS)]}
-
-
-def add_legend(ax):
-    """Add the legend of labels, next to the axes if they are many."""
-    n = len(ax.get_legend_handles_labels()[1])
-    ax.legend(**({} if n <= INSIDE else OUTSIDE | {"ncols": math.ceil(n / LINES)}))

@@ -1,11 +1,13 @@
 """Display of poses embedded in the plane."""
 
+import math
+
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_kind
 from skpose.manifold import SpatialMDS
-from skpose.plot._axes import PALETTE, add_legend, axes, label_style, plain
+from skpose.plot._axes import INSIDE, LINES, OUTSIDE, PALETTE, axes, label_style, plain
 
 MISSING = {"None", "nan", "NaT", "<NA>"}  # texts of labels that are not known
 
@@ -85,7 +87,8 @@ class MDSDisplay:
                 self.ax_.scatter(
                     x[chosen], y[chosen], label=_visible(plain(label)), **defaults | label_style(i) | style
                 )
-            add_legend(self.ax_)
+            n = len(np.unique(self.labels))
+            self.ax_.legend(**({} if n <= INSIDE else OUTSIDE | {"ncols": math.ceil(n / LINES)}))
         for axis, set_label in enumerate((self.ax_.set_xlabel, self.ax_.set_ylabel)):
             share = "" if self.shares is None else f", {self.shares[axis]:.0%} of the variance"
             set_label(f"component {axis + 1} ({self.unit}){share}")

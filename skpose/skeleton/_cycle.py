@@ -20,7 +20,6 @@ ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)
 NEAR = 0.25  # of the smaller step at the ends; if nearer, the last pose is the first one again
 FAR = 0.2  # of the largest distance from the first pose, beyond which a cycle is not whole; strides reach 0.17
 CUT = 1.5  # steps by which the cut at whole frames may be off
-JUMP = 1.5  # times the largest step inside; larger ones at the ends are jumps
 SEAM = 0.1  # of the largest change between two frames; tolerance at the ends of a cycle
 ROUNDING = 1e-6  # of files: rad, m
 
@@ -74,8 +73,6 @@ def close_cycle(frames: Frames, endpoint: bool) -> tuple[Frames, list[str]]:
             )
         frames = _add_end(frames)
         positions = _positions(frames)
-    if len(steps) > 2 and steps[[0, -1]].max() > JUMP * steps[1:-1].max():
-        complaints.append("the joints jump at an end of the cycle: cut the motions of a mean at the same event")
     away = _distances(positions, positions[0])
     if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
         complaints.append(

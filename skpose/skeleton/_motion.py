@@ -323,9 +323,8 @@ class Motion:
         Warns
         -----
         UserWarning
-            If the last pose is the first one and `endpoint` is False. If the joints move more than one and a half times
-            as fast at an end as anywhere else. If the motion is not one whole cycle: the end is more than a fifth as
-            far from the first pose as the farthest pose, and than one and a half usual steps.
+            If the last pose is the first one and `endpoint` is False. If the motion is not one whole cycle: the end is
+            more than a fifth as far from the first pose as the farthest pose, and than one and a half usual steps.
 
         See Also
         --------

@@ -65,7 +65,8 @@ def poses_from_rotations(rotations: ArrayLike, skeleton: Skeleton, *, form: Rota
     >>> poses_from_rotations([[half, quarter]], arm, form="quaternion_wxyz").round(3)
     array([[3.142, 0.   , 0.   , 1.571]])
     """
-    bones, form_of = _bones_with_dofs(skeleton), _form_of(form)
+    check_choice("form", form, get_args(RotationForm))
+    bones, form_of = _bones_with_dofs(skeleton), FORMS[form]
     array = np.array(rotations, dtype=np.float64)  # a copy: see `rotations_of`
     expected = (len(bones), *form_of.shape)
     if array.shape[1:] != expected:
@@ -117,13 +118,15 @@ def rotations_from_poses(X: ArrayLike, skeleton: Skeleton, *, form: RotationForm
     array([[[ 1.,  0.,  0.,  0.,  1.,  0.],
             [ 0.,  1.,  0., -1.,  0.,  0.]]])
     """
-    form_of = _form_of(form)
+    check_choice("form", form, get_args(RotationForm))
     check_is_array(X, "X")
     _bones_with_dofs(skeleton)
     X = check_poses(X, skeleton, "X").astype(np.float64)
     warn_of_degrees(X=X)
     joints = [
-        form_of.write(rotations_of(bone, X[:, columns])) for bone, columns in with_columns(skeleton.bones) if bone.dofs
+        FORMS[form].write(rotations_of(bone, X[:, columns]))
+        for bone, columns in with_columns(skeleton.bones)
+        if bone.dofs
     ]
     return np.stack(joints, axis=1)
 
@@ -172,11 +175,6 @@ FORMS = {
     ),
     "rotvec": _Form((3,), lambda numbers, refuse: Rotation.from_rotvec(numbers), Rotation.as_rotvec),
 }
-
-
-def _form_of(form: str) -> _Form:
-    check_choice("form", form, get_args(RotationForm))
-    return FORMS[form]
 
 
 def _bones_with_dofs(skeleton: Skeleton) -> list[Bone]:

@@ -11,7 +11,6 @@ from skpose._utils.units import warn_of_degrees
 from skpose.metrics import Metric
 from skpose.metrics._convergence import Unconverged, warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton
-from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
 from skpose.statistics._unit_means import ROUNDING, Distances, mean_distances
 from skpose.statistics._units import check_units
@@ -168,18 +167,13 @@ def outlier_test(
     distances = Distances(chosen, skeleton, n_jobs)
     between, first = mean_distances(tested, others, distances)
     among, second = mean_distances(others, None, distances)
-    inside, third = _inside(tested, distances)
+    found = [mean_distances(tested.slice(i, i + 1), None, distances) for i in range(tested.n_motions)]
+    inside, third = np.array([means.item() for means, _ in found]), Unconverged.join(one for _, one in found)
     statistic, pvalue = _leave_each_out(between, among, inside)
     n_pairs = len(others.poses) * (len(tested.poses) + (len(others.poses) - 1) // 2)
     n_pairs += sum(int(n) * (int(n) - 1) // 2 for n in tested.lengths)
     warn_of_unconverged([first, second, third], n_pairs)
     return OutlierTestResult(statistic, pvalue, 1.0 / (units.n_y + 1), units.n_x, units.n_y)
-
-
-def _inside(sequences: Sequences, distances: Distances) -> tuple[np.ndarray, Unconverged]:
-    """Mean distance between the poses of each motion."""
-    found = [mean_distances(sequences.slice(i, i + 1), None, distances) for i in range(sequences.n_motions)]
-    return np.array([means.item() for means, _ in found]), Unconverged.join(one for _, one in found)
 
 
 def _leave_each_out(between: np.ndarray, among: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -223,8 +223,6 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         """
         check_is_fitted(self, "n_components_")
         scores = check_array(X, dtype=[np.float64, np.float32], estimator=self, input_name="X")
-        if scores.shape[1] != self.n_components_:
-            raise ValueError(f"X must have {self.n_components_} columns, got {scores.shape[1]}")
         return self._space().move(scores.astype(np.float64) @ self._steps).astype(scores.dtype, copy=False)
 
     def reconstruction_error(self, X):

@@ -125,11 +125,3 @@ def test_incomplete_cycles_warn():
     for stop in (PERIOD - 8, PERIOD + 8):
         with pytest.warns(UserWarning, match="not one whole cycle"):
             cycle[:stop].to_cycle()
-
-
-def test_jumps_at_an_end_warn():
-    cycle = periodic(TREES["own"])
-    angles = cycle.angles.copy()
-    angles[[0, -1]] += 0.3
-    with pytest.warns(UserWarning, match="jump at an end"):
-        replace(cycle, angles=angles).to_cycle(endpoint=True)
