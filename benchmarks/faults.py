@@ -90,16 +90,8 @@ def frozen(motion, n):
     return rows_of(motion, rows)
 
 
-def zero_pose(motion, n):
-    return replace(motion, angles=np.where(np.arange(len(motion))[:, None] < n, 0.0, motion.angles))
-
-
 def noisy(motion, degrees):
     return replace(motion, angles=motion.angles + rng.normal(0.0, np.radians(degrees), motion.angles.shape))
-
-
-def doubled(motion, n):
-    return rows_of(motion, [i - (i % n == n - 1) for i in range(len(motion))])
 
 
 def off_path(motion, cm, frames):
@@ -123,7 +115,11 @@ FAULTS = {
     "frame rate, ×": ("frame rate", (0.5, 2.0, 4.0), lambda m, f: replace(m, frame_rate=f * m.frame_rate)),
     "missing frames": ("missing frames", (1, 3, 10), missing),
     "frozen frames": ("repeated frames", (1, 3, 10), frozen),
-    "every n-th frame doubled": ("repeated frames", (10, 4, 2), doubled),
+    "every n-th frame doubled": (
+        "repeated frames",
+        (10, 4, 2),
+        lambda m, n: rows_of(m, [i - (i % n == n - 1) for i in range(len(m))]),
+    ),
     "gap filled linearly, frames": ("interpolated frames", (4, 8, 16), filled),
     "upsampled by slerp, ×": ("interpolated frames", (2, 3, 4), lambda m, n: m[::n].resample(m.frame_rate)),
     "root jumps, cm": ("jump", (2, 5, 15), lambda m, cm: off_path(m, cm, np.arange(len(m)))),
@@ -133,7 +129,11 @@ FAULTS = {
     "noise of angles, °": ("noise", (0.1, 0.3, 1.0), noisy),
     "noise of the root, mm": ("noise", (1, 3, 10), lambda m, mm: moved(m, rng.normal(0.0, 1e-3 * mm, (len(m), 3)))),
     "angles by 360°, frames": ("angle flips", (1, 3, 10), lambda m, n: turned(m, "lfemur_rx", 360.0, middle(m, n))),
-    "pose zero at the start, frames": ("calibration pose", (1, 5, 30), zero_pose),
+    "pose zero at the start, frames": (
+        "calibration pose",
+        (1, 5, 30),
+        lambda m, n: replace(m, angles=np.where(np.arange(len(m))[:, None] < n, 0.0, m.angles)),
+    ),
     "floor, cm": ("floor", (5, 10, 20), lambda m, cm: moved(m, np.full(len(m), 0.01 * cm))),
     "floats for a third, cm": (FLOATS, (4, 8, 16), lambda m, cm: moved(m, 0.01 * cm * part(m))),
     "sinks for a third, cm": (FLOATS, (4, 8, 16), lambda m, cm: moved(m, -0.01 * cm * part(m))),
