@@ -21,6 +21,7 @@ from skpose.datasets import load_cmu, load_hdm05, make_actions
 options = common.parser_of_both(__doc__).parse_args()
 common.print_machine()
 EACH = 2 if options.quick else 10  # recordings of each group
+THIGH, SHANK = ("lfemur_rx", "ltibia_rx") if options.cmu or options.hdm05 else ("left_thigh_rx", "left_shank_rx")
 GROUPS = {"walk": "walk", "run": "run|jog", "other": "kick|hop|jump|sword|rotate|throw|punch"}
 rng, ALONG = np.random.default_rng(0), np.array([0.0, 0.0, 1.0])  # horizontal, as y points up
 
@@ -103,7 +104,7 @@ def sliding(motion, speed):
 
 
 def knees_bent(motion, degrees):
-    is_knee = np.array(motion.skeleton.dof_names) == "ltibia_rx"
+    is_knee = np.array(motion.skeleton.dof_names) == SHANK
     return replace(motion, angles=np.where(is_knee, -np.radians(degrees), motion.angles))
 
 
@@ -124,11 +125,11 @@ FAULTS = {
     "upsampled by slerp, ×": ("interpolated frames", (2, 3, 4), lambda m, n: m[::n].resample(m.frame_rate)),
     "root jumps, cm": ("jump", (2, 5, 15), lambda m, cm: off_path(m, cm, np.arange(len(m)))),
     "root leaves for a frame, cm": ("jump", (2, 5, 15), lambda m, cm: off_path(m, cm, np.zeros(1))),
-    "thigh leaves for a frame, °": ("jump", (3, 10, 30), lambda m, d: turned(m, "lfemur_rx", d, middle(m))),
-    "thigh turns for good, °": ("jump", (3, 10, 30), lambda m, d: turned(m, "lfemur_rx", d, middle(m, 10**6))),
+    "thigh leaves for a frame, °": ("jump", (3, 10, 30), lambda m, d: turned(m, THIGH, d, middle(m))),
+    "thigh turns for good, °": ("jump", (3, 10, 30), lambda m, d: turned(m, THIGH, d, middle(m, 10**6))),
     "noise of angles, °": ("noise", (0.1, 0.3, 1.0), noisy),
     "noise of the root, mm": ("noise", (1, 3, 10), lambda m, mm: moved(m, rng.normal(0.0, 1e-3 * mm, (len(m), 3)))),
-    "angles by 360°, frames": ("angle flips", (1, 3, 10), lambda m, n: turned(m, "lfemur_rx", 360.0, middle(m, n))),
+    "angles by 360°, frames": ("angle flips", (1, 3, 10), lambda m, n: turned(m, THIGH, 360.0, middle(m, n))),
     "pose zero at the start, frames": (
         "calibration pose",
         (1, 5, 30),
