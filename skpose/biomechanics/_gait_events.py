@@ -125,9 +125,9 @@ def gait_events(
         Joints by landmark, as in `joint_angles`. Hips, ankles and toes are used, as toes the points where they begin
         unless a toe is given.
     events : mapping of str to array-like, default=None
-        Known events, times in s or numbers of frames: "left foot contact", "left foot off" and the same of the right,
-        also under the names of C3D files, such as "Left Foot Strike". The result of `skpose.io.load_c3d_quantities` can
-        be passed as it is. None detects them.
+        Known events, times in s, as of ``motion.times``, or numbers of frames: "left foot contact", "left foot off" and
+        the same of the right, also under the names of C3D files, such as "Left Foot Strike". The result of
+        `skpose.io.load_c3d_quantities` can be passed as it is, for all frames of the file. None detects them.
 
     Returns
     -------
