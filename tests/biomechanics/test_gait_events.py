@@ -313,14 +313,3 @@ def test_a_short_walk_has_the_events_of_a_step():
     assert np.count_nonzero(events.kinds == "foot contact") == 2
     assert not len(events.strides)
     assert "three contacts" in events.reason
-
-
-@pytest.mark.parametrize("before", [3, 5, 8])
-def test_a_contact_soon_after_the_beginning_is_found(before):
-    motion = walk()
-    whole = gait_events(motion)
-    contact = next(i for i, kind in enumerate(whole.kinds) if kind == "foot contact" and whole.times[i] > 2.0)
-    start = whole.frames[contact] - before
-    part = gait_events(motion[start:])  # its times begin at 0
-    assert part.kinds[0] == "foot contact"
-    assert part.times[0] == pytest.approx(whole.times[contact] - start / 100.0, abs=0.01)
