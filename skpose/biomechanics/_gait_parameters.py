@@ -200,9 +200,8 @@ def doubt_of_rate(found: GaitParameters, motion: Motion | GaitEvents) -> str:
     if isinstance(motion, Motion) and len(motion):
         up = "xyz".index(motion.up)
         leg = float(np.median(motion.root_positions[:, up]) - np.median(found.events.positions[:, up]))
-    cadence, stance = float(np.median(found.values["cadence"])), found.values["stance"]
-    known = stance[np.isfinite(stance)]
-    walks, rate = len(known) > 0 and float(np.median(known)) > 50.0, found.events.frame_rate
+    cadence, stance = float(np.median(found.values["cadence"])), np.ma.masked_invalid(found.values["stance"])
+    walks, rate = bool(np.ma.median(stance) > 50.0), found.events.frame_rate
     ratio = 1e3 * float(np.median(found.values["step_length"])) / cadence
     is_short = leg > 0.0 and ratio * (LEG / leg) ** 1.5 < LEAST_RATIO
     if cadence > (FASTEST_WALK if walks else FASTEST_RUN):

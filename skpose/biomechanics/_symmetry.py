@@ -309,9 +309,9 @@ def _warn_of_unseen(motion: Motion) -> None:
     shown = find_shown(motion, range(motion.skeleton.n_joints)).all(axis=0)
     if not shown.all():
         names = np.array(motion.skeleton.joint_names)[~shown]
-        some = f"{', '.join(names[:5])}{' and more' * (len(names) > 5)}"
         warn(
-            f"positions of {some} are not seen in all frames, so their asymmetry is a guess: leave them out with select"
+            f"positions of {', '.join(names[:5])}{' and more' * (len(names) > 5)} are not seen in all frames, so their "
+            "asymmetry is a guess: leave them out with select"
         )
 
 
