@@ -37,8 +37,9 @@ def run(args: argparse.Namespace) -> None:
 
     from skpose._cli import inputs
     from skpose._utils.files import new_file
+    from skpose.datasets._folder import find_files
 
-    files = inputs.expand(args.files)
+    files = find_files(args.files, inputs.MOVING)
     if len(files) > 1 and not args.cycles:
         raise ValueError(f"one file has rows of frames, got {len(files)} files: pass --cycles")
     standing = [args.zero] if isinstance(args.zero, Path) else []

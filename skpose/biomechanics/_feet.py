@@ -90,7 +90,7 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
         raise ValueError("gait events need hips and feet, but no frame shows all of them")
     marks = [
         [np.interp(every, rows[known], x[known]) for x in mark.T] if known.any() else np.full((3, len(every)), np.nan)
-        for mark, known in zip(here[..., _axes(motion.up)], shown.T, strict=True)
+        for mark, known in zip(here[..., axes_with_up_last(motion.up)], shown.T, strict=True)
     ]
     feet = feet_at(np.array(marks).transpose(0, 2, 1), seen, motion.frame_rate)
     metre = 1.0
@@ -121,15 +121,10 @@ def _check_jumps(hips: np.ndarray, motion: Motion, shown: np.ndarray) -> None:
             raise ValueError(f"the pelvis jumps by {steps[most]:.3g}{unit} after frame {shown[most]}: {cut}")
 
 
-def _axes(up: str) -> list[int]:
+def axes_with_up_last(up: str) -> list[int]:
     """The axes of the world in a cycle that ends with the one that points up."""
     i = "xyz".index(up)
     return [(i + 1) % 3, (i + 2) % 3, i]
-
-
-def to_world(positions: np.ndarray, up: str) -> np.ndarray:
-    """Positions (n, 3) whose last axis points up, in the axes of the world."""
-    return positions[:, np.argsort(_axes(up))]
 
 
 def _without_spikes(positions: np.ndarray) -> np.ndarray:

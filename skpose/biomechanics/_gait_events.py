@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skpose.biomechanics._feet import Feet, check_recording, feet_of, find_feet, to_world
+from skpose.biomechanics._feet import Feet, axes_with_up_last, check_recording, feet_of, find_feet
 from skpose.biomechanics._steps import Stance, find_stances, find_strides, stances_at
 from skpose.io import C3DQuantity
 from skpose.kinematics._anatomy import SIDES
@@ -213,7 +213,7 @@ def gait_events(
         kinds=np.array([row[2] for row in rows], dtype=np.str_),
         times=times,
         frames=np.abs(motion.times - times[:, None]).argmin(axis=1).astype(np.int64),
-        positions=to_world(positions, motion.up),
+        positions=positions[:, np.argsort(axes_with_up_last(motion.up))],
         strides=np.array([[number[i] for i in stride] for stride in strides], dtype=np.int64).reshape(-1, 3),
         joints=names,
         frame_rate=motion.frame_rate,
@@ -236,5 +236,7 @@ def _stances_of(events: Mapping[str, Any], motion: Motion, feet: Feet) -> list[S
             rows[side, kind] += (times * motion.frame_rate - motion.frame_numbers[0]).tolist()
         elif not isinstance(given, C3DQuantity):
             raise ValueError(f"events must have names such as 'left foot contact', got {name!r}")
-    found = [one for side in (0, 1) for one in stances_at(feet, side, rows[side, CONTACT], rows[side, OFF])]
-    return sorted(found, key=Stance.start)
+    return sorted(
+        [one for side in (0, 1) for one in stances_at(feet, side, rows[side, CONTACT], rows[side, OFF])],
+        key=Stance.start,
+    )

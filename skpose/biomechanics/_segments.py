@@ -81,10 +81,6 @@ class Turned(NamedTuple):
         """The directions (n_frames, 3) from the start of a segment to its end; zeros without length."""
         return unit(self.positions[:, segment.end] - self.positions[:, segment.start])
 
-    def choose(self, frames: np.ndarray) -> "Turned":
-        """Some of the frames, (n_frames,) of bool."""
-        return Turned({name: each[frames] for name, each in self.since_zero.items()}, self.positions[frames])
-
     def mean(self) -> "Turned":
         """The mean of the frames, as one."""
         rotations = {

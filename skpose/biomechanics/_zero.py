@@ -119,7 +119,8 @@ def _turn_seen(standing: Motion, segments: dict[str, Segment], words: str) -> tu
         raise ValueError(f"zero, {words}, does not show {', '.join(absent)}")
     if not frames.any():
         raise ValueError(f"zero, {words}, has no frame that shows all segments together")
-    return turn_segments(standing, segments).choose(frames), unseen, lines
+    since_zero, positions = turn_segments(standing, segments)
+    return Turned({name: each[frames] for name, each in since_zero.items()}, positions[frames]), unseen, lines
 
 
 def _find_rotated(mean: Turned) -> list[Deviation]:
