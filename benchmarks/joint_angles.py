@@ -67,7 +67,6 @@ def read_mot(path, rotations=True):
 
 def with_hips(rule):
     """The layout with hips by a rule, from the markers of the pelvis alone."""
-    found = [name for name in LAYOUT.names if "HJC" in name]
     parents = {name: parent for name, parent in LAYOUT.parents.items() if not name.endswith("_reg")}
     hips = {}
     for side, other in ("LR", "RL"):
@@ -76,7 +75,7 @@ def with_hips(rule):
         hips[f"{side}_HJC"] = pelvis[::2] if rule == "mean" else (rule, *pelvis, *leg)
     return replace(
         LAYOUT,
-        names=[name for name in LAYOUT.names if name not in found],
+        names=[name for name in LAYOUT.names if "HJC" not in name],
         parents=parents,
         rigid=LAYOUT.rigid & parents.keys(),
         midpoints=LAYOUT.midpoints | hips,
@@ -118,9 +117,8 @@ def against_opensim(folder, layout, only=""):
             pairs.append((f"  (markers alone: knee, {side})", control, reference[f"knee_angle_{letter}"]))
         print(f"{path.stem}: {fitted}")
         print(f"{'':34}{'r':>7}{'deviation':>11}{'offset':>9}{'range':>8}")
-        for name, ours, theirs in pairs:
-            if not name.startswith(("hip_flexion", "knee", "  (") if only else ""):
-                continue
+        shown = ("hip_flexion", "knee", "  (") if only else ""
+        for name, ours, theirs in (pair for pair in pairs if pair[0].startswith(shown)):
             seen = np.isfinite(ours)
             off = (ours - theirs)[seen]
             r = np.corrcoef(ours[seen], theirs[seen])[0, 1]
@@ -142,8 +140,9 @@ def against_norm(options):
             rows[rows["angle"] == name].groupby("phase [%]")["value [deg]"].median()
             for name in ("hip_flexion", "knee_flexion")
         )
-        n_cycles = len(rows[rows["angle"] == "hip_flexion"]) // 101
-        print(f"{subject:>8}{n_cycles:8d}{knee.max():17.0f}°{np.ptp(knee):18.0f}°{np.ptp(hip):17.0f}°")
+        print(
+            f"{subject:>8}{(rows['angle'] == 'hip_flexion').sum() // 101:8d}{knee.max():17.0f}°{np.ptp(knee):18.0f}°{np.ptp(hip):17.0f}°"
+        )
     print("norm                            60°                60°               40°")
 
 
