@@ -141,7 +141,8 @@ def against_norm(options):
             for name in ("hip_flexion", "knee_flexion")
         )
         print(
-            f"{subject:>8}{(rows['angle'] == 'hip_flexion').sum() // 101:8d}{knee.max():17.0f}°{np.ptp(knee):18.0f}°{np.ptp(hip):17.0f}°"
+            f"{subject:>8}{(rows['angle'] == 'hip_flexion').sum() // 101:8d}"
+            f"{knee.max():17.0f}°{np.ptp(knee):18.0f}°{np.ptp(hip):17.0f}°"
         )
     print("norm                            60°                60°               40°")
 
