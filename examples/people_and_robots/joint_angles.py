@@ -3,8 +3,8 @@ Joint angles over the stride
 ============================
 
 `joint_angles` measures the joint angles of a walk, `gait_events` finds its strides, and `JointAnglesDisplay` draws the
-curves of both sides, and those of other people as a band. If SKPOSE_CMU names a folder of the CMU database, the last part
-shows a recorded walk.
+curves of both sides, and those of other people as a band. If SKPOSE_CMU names a folder of the CMU database, the last
+part shows a recorded walk.
 """
 
 import os
@@ -19,8 +19,8 @@ from skpose.datasets import load_cmu, make_gait
 from skpose.plot import JointAnglesDisplay
 
 # %%
-# Generated walks of eight seconds. Generated people walk on the spot; here the lower ankle stands still, which moves the
-# root.
+# Generated walks of eight seconds. Generated people walk on the spot; here the lower ankle stands still, which moves
+# the root.
 
 
 def walking(motion):

@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _print_skeleton(content: "skpose.Motion | skpose.Skeleton") -> None:
-    from skpose.kinematics._places import describe_joints
+    from skpose.kinematics._anatomy import describe_joints
 
     if isinstance(content, skpose.Skeleton):
         skeleton, root = content, "root"

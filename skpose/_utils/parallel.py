@@ -1,10 +1,16 @@
 """Tasks in threads: how much work one has, and how they are run."""
 
+import collections
 import functools
-from collections.abc import Callable, Iterable
+import itertools
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from typing import Any, TypeVar
+
+import joblib
+from joblib.parallel import get_active_backend
 
 WORK_PER_TASK = 1e9  # maximum, some 0.2 s: Ctrl-C takes effect between two tasks
 LITTLE_WORK = 1e7  # minimum for a thread
@@ -66,3 +72,115 @@ def over_rows(
     step = max(1, int(n_rows / n_tasks))
     tasks = (functools.partial(task, first, min(first + step, n_rows)) for first in range(0, n_rows, step))
     return in_threads(tasks, n_jobs)
+
+
+# --- backends ---------------------------------------------------------------------------------------------------------
+# Tasks in processes or on a cluster, if the user's joblib configuration says so.
+#
+# With dask, joblib (1.6) waits forever for a task that dask gives up, such as one that killed its workers or could
+# not be loaded. Such tasks are therefore submitted to the client of joblib's configuration, without joblib.
+
+
+Task = TypeVar("Task")
+UNFINISHED = 4  # maximum number of tasks per worker that are computed or wait to be taken
+
+
+def in_processes(n_jobs: int | None) -> bool:
+    """Whether joblib's configuration sends tasks to more than one other process."""
+    return not getattr(_backend(), "supports_sharedmem", False) and joblib.effective_n_jobs(n_jobs) > 1
+
+
+def from_workers(
+    function: Callable, shared: Any, tasks: Sequence[Task], n_jobs: int | None
+) -> Generator[tuple[Task, Any], None, None]:
+    """Yield each task with ``function(shared, task)``, in the order in which they come back.
+
+    At most `UNFINISHED` tasks per worker are unfinished at any time, however slowly the results are taken. Errors of
+    tasks and of joblib or dask, such as those about dead workers, are raised.
+    """
+    backend = _backend()
+    if type(backend).__name__ == "DaskDistributedBackend":
+        yield from _from_dask(backend, function, shared, tasks, n_jobs)
+        return
+    if type(backend).__name__ == "RayBackend":
+        import ray
+
+        function, shared = functools.partial(_get_from_ray, function), ray.put(shared)
+    yield from _from_joblib(backend, function, shared, tasks, n_jobs)
+
+
+def _backend() -> Any:
+    """The backend of the user's ``joblib.parallel_config``; threads by default."""
+    return get_active_backend(prefer="threads")[0]
+
+
+def _from_joblib(
+    backend: Any, function: Callable, shared: Any, tasks: Sequence[Task], n_jobs: int | None
+) -> Generator[tuple[Task, Any], None, None]:
+    limit = UNFINISHED * joblib.effective_n_jobs(n_jobs)
+    waiting, n_sent, n_taken = collections.deque(tasks), 0, 0
+
+    # joblib takes calls in another thread, and stops while that waits: so this generator ends and is started again.
+    def calls() -> Iterator:
+        nonlocal n_sent
+        while waiting and n_sent - n_taken < limit:
+            n_sent += 1
+            yield joblib.delayed(_run)(function, shared, waiting.popleft())
+
+    one_by_one = getattr(backend, "supports_return_generator", False)  # not with multiprocessing or ray
+    with joblib.Parallel(
+        n_jobs=n_jobs,
+        prefer="threads",  # where nothing is configured
+        return_as="generator_unordered" if one_by_one else "list",
+        batch_size=1,
+        mmap_mode="c",  # large arrays are mapped; read-only ones would be compiled for anew
+    ) as parallel:
+        while waiting:
+            results = parallel(calls())
+            try:
+                for result in results:
+                    n_taken += 1
+                    yield result
+            finally:
+                if one_by_one:
+                    with warnings.catch_warnings():
+                        warnings.simplefilter("ignore")  # about cancelled tasks, which are intended
+                        results.close()
+
+
+def _from_dask(
+    backend: Any, function: Callable, shared: Any, tasks: Sequence[Task], n_jobs: int | None
+) -> Generator[tuple[Task, Any], None, None]:
+    from dask.distributed import as_completed
+
+    client, options = backend.client, {"pure": False} | backend.submit_kwargs
+    waiting, unfinished = iter(tasks), set()
+    (content,) = client.scatter([shared], broadcast=True, hash=False)
+
+    def send(n_tasks: int) -> list:
+        some = itertools.islice(waiting, n_tasks)
+        futures = [client.submit(_run, function, content, task, **options) for task in some]
+        unfinished.update(futures)
+        return futures
+
+    try:
+        with backend.retrieval_context():  # a dask worker that waits here gives its slot to others
+            completed = as_completed(send(UNFINISHED * joblib.effective_n_jobs(n_jobs)))
+            for future in completed:
+                yield future.result()
+                unfinished.remove(future)
+                completed.update(send(1))
+    finally:
+        if unfinished:
+            client.cancel(list(unfinished))
+
+
+def _run(function: Callable, shared: Any, task: Task) -> tuple[Task, Any]:
+    """Run a task on a worker."""
+    return task, function(shared, task)
+
+
+def _get_from_ray(function: Callable, reference: Any, task: Any) -> Any:
+    import ray
+
+    return function(ray.get(reference), task)

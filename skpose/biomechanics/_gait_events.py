@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skpose.biomechanics._feet import Feet, axes_with_up_last, check_recording, feet_of, find_feet
-from skpose.biomechanics._steps import Stance, find_stances, find_strides, stances_at
+from skpose.biomechanics._feet import (
+    Feet,
+    Stance,
+    axes_with_up_last,
+    check_recording,
+    feet_of,
+    find_feet,
+    find_stances,
+    find_strides,
+    stances_at,
+)
 from skpose.io import C3DQuantity
 from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion

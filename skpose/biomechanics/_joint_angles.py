@@ -10,10 +10,8 @@ from skpose._utils.validation import check_kind, near_names
 from skpose._utils.warnings import warn
 from skpose.biomechanics._cycles import tabulate_cycles
 from skpose.biomechanics._gait_events import gait_events
-from skpose.biomechanics._measure import measure
-from skpose.biomechanics._person import find_person
-from skpose.biomechanics._segments import find_segments
-from skpose.biomechanics._zero import find_zero
+from skpose.biomechanics._measure import find_zero, measure
+from skpose.biomechanics._segments import find_person, find_segments
 from skpose.datasets import MotionDataset
 from skpose.skeleton import Motion
 

@@ -5,17 +5,20 @@ joints with known names. Its *axes* follow the ISB: x forward, y up, z to the ri
 stands with hanging arms.
 """
 
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.validation import near_names
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._anatomy import SIDES, Anatomy, pair_of
+from skpose.kinematics._anatomy import ENDS_OF, SIDES, Anatomy, find_anatomy, find_misplaced, pair_of
 from skpose.kinematics._body import find_segments as find_axes
-from skpose.kinematics._lines import find_carriers, find_movers, unit
+from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
 from skpose.kinematics._orientations import rotations_since_zero
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._root import root_orientations
 
 # Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.
@@ -97,3 +100,153 @@ def turn_segments(motion: Motion, segments: dict[str, Segment]) -> Turned:
     positions = np.stack([root.apply(joints[:, j]) for j in range(joints.shape[1])], axis=1)
     positions = np.concatenate([positions, np.zeros((len(motion), 1, 3))], axis=1)
     return Turned({name: rotations[segment.carrier].as_matrix() for name, segment in segments.items()}, positions)
+
+
+# --- person -----------------------------------------------------------------------------------------------------------
+# The joints of a person, as found or as given by the user.
+
+
+LEGS = tuple(f"{side}_{mark}" for side in SIDES for mark in ("hip", "knee", "ankle"))
+HEADS = ("head", "head_top", "head_center")
+ENDS = tuple(f"{side}_{mark}" for side in SIDES for mark in ("ball", "toe", "shoulder", "elbow", "wrist", "hand"))
+LANDMARKS = (*LEGS, *ENDS, *HEADS)
+OTHER_SIDE = -0.5  # cosine of the angle between the lines of hips and shoulders from which one is exchanged
+
+
+def find_person(skeleton: Skeleton, joints: Mapping[str, str] | None, required: Collection[str] = LEGS) -> Anatomy:
+    """The landmarks of a skeleton, by its names or as given."""
+    given, numbers, found = dict(joints or {}), dict[str, int](), find_anatomy(skeleton)
+    for mark, name in given.items():
+        if mark not in LANDMARKS:
+            near = near_names(LANDMARKS, str(mark), "see joints")
+            raise ValueError(f"joints has the unknown landmark {mark!r}: {near}")
+        if name not in skeleton.joint_names:
+            near = near_names(skeleton.joint_names, str(name))
+            raise ValueError(f"joints[{mark!r}] is {name!r}, which is not a joint: {near}")
+        numbers[mark] = skeleton.joint_names.index(name)
+    found = found._replace(joints=found.joints | numbers)
+    require(found.joints, required)
+    if given:
+        _check_joints(skeleton, found, given)
+    return found
+
+
+def require(joints: Collection[str], marks: Collection[str]) -> None:
+    """Refuse a person without some of the landmarks."""
+    if absent := [mark for mark in marks if mark not in joints]:
+        raise ValueError(f"{', '.join(absent)} not found: pass joints={{{absent[0]!r}: ...}}")
+
+
+def _check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str]) -> None:
+    """Refuse landmarks, some given by the user, that are not at the joints of a person."""
+    joints = {mark: joint for mark, joint in person.joints.items() if mark in LANDMARKS}
+    if misplaced := find_misplaced(skeleton, joints, ENDS_OF):
+        raise ValueError(f"joints do not fit the skeleton: {misplaced}")
+    # A foot ends at the ball or the toe, so that both may be at one joint.
+    parts = {mark: "head" if mark in HEADS else mark.replace("toe", "ball") for mark in joints}
+    for mark in given:
+        for other in joints:
+            if joints[other] == joints[mark] and parts[other] != parts[mark]:
+                raise ValueError(f"{mark} and {other} are one joint, {given[mark]!r}: check joints=")
+    hips, shoulders = pair_of(joints, "hip"), pair_of(joints, "shoulder")
+    if hips is not None and shoulders is not None:
+        at_zero = positions_at_zero(skeleton)
+        across, above = (at_zero[right] - at_zero[left] for left, right in (hips, shoulders))
+        if across @ above < OTHER_SIDE * np.linalg.norm(across) * np.linalg.norm(above):
+            raise ValueError("the left arm is on the side of the right leg: exchange left and right of one in joints=")
+
+
+# --- seen -------------------------------------------------------------------------------------------------------------
+# Segments of a person that positions show: nothing of them, the direction of their line, or all of the rotation.
+
+
+# Least distance of a point from the line of its segment, relative to its length, if the point shows how the
+# segment is rotated about the line. An epicondyle is 5 cm from the line of a thigh of 40 cm.
+OFF_LINE = 0.05
+SPREAD = 0.1  # the same of some of the points, about their own line, as a root of a sum of squares
+APART = 0.5  # least distance of two points that show the direction of the line, likewise
+NOTHING, DIRECTION, ROTATION = 0, 1, 2
+
+
+class Seen(NamedTuple):
+    """Segments as the positions show them to which a motion was fitted; a recording of rotations shows all."""
+
+    lines: set[str]  # segments of which no frame shows more than the direction
+    frames: dict[str, np.ndarray]  # (n_frames,) of each segment, whether a frame shows as much as any
+
+
+def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
+    """The segments shown by the positions to which a motion was fitted."""
+    if motion.seen is None:
+        return Seen(set(), {name: np.ones(len(motion), dtype=bool) for name in segments})
+    known = find_shown(motion, range(motion.skeleton.n_joints))
+    lines, frames = set(), {"trunk": np.zeros(len(motion), dtype=bool)}  # where the skeleton has none
+    for name, segment in segments.items():
+        seen = _seen_points(motion, known, segment)
+        patterns, which = np.unique(seen, axis=0, return_inverse=True)
+        shown: np.ndarray = np.array([_shows(segment, pattern) for pattern in patterns], dtype=int)[which.ravel()]
+        most = int(shown.max(initial=NOTHING))
+        if most < ROTATION:
+            lines.add(name)
+        frames[name] = shown >= max(most, DIRECTION)
+    return Seen(lines, frames)
+
+
+def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:
+    """In which frames the places of joints are known, (n_frames, n): the joint, or what it is fixed to, is seen.
+
+    Three points that are not on one line show where everything is that is fixed to them.
+    """
+    if motion.seen is None:
+        return np.ones((len(motion), len(joints)), dtype=bool)
+    carriers, parents = np.array(find_carriers(motion.skeleton)), np.asarray(motion.skeleton.parents)
+    zero, shown = positions_at_zero(motion.skeleton), motion.seen[:, joints].copy()
+    for carrier in np.unique(carriers):
+        carried = np.flatnonzero(carriers == carrier)
+        points = np.array(sorted({*carried, *parents[carried]} - {ROOT}))
+        patterns, which = np.unique(motion.seen[:, points], axis=0, return_inverse=True)
+        size = float(np.linalg.norm(np.ptp(zero[points], axis=0)))
+        shows = np.array([_is_spread(zero[points[pattern]], size) for pattern in patterns], dtype=bool)[which.ravel()]
+        shown |= shows[:, None] & np.isin(joints, points)
+    return shown
+
+
+def _is_spread(points: np.ndarray, size: float) -> bool:
+    """Whether points (n, 3) of a segment of some size, m, are not on one line."""
+    return len(points) > 2 and bool(np.linalg.svd(points - points.mean(axis=0))[1][1] > SPREAD * size)
+
+
+def _seen_points(motion: Motion, known: np.ndarray, segment: Segment) -> np.ndarray:
+    """Which points of a segment, its start and its end are known, (n_frames, n_points + 2).
+
+    The root has no position of its own. It is where a joint of no length is, or as far from a joint that another
+    segment carries as their bone is long.
+    """
+    points = (*segment.points, segment.start, segment.end)
+    columns = known[:, points].copy()
+    if ROOT in points:
+        at_zero = positions_at_zero(motion.skeleton)
+        at_root = [
+            joint
+            for joint, parent in enumerate(motion.skeleton.parents)
+            if parent == ROOT and (joint not in segment.points or not at_zero[joint].any())
+        ]
+        columns[:, np.equal(points, ROOT)] = known[:, at_root].any(axis=1, keepdims=True)
+    return columns
+
+
+def _shows(segment: Segment, seen: np.ndarray) -> int:
+    """How much of a segment is shown by its known points and ends, (n_points + 2,) of bool."""
+    length = float(np.linalg.norm(segment.along))
+    (*_, start, end), fixed = seen, seen[:-2]
+    points = segment.at_zero[fixed]
+    if not length:  # as a head has that ends where it begins
+        return DIRECTION if seen.any() else NOTHING
+    across = points - (points @ segment.along)[:, None] * segment.along / length**2
+    off_line = np.linalg.norm(across, axis=1) >= OFF_LINE * length
+    ends_are_fixed = {segment.start, segment.end} <= {*segment.points}
+    if (ends_are_fixed and fixed.all() and off_line.any()) or _is_spread(points, length):
+        return ROTATION
+    on_line = points[~off_line] @ segment.along / length
+    two = len(on_line) > 1 and np.ptp(on_line) >= APART * length
+    return DIRECTION if (start and end) or two else NOTHING

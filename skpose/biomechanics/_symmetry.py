@@ -7,10 +7,10 @@ import numpy as np
 
 from skpose._utils.validation import check_choice, check_kind
 from skpose._utils.warnings import warn
-from skpose.biomechanics._angles import degrees_between
-from skpose.biomechanics._seen import find_shown
+from skpose.biomechanics._measure import degrees_between
+from skpose.biomechanics._segments import find_shown
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._places import joint_places, rotation_places
+from skpose.kinematics._anatomy import joint_places, rotation_places
 from skpose.motions._alignment import joint_rotations
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import interpolate_poses

@@ -6,7 +6,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 from skpose.checks._findings import Finding
-from skpose.kinematics._places import joint_places
+from skpose.kinematics._anatomy import joint_places
 from skpose.skeleton import Motion
 from skpose.view._page import Page, page_of
 from skpose.view._player import ASSETS

@@ -4,10 +4,10 @@ from skpose.datasets._actions import make_actions
 from skpose.datasets._cmu import fetch_cmu, load_cmu
 from skpose.datasets._folder import load_motions
 from skpose.datasets._gait import make_gait
+from skpose.datasets._gait import walks_and_runs as walks_and_runs
 from skpose.datasets._hdm05 import load_hdm05
 from skpose.datasets._humanoid import humanoid
 from skpose.datasets._motions import MotionDataset
-from skpose.datasets._walks_and_runs import walks_and_runs as walks_and_runs
 
 __all__ = [
     "MotionDataset",

@@ -8,10 +8,10 @@ from sklearn.utils import check_random_state
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose.datasets._gait import person
+from skpose.datasets._humanoid import EXECUTION, TEMPO, TIMING, draw, posture_of_person
 from skpose.datasets._key_poses import ACTIONS
 from skpose.datasets._motions import MotionDataset, Rotations
 from skpose.datasets._performance import perform
-from skpose.datasets._spreads import EXECUTION, TEMPO, TIMING, draw, posture_of_person
 
 _LATEST = 0.2  # share of the duration; from 0.25 on, time would run backwards
 

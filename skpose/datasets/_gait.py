@@ -16,6 +16,7 @@ Running, elbows: A. K. Yegian, Y. Tucker, S. Gillinov, D. E. Lieberman, "Straigh
 gait-specific elbow angles", J. Exp. Biol. 222, 2019, doi:10.1242/jeb.197228.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 
@@ -23,9 +24,8 @@ import numpy as np
 from sklearn.utils import check_random_state
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
-from skpose.datasets._humanoid import PARENTS, humanoid
+from skpose.datasets._humanoid import PARENTS, POSTURE, draw, humanoid, posture_of_person, style_of_person
 from skpose.datasets._motions import MotionDataset, Rotations
-from skpose.datasets._spreads import POSTURE, draw, posture_of_person, style_of_person
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._proportions import MEAN_HEIGHT
 
@@ -221,3 +221,45 @@ def series_of(points: Sequence[float]) -> np.ndarray:
 def evaluate(series: np.ndarray, phase: np.ndarray) -> np.ndarray:
     """The values of a Fourier series at phases in cycles."""
     return (np.exp(2j * np.pi * np.outer(phase, np.arange(len(series)))) @ series).real
+
+
+# --- walks and runs ---------------------------------------------------------------------------------------------------
+# The walks and runs of a dataset, by their labels.
+
+
+WALKING_AND_RUNNING = ("walk", "run")
+
+
+def walks_and_runs(dataset: MotionDataset) -> MotionDataset:
+    """Select the walks and runs of a dataset, and label them "walk" and "run".
+
+    A motion is selected if the first word of its action is "walk" or "run", in upper or lower case, as in CMU's "walk"
+    and "Run/jog".
+
+    Parameters
+    ----------
+    dataset : MotionDataset
+        Motions of any actions.
+
+    Returns
+    -------
+    MotionDataset
+        The selected motions; their `actions` are "walk" or "run".
+
+    Raises
+    ------
+    ValueError
+        If walks or runs are missing.
+
+    Examples
+    --------
+    >>> from skpose.datasets import make_gait, walks_and_runs
+    >>> walks_and_runs(make_gait(n_subjects=2, n_sequences=1, random_state=0))
+    MotionDataset(4 motions of 2 subjects: 2 run, 2 walk)
+    """
+    first = np.array([re.split(r"\W", action.strip().lower())[0] for action in dataset.actions])
+    if missing := set(WALKING_AND_RUNNING) - set(first):
+        raise ValueError(f"dataset must have walks and runs, but no action begins with {min(missing)!r}")
+    chosen = dataset[np.isin(first, WALKING_AND_RUNNING)]
+    chosen.actions = first[np.isin(first, WALKING_AND_RUNNING)]
+    return chosen

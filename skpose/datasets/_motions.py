@@ -11,8 +11,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_choice
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._comparison import check_comparable
-from skpose.skeleton._rest import size_of
+from skpose.skeleton._rest import check_comparable, size_of
 
 ONE_REST = 'Convert them to one rest pose: dataset.retarget(skeleton, method="orientations")'
 ONE_RIG = 'dataset.retarget(skeleton, method="auto") converts motions of different rigs'

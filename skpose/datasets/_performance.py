@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose.datasets._key_poses import Action, Arm, Foot, Key
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._continuity import continuous_columns
+from skpose.skeleton._rotations import continuous_columns
 
 STRAIGHT = 0.9985  # longest reach in lengths of the leg: the knee keeps 6°
 SIDES = {"left": 1.0, "right": -1.0}

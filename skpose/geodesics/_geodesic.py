@@ -20,8 +20,8 @@ from skpose.metrics import Geodesic, Metric
 from skpose.metrics._registry import MEAN_CONSTRAINTS, require_geodesic
 from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import limited_dofs
-from skpose.skeleton._continuity import remove_jumps
 from skpose.skeleton._interpolation import interpolate_poses, straight_line
+from skpose.skeleton._rotations import remove_jumps
 
 BEND = 0.5  # standard deviation of the angles by which the middle of a further start is bent, rad
 SPEED_GRID = 64  # subdivisions of each step when resampling at constant speed

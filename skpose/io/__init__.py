@@ -12,13 +12,13 @@ from skpose.io._asf import load_asf
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import C3DQuantity as C3DQuantity
 from skpose.io._c3d import load_c3d, load_c3d_quantities
-from skpose.io._error import MocapFormatError
 from skpose.io._formats import load_motion
 from skpose.io._keypoints import load_keypoints
 from skpose.io._save import save_bvh
 from skpose.io._save_csv import save_csv
 from skpose.io._save_npz import save_npz
 from skpose.io._save_smpl import save_smpl
+from skpose.io._source import MocapFormatError
 from skpose.io._trc import load_trc
 
 __all__ = [

@@ -17,15 +17,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
-from skpose.io._arguments import PathLike, Readable
 from skpose.io._arrays import ARRAY, Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._keypoints_json import is_json, parse_json
-from skpose.io._numbers import drop_not_finite
 from skpose.io._smpl import BODY, BY_SIZE, HANDS, MODELS, Tree, mean_joints, shaped_joints
-from skpose.io._source import Source, open_source
+from skpose.io._source import PathLike, Readable, Source, drop_not_finite, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._continuity import continuous_triples
+from skpose.skeleton._rotations import continuous_triples
 from skpose.skeleton._upright import describe_up, find_up
 
 # By the axis that points up: the heading first; degenerate only where a person lies on the side.

@@ -12,11 +12,9 @@ from typing import Literal
 import numpy as np
 
 from skpose._utils.warnings import warn
-from skpose.io._arguments import PathLike, Readable
 from skpose.io._asf import AsfFile
 from skpose.io._conventions import Up, check_options, stand
-from skpose.io._numbers import drop_not_finite, parse
-from skpose.io._source import WHOLE, Source, open_source
+from skpose.io._source import WHOLE, PathLike, Readable, Source, drop_not_finite, open_source, parse
 from skpose.skeleton import Motion
 
 Line = tuple[int, str]  # its number, and its text without a comment

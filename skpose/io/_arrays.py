@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose.io._error import MocapFormatError
-from skpose.io._source import Source
+from skpose.io._source import MocapFormatError, Source
 
 ARRAY = "the array"
 Shape = Sequence[int | None]  # that is expected; None is any length

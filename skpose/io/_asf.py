@@ -15,9 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.units import complaint_of_size
-from skpose.io._arguments import Readable
 from skpose.io._conventions import check_options, choose_scale
-from skpose.io._source import NUMBER, Source, Token, open_source
+from skpose.io._source import NUMBER, Readable, Source, Token, open_source
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._rest import size_of
 

@@ -10,7 +10,6 @@ from typing import Any, Literal, NamedTuple
 
 from skpose.io._amass import is_smpl, load_amass
 from skpose.io._amc import is_amc, load_amc
-from skpose.io._arguments import Readable
 from skpose.io._asf import is_asf, load_asf
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import load_c3d
@@ -21,7 +20,7 @@ from skpose.io._motive import is_motive
 from skpose.io._mvnx import is_mvnx
 from skpose.io._qualisys import is_qualisys
 from skpose.io._save_npz import is_npz, load_npz
-from skpose.io._source import Source
+from skpose.io._source import Readable, Source
 from skpose.io._trc import load_trc
 from skpose.io._unread import UNREAD as UNREAD
 from skpose.skeleton import Motion

@@ -11,7 +11,6 @@ import numpy as np
 from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._amass import is_smpl
-from skpose.io._arguments import Readable
 from skpose.io._arrays import ARRAY, Archive
 from skpose.io._conventions import Up, Zeros, check_options, choose_scale
 from skpose.io._humanml import N_NUMBERS, NAMES, RATE, joints_of
@@ -20,12 +19,11 @@ from skpose.io._keypoints_json import is_json, read_folder, read_json
 from skpose.io._motive import is_motive, read_motive
 from skpose.io._mvnx import is_mvnx, read_mvnx
 from skpose.io._qualisys import is_qualisys, read_qualisys
-from skpose.io._source import Source, open_source
+from skpose.io._source import Readable, Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
-from skpose.keypoints._checks import complaints_of, settle_up, turn_up
+from skpose.keypoints._checks import REMEDY, complaints_of, refuse_pictures, settle_up, turn_up
 from skpose.keypoints._layouts import check_layout
-from skpose.keypoints._pictures import REMEDY, refuse_pictures
 
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
 SHAPES = (None, None, 3), (None, None, 4), (None, None, 2), (None, N_NUMBERS)

@@ -19,7 +19,7 @@ from skpose.io._stored import (
     positions_only,
     time_key,
 )
-from skpose.keypoints._pictures import REMEDY
+from skpose.keypoints._checks import REMEDY
 
 # The first columns of the tables that `save_csv` writes, of positions and of angles.
 POINTS_HEAD = "frame", "time", "frame_rate", "up"

@@ -12,9 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose.io._arguments import PathLike
-from skpose.io._error import MocapFormatError
-from skpose.io._source import Source, last_number
+from skpose.io._source import MocapFormatError, PathLike, Source, last_number
 from skpose.io._stored import (
     Stored,
     Times,
@@ -26,7 +24,7 @@ from skpose.io._stored import (
     positions_only,
     time_key,
 )
-from skpose.keypoints._pictures import REMEDY
+from skpose.keypoints._checks import REMEDY
 
 # Keys of a frame: of its people in OpenPose, MMPose and COCO; of points in three dimensions in OpenPose, MediaPipe and
 # TensorFlow.js, or of points in two or three; and of points in a picture.

@@ -8,8 +8,7 @@ import numpy as np
 
 from skpose.io._conventions import number_names, read_unit
 from skpose.io._keypoints_csv import split_rows
-from skpose.io._numbers import parse
-from skpose.io._source import Source
+from skpose.io._source import Source, parse
 from skpose.io._stored import Stored
 
 HEAD = "Format Version,"

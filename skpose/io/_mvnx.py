@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from skpose.io._numbers import parse
-from skpose.io._source import Source
+from skpose.io._source import Source, parse
 from skpose.io._stored import Stored
 
 # Frames of another type are poses of the calibration.

@@ -7,8 +7,7 @@ these include the numbers and times of frames.
 
 import numpy as np
 
-from skpose.io._numbers import parse
-from skpose.io._source import Source
+from skpose.io._source import Source, parse
 from skpose.io._stored import Stored
 
 LAST = "MARKER_NAMES", "TRAJECTORY_TYPES", "Frame"  # how the last lines before the frames begin

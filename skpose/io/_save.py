@@ -8,15 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.files import check_new, new_file
 from skpose._utils.validation import check_choice, check_kind, check_positive
-from skpose.io._arguments import PathLike
 from skpose.io._conventions import check_even, quarter_turn, unused_name
+from skpose.io._source import PathLike
 from skpose.keypoints._fit import is_of_layout
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import is_axes
-from skpose.skeleton._continuity import continuous_triples
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._root import root_orientations
-from skpose.skeleton._rotations import rotations_of
+from skpose.skeleton._rotations import continuous_triples, rotations_of
 
 DIGITS = 9  # after the point: far below the precision of mocap; no exponents, which some programs cannot read
 PARALLEL = 1e-12  # axes that differ by less are the root's

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from skpose._utils.files import check_new, new_file
-from skpose.io._arguments import PathLike
 from skpose.io._keypoints_csv import ANGLES_HEAD, FORMULA, POINTS_HEAD, find_points
+from skpose.io._source import PathLike
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Motion
 

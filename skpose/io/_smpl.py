@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._utils.warnings import warn
-from skpose.io._arguments import PathLike
 from skpose.io._arrays import Archive
-from skpose.io._source import Source
+from skpose.io._source import PathLike, Source
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 
 Tree = dict[str, str | None]  # the parent of each joint, in the order of the model

@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 
 from skpose._utils.units import complaint_of_extent
-from skpose.io._arguments import Readable
 from skpose.io._conventions import (
     Up,
     Zeros,
@@ -21,8 +20,7 @@ from skpose.io._conventions import (
     read_unit,
     stand_markers,
 )
-from skpose.io._numbers import parse
-from skpose.io._source import NUMBER, WHOLE, Source, complaint, open_source
+from skpose.io._source import NUMBER, WHOLE, Readable, Source, complaint, open_source, parse
 from skpose.keypoints import Keypoints
 
 # Frame# and Time, with a unit as in "Time (s)" or, before a tab, "Time s".

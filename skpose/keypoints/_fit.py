@@ -11,9 +11,7 @@ from skpose._utils.warnings import warn
 from skpose.keypoints._keypoints import Keypoints
 from skpose.keypoints._layout import Layout
 from skpose.keypoints._layouts import check_layout
-from skpose.keypoints._lengths import bone_length, symmetric_lengths, warn_of_lengths
-from skpose.keypoints._rest_pose import partners_of, rest_pose
-from skpose.keypoints._root_axes import Points
+from skpose.keypoints._rest_pose import Points, bone_length, partners_of, rest_pose, symmetric_lengths, warn_of_lengths
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL
 from skpose.skeleton._rest import size_of

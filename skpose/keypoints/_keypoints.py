@@ -10,8 +10,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.upper_layers import Page, upper_layers
 from skpose._utils.validation import as_numbers, check_choice, check_frame_rate, check_positions, near_names
 from skpose._utils.warnings import is_called_by_user, warn
-from skpose.keypoints._checks import complaints_of
-from skpose.keypoints._pictures import refuse_pictures
+from skpose.keypoints._checks import complaints_of, refuse_pictures
 
 if TYPE_CHECKING:
     import pandas

@@ -1,6 +1,7 @@
 """Layouts: the points of a pose estimator or a sensor, their order, and the bones between them."""
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -12,8 +13,44 @@ from skpose._utils.warnings import warn
 from skpose.keypoints._checks import UPS, complaints_of, turn_up
 from skpose.keypoints._hips import RULES, hip_center
 from skpose.keypoints._keypoints import Keypoints
-from skpose.keypoints._names import find_names
 from skpose.skeleton._sides import others, partners, sides
+
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+SIDES = {"l": "left", "left": "left", "r": "right", "right": "right"}
+
+
+def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
+    """The name that matches each wanted name in another spelling; wanted names without a match are left out.
+
+    An equal name comes first, then one that differs in case, then one with the same words: case and separators are
+    ignored, L is left and R is right, and a side may be anywhere. Several matches raise a ValueError.
+    """
+    found = {}
+    for name in wanted:
+        if name in names:
+            found[name] = name
+            continue
+        for spelling in (str.casefold, _words):
+            same = [other for other in names if spelling(other) == spelling(name)]
+            if len(same) > 1:
+                raise ValueError(f"the point {name!r} may be {' or '.join(map(repr, same))}: rename one of them")
+            if same:
+                found[name] = same[0]
+                break
+    return found
+
+
+def _words(name: str) -> tuple[str, str]:
+    """The side and the other words of a name; no side if it has several."""
+    words = [word.lower() for word in WORD.findall(name)]
+    sides = [SIDES[word] for word in words if word in SIDES]
+    if len(sides) != 1:
+        return "", "".join(words)
+    return sides[0], "".join(word for word in words if word not in SIDES)
+
+
+# --- layout -----------------------------------------------------------------------------------------------------------
+
 
 BENDS = "knee", "kne", "kjc", "femur", "elb", "ejc", "humerus"  # in names of points between two long bones
 
@@ -323,3 +360,33 @@ class Layout:
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
+
+
+# --- table ------------------------------------------------------------------------------------------------------------
+# Layouts from tables: the points, their parents, and the source.
+#
+# A table has a row for each point of the array, in its order, and then one for each midpoint: name, parent, whether
+# the point is rigid. Names follow the source in snake case; OpenPose, Kinect and Pose2Sim names have their sides
+# first, and marker names are as in files, with the letters of both sides in capitals.
+
+
+RIGID = True
+Row = tuple[str, str | None] | tuple[str, str | None, bool]
+
+
+def layout_of(
+    name: str,
+    rows: tuple[Row, ...],
+    source: str,
+    up: Literal["y", "z", "-y"] = "y",
+    midpoints: Mapping[str, tuple[str, ...]] = {},
+) -> Layout:
+    return Layout(
+        name,
+        names=[row[0] for row in rows if row[0] not in midpoints],
+        parents={row[0]: row[1] for row in rows},
+        midpoints=midpoints,
+        rigid=[row[0] for row in rows if row[2:] == (RIGID,)],
+        up=up,
+        source=source,
+    )

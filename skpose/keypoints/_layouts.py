@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from skpose._utils.validation import check_choice
-from skpose.keypoints._layout import Layout
-from skpose.keypoints._names import find_names
+from skpose.keypoints._layout import Layout, find_names
 from skpose.keypoints._tables import LAYOUTS
 
 _BY_NAME = {layout.name: layout for layout in LAYOUTS}

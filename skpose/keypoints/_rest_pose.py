@@ -4,10 +4,350 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skpose._utils.warnings import warn
 from skpose.keypoints._layout import Layout
-from skpose.keypoints._lengths import bone_length
-from skpose.keypoints._root_axes import Points, rigid_with, root_axes
-from skpose.keypoints._standing import in_front, standing_directions
+from skpose.skeleton._sides import sides, without_side
+
+OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
+LARGEST_CORRECTION = 0.9  # of the square of the length, beyond which the bone is as short as the noise
+STRETCH = 0.1  # of the length, slow change that is reported; a bending back changes by 0.08
+CHANCE = 4.0  # standard deviations of a correlation by chance
+UNCERTAIN = 0.05  # of the length, standard error that is reported
+DIFFERENT = 0.1  # of the length, difference of the sides that is reported
+FEW = 2  # frames from which a spread is known
+
+
+class Length(NamedTuple):
+    """The length of one bone, from all frames that show both ends."""
+
+    value: float  # m
+    error: float  # its standard error by noise, m; NaN from one frame
+    stretch: float  # standard deviation of its slow change, m; zero if it may be chance
+
+
+def bone_length(lengths: np.ndarray, weights: np.ndarray) -> Length:
+    r"""The length of a bone from its lengths (n_frames,) in the frames; weights are zero if it is not seen.
+
+    Noise at the ends makes the distance between them too long: with a variance σ² of the difference along each axis,
+    the same in all directions, the squares q of the distances have the mean L² + 3σ² and the variance 4L²σ² + 6σ⁴.
+    Together, L⁴ = mean(q)² − 1.5 var(q), without σ. Outliers are removed first.
+    """
+    seen = weights > 0.0
+    d, w = lengths[seen], weights[seen] / weights[seen].max()
+    median = np.median(d)
+    kept = np.abs(d - median) <= OUTLIER * 1.4826 * np.median(np.abs(d - median)) + 1e-9 * median
+    q, w = d[kept] ** 2, w[kept] / w[kept].sum()
+    n = 1.0 / np.square(w).sum()  # frames of equal weight that would do as well
+    if n < FEW * (1.0 - 1e-9) or not median > 0.0:
+        return Length(float(np.sqrt(w @ q)), np.nan, 0.0)
+    mean = w @ q
+    variance = w @ np.square(q - mean) * n / (n - 1.0)
+    value = (mean**2 - min(1.5 * variance, LARGEST_CORRECTION * mean**2)) ** 0.25
+    # How much each frame moves the value: L⁴ = 2.5 mean(q)² − 1.5 mean(q²).
+    influence = (5.0 * mean * (q - mean) - 1.5 * (q**2 - w @ q**2)) / (4.0 * value**3)
+    error = np.sqrt(w @ np.square(influence) / (n - 1.0))
+    return Length(float(value), float(error), _slow_change(lengths, seen, np.flatnonzero(seen)[kept]))
+
+
+def _slow_change(lengths: np.ndarray, seen: np.ndarray, kept: np.ndarray) -> float:
+    """The standard deviation of the change common to consecutive frames, which is not noise."""
+    change = np.full(len(seen), np.nan)
+    change[kept] = lengths[kept] - lengths[kept].mean()
+    products = change[1:] * change[:-1]
+    products = products[~np.isnan(products)]
+    variance = np.square(change[kept]).mean()
+    if not len(products) or products.mean() <= CHANCE / np.sqrt(len(products)) * variance:
+        return 0.0
+    return float(np.sqrt(products.mean()))
+
+
+def symmetric_lengths(
+    lengths: dict[str, Length], partner: dict[str, str], frames: dict[str, float]
+) -> dict[str, Length]:
+    """Replace lengths of left and right by their mean, weighted by frames; warn if they differ much."""
+    found, apart = {}, []
+    for name, length in lengths.items():
+        other = lengths[partner[name]]
+        share = frames[name] / (frames[name] + frames[partner[name]])
+        value = share * length.value + (1.0 - share) * other.value
+        error = float(np.hypot(share * length.error, (1.0 - share) * other.error))
+        found[name] = Length(value, error if partner[name] != name else length.error, length.stretch)
+        difference = abs(length.value - other.value)
+        chance = np.nan_to_num(CHANCE * np.hypot(length.error, other.error))
+        if length.value > other.value and difference > max(DIFFERENT * value, chance):
+            apart.append(f"{name} {100.0 * length.value:.3g} cm, {partner[name]} {100.0 * other.value:.3g} cm")
+    if apart:
+        warn(
+            f"left and right bones differ in length: {'; '.join(apart)}. With symmetric=True they have the mean length"
+        )
+    return found
+
+
+def warn_of_lengths(lengths: dict[str, Length]) -> None:
+    """Warn about bones that stretch, and about lengths lost in noise."""
+    longest = max(length.value for length in lengths.values())
+    stretched = {
+        name: length.stretch / length.value
+        for name, length in lengths.items()
+        if length.stretch > STRETCH * max(length.value, 1e-3 * longest)
+    }
+    if stretched:
+        warn(
+            f"bones stretch: {_join(stretched, 'by ')} (standard deviation). Look for swapped or slipping points, "
+            "wrong depth, two people"
+        )
+    uncertain = {
+        name: length.error / length.value
+        for name, length in lengths.items()
+        if length.error > UNCERTAIN * length.value and name not in stretched
+    }
+    if uncertain:
+        warn(
+            f"lengths of bones are uncertain: {_join(uncertain, '±')} (standard error). Pass more frames, or "
+            "layout.without([...])"
+        )
+
+
+def _join(shares: dict[str, float], sign: str) -> str:
+    """The names with the largest shares, in %."""
+    names = sorted(shares, key=lambda name: -shares[name])
+    words = [f"{name} {sign}{100.0 * shares[name]:.2g} %" for name in names[:6]]
+    return ", ".join(words) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+
+
+# --- root axes --------------------------------------------------------------------------------------------------------
+# The axes of the root in every frame: x to the left of the body, y up, z forward.
+
+
+TRUNK = 0.1  # weight of what moves relative to the root, such as the spine: it only says where rigid points do not
+ON_A_LINE = 1e-3  # second singular value over the first; points with less do not show the rotation about their line
+AXES_ROUNDS = 20
+AXES_SETTLED = 1e-6  # change of the mean shape, relative to its size, at which the rounds end
+
+
+class Points(dict):
+    """Positions (n_frames, 3) of each point by name, with the confidences (n_frames,) of each, 0 where not seen."""
+
+    def __init__(self, positions: dict[str, np.ndarray], confidences: dict[str, np.ndarray]):
+        super().__init__(positions)
+        self.confidences = confidences
+
+
+def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
+    """The axes (n_frames, 3, 3) of the root as columns, in the world's axes; NaN if unknown.
+
+    Points that are rigid with the root, and the start of the trunk, are turned onto their mean shape: generalised
+    Procrustes analysis with Kabsch's rotations, J. C. Gower, "Generalized Procrustes analysis", Psychometrika 40, 1975,
+    doi:10.1007/BF02291478. Left and up refer to the mean shape. Without left and right by name, left is from the
+    last of the rigid points to the first, and up to all of them, as the fingers of a hand are up from the wrist. If
+    there are no such points, or all are on one line, nothing is turned: the root has the axes of the world, with y up.
+    """
+    names, pairs, middle = _shape(layout)
+    n = len(points[layout.root])
+    world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
+    if not pairs:
+        return world
+    vectors, weights = _vectors(points, layout, names, up)
+    left = [(names.index(a), names.index(b)) for a, b in pairs]
+    upward = [names.index(name) for name in middle]
+
+    axes = _orthonormal(vectors, left, upward)
+    if np.isnan(axes[:, 0, 0]).all() and not layout.pairs:
+        return world
+    shape = _mean_shape(layout, axes, vectors, weights)
+    for _ in range(AXES_ROUNDS):
+        before, axes = shape, _kabsch(vectors, weights, shape)
+        shape = _mean_shape(layout, axes, vectors, weights)
+        if np.abs(shape - before).max() <= AXES_SETTLED * np.abs(shape).max():
+            break
+    return axes @ _orthonormal(shape[None], left, upward)[0]
+
+
+def rigid_with(name: str, layout: Layout) -> list[str]:
+    """The points that are fixed to the frame of a point, over any number of rigid bones."""
+    found = [name]
+    for one in found:
+        found.extend(child for child in layout.points if layout.parents[child] == one and child in layout.rigid)
+    return found[1:]
+
+
+def _shape(layout: Layout) -> tuple[list[str], list[tuple[str, str]], list[str]]:
+    """The points that say how the root is turned, the pairs among them, those on the middle line.
+
+    The empty name on the middle line is the world's direction up, where no point is there.
+    """
+    rigid = rigid_with(layout.root, layout)
+    if not layout.pairs:
+        return rigid, [(rigid[0], rigid[-1])] if len(rigid) > 1 else [], rigid
+    balls = [name for name in layout.points if layout.parents[name] == layout.root and name not in layout.rigid]
+    sided = {name for pair in layout.pairs for name in pair}
+    pairs = [pair for pair in layout.pairs if set(pair) <= set(rigid)]
+    names = rigid + [name for name in balls if name not in sided]
+    if not pairs:
+        pairs = [pair for pair in layout.pairs if set(pair) <= set(balls)]
+        names += [name for pair in pairs for name in pair]
+    middle = [name for name in names if name not in sided]
+    if not middle:
+        middle = [""]
+        names.append("")
+    return names, pairs, middle
+
+
+def _vectors(points: Points, layout: Layout, names: list[str], up: str) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors (n, k, 3) from the root to the points, and their weights (n, k); bones that move have one length.
+
+    Where a point is not seen its vector is zero, and its weight.
+    """
+    root, sure = points[layout.root], points.confidences[layout.root]
+    rigid = rigid_with(layout.root, layout)
+    vectors, weights = [], []
+    for name in names:
+        vectors.append(points[name] - root if name else np.tile(np.eye(3)["xyz".index(up)], (len(root), 1)))
+        weights.append(points.confidences[name] * sure * (1.0 if name in rigid else TRUNK) if name else TRUNK * sure)
+    lengths = [np.linalg.norm(vector, axis=1) for vector in vectors]
+    sizes = [length[length > 0.0] for length, name in zip(lengths, names, strict=True) if name in rigid]
+    size = max((float(np.median(length)) for length in sizes if len(length)), default=1.0)
+    for i, name in enumerate(names):
+        if name not in rigid:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                vectors[i] = vectors[i] * (size / lengths[i])[:, None]
+    array, weight = np.stack(vectors, axis=1), np.stack(weights, axis=1)
+    unseen = np.isnan(array).any(axis=2) | (weight == 0.0)
+    array[unseen], weight[unseen] = 0.0, 0.0
+    return array, weight
+
+
+def _orthonormal(vectors: np.ndarray, left: list[tuple[int, int]], upward: list[int]) -> np.ndarray:
+    """Axes (n, 3, 3) as columns from vectors (n, k, 3): left, what of up is perpendicular to it, forward."""
+    x = vectors[:, [a for a, _ in left]].sum(axis=1) - vectors[:, [b for _, b in left]].sum(axis=1)
+    y = vectors[:, upward].sum(axis=1)
+    some = [i for pair in left for i in pair] + upward
+    seen = (np.abs(vectors[:, some]).sum(axis=2) > 0.0).all(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        x = x / np.linalg.norm(x, axis=1, keepdims=True)
+        flat = y - (x * y).sum(axis=1, keepdims=True) * x
+        on_a_line = ~(np.linalg.norm(flat, axis=1) > ON_A_LINE * np.linalg.norm(y, axis=1))
+        flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+    axes = np.stack([x, flat, np.cross(x, flat)], axis=2)
+    axes[on_a_line | ~seen] = np.nan
+    return axes
+
+
+def _kabsch(vectors: np.ndarray, weights: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """The rotations (n, 3, 3) that bring the shape (k, 3) nearest to the vectors (n, k, 3)."""
+    u, values, vh = np.linalg.svd(np.einsum("nk,nka,kb->nab", weights, vectors, shape))
+    u[:, :, 2] *= np.linalg.det(u @ vh)[:, None]
+    axes = u @ vh
+    axes[values[:, 1] <= ON_A_LINE * values[:, 0]] = np.nan
+    return axes
+
+
+def _mean_shape(layout: Layout, axes: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The mean (k, 3) of the vectors (n, k, 3) in the axes (n, 3, 3), NaN if unknown."""
+    known = ~np.isnan(axes[:, 0, 0])
+    if not known.any():
+        raise ValueError(
+            f"no frame shows the orientation of {layout.root!r}: points are not seen at once or on one line"
+        )
+    total = np.einsum("nk,nab,nka->kb", weights[known], axes[known], vectors[known])
+    return total / np.maximum(weights[known].sum(axis=0), 1e-300)[:, None]
+
+
+# --- standing ---------------------------------------------------------------------------------------------------------
+# The person of a layout at rest: the same for everyone, so that poses of several people compare.
+#
+# The person stands upright, with bent knees and with the forearms held forward, as in running, so that joints are in
+# the middle of what they can do. An arm that hangs down at rest is half a turn away when it is raised, where rotation
+# vectors jump, and so is a straight shank in a squat. The thighs point down: where nothing shows how the pelvis is
+# rotated about the line of the hips, it is such that thighs and trunk are near to rest.
+
+
+# Where points stand, m: x to the left, y up, z forward. Only the directions from one to another are used.
+_MIDDLE = (
+    (("root", "pelvis", "hips", "hip", "midhip", "hipcenter", "spinebase"), (0.0, 0.95, 0.0)),
+    (("lowerback", "spine1"), (0.0, 1.05, 0.0)),
+    (("spine", "spine2", "spinemid", "upperback"), (0.0, 1.16, 0.0)),
+    (("spine3", "chest", "thorax", "sternum"), (0.0, 1.3, 0.0)),
+    (("spineshoulder", "shouldercenter", "lowerneck"), (0.0, 1.42, 0.0)),
+    (("neck", "c7"), (0.0, 1.45, 0.0)),
+    (("upperneck",), (0.0, 1.53, 0.0)),
+    (("head",), (0.0, 1.65, 0.0)),
+    (("nose",), (0.0, 1.58, 0.12)),
+)
+_LEFT = (
+    (("hip", "hipjoint", "hjc"), (0.1, 0.92, 0.0)),
+    (("knee", "femur", "kne", "kjc"), (0.1, 0.5, 0.0)),
+    (("ankle", "tibia", "ank", "ajc"), (0.1, 0.18, -0.27)),
+    (("heel",), (0.1, 0.12, -0.33)),
+    (("foot",), (0.1, 0.12, -0.17)),
+    (("toe", "toes", "bigtoe", "smalltoe", "footindex"), (0.1, 0.08, -0.1)),
+    (("collar",), (0.08, 1.42, 0.0)),
+    (("shoulder", "clavicle", "sho"), (0.18, 1.45, 0.0)),
+    (("elbow", "humerus", "elb", "ejc"), (0.29, 1.23, 0.13)),
+    (("radius",), (0.27, 1.13, 0.3)),
+    (("wrist", "wjc"), (0.265, 1.105, 0.345)),
+    (("hand", "fin"), (0.26, 1.06, 0.41)),
+    (("index", "pinky"), (0.255, 1.05, 0.43)),
+    (("handtip", "fingers"), (0.25, 1.02, 0.48)),
+    (("thumb",), (0.22, 1.08, 0.4)),
+    (("eye", "eyeinner", "eyeouter"), (0.03, 1.62, 0.1)),
+    (("ear",), (0.08, 1.6, 0.01)),
+    (("mouth",), (0.025, 1.54, 0.1)),
+)
+# A hand alone, with x to the side of the thumb and y to the fingers, which are straight.
+_HAND = {"wrist": (0.0, 0.0, 0.0)} | {
+    f"{finger}{joint}": (x, y, 0.0)
+    for finger, x, heights in (
+        ("thumb", 0.05, (0.03, 0.06, 0.09, 0.115)),
+        ("indexfinger", 0.03, (0.09, 0.13, 0.155, 0.175)),
+        ("middlefinger", 0.01, (0.09, 0.135, 0.16, 0.185)),
+        ("ringfinger", -0.01, (0.09, 0.13, 0.155, 0.175)),
+        ("pinky", -0.03, (0.08, 0.115, 0.135, 0.15)),
+    )
+    for joint, y in zip(
+        ("cmc", "mcp", "ip", "tip") if finger == "thumb" else ("mcp", "pip", "dip", "tip"), heights, strict=True
+    )
+}
+# Points that are in front of their parents, however the person moves.
+_IN_FRONT = {"nose", "foot", "footindex", "toe", "bigtoe", "smalltoe"}
+_POSITIONS = {
+    "": {name: point for names, point in _MIDDLE for name in names} | _HAND,
+    "left": {name: point for names, point in _LEFT for name in names},
+}
+
+
+def standing_directions(layout: Layout) -> dict[str, np.ndarray]:
+    """The directions (3,) of bones at rest, in the axes of the root; of those alone whose points are known."""
+    positions = {}
+    for name, (plain, side) in _plain_names(layout).items():
+        point = _POSITIONS["left" if side else ""].get(plain)
+        if point is not None:
+            positions[name] = np.array(point) * [-1.0 if side == "right" else 1.0, 1.0, 1.0]
+    directions = {}
+    for name, parent in layout.parents.items():
+        if parent in positions and name in positions:
+            bone = positions[name] - positions[parent]
+            size = np.linalg.norm(bone)
+            if size > 0.0:
+                directions[name] = bone / size
+    return directions
+
+
+def in_front(layout: Layout) -> list[str]:
+    """Points that are in front of their parents: toes and the nose."""
+    return [name for name, (plain, _) in _plain_names(layout).items() if plain in _IN_FRONT]
+
+
+def _plain_names(layout: Layout) -> dict[str, tuple[str, str]]:
+    """The name of each point without the side, in lower case, and the side."""
+    found = zip(layout.points, sides(layout.points), strict=True)
+    words = {name: (without_side(name) if side else name, side) for name, side in found}
+    plain = {name: "".join(filter(str.isalnum, word)).lower() for name, (word, _) in words.items()}
+    return {name: (plain[name].removesuffix("study"), side) for name, (_, side) in words.items()}  # OpenCap's names
+
+
+# --- rest pose --------------------------------------------------------------------------------------------------------
+
 
 # Axes of a bone that points forward, in the root's axes: x forward, y left, z up. Bones rarely point backward at
 # rest, where the shortest rotation is ambiguous.

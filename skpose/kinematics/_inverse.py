@@ -16,8 +16,7 @@ from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.inverse.frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.pose.tree import Tree
-from skpose._utils.backends import from_workers, in_processes
-from skpose._utils.parallel import in_threads
+from skpose._utils.parallel import from_workers, in_processes, in_threads
 from skpose._utils.progress import progress
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
@@ -25,7 +24,7 @@ from skpose._utils.units import extent_of
 from skpose._utils.validation import as_numbers, check_poses, check_positions, limits_of
 from skpose._utils.warnings import warn
 from skpose.keypoints import Keypoints
-from skpose.keypoints._pictures import is_spatial, refuse_pictures
+from skpose.keypoints._checks import is_spatial, refuse_pictures
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of_all_joints
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import positions_at_zero, size_of

@@ -29,11 +29,9 @@ from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import axes_of, with_columns
-from skpose.skeleton._comparison import LARGEST_DIFFERENCE
-from skpose.skeleton._continuity import continuous_columns
-from skpose.skeleton._rest import axes_at_zero
+from skpose.skeleton._rest import LARGEST_DIFFERENCE, axes_at_zero
 from skpose.skeleton._root import root_angles_of, root_orientations
-from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
+from skpose.skeleton._rotations import TWO_PI, columns_of, continuous_columns, rotations_of
 
 ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few

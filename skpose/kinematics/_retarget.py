@@ -16,9 +16,8 @@ from skpose.kinematics._inverse import inverse_kinematics
 from skpose.kinematics._lines import ROOT, find_carriers, find_lines, find_movers
 from skpose.kinematics._orientations import by_orientations
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._comparison import check_rest_poses, mismatch
-from skpose.skeleton._rest import directions_at_zero
-from skpose.skeleton._sampling import seen_of
+from skpose.skeleton._interpolation import seen_of
+from skpose.skeleton._rest import check_rest_poses, directions_at_zero, mismatch
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")

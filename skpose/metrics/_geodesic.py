@@ -12,8 +12,7 @@ from skpose._compiled.pose.encode import encode_curve_end
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval
-from skpose.kinematics._chart import jacobian_at
-from skpose.kinematics._tree import wrap_dofs
+from skpose.kinematics._tree import jacobian_at, wrap_dofs
 from skpose.metrics._means import JointSample, Linearization, Sample
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position

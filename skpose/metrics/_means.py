@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.path.geodesic import project
-from skpose.kinematics._chart import retract
 from skpose.kinematics._forward import weighted_positions
-from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
+from skpose.kinematics._tree import from_tree_order, retract, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad

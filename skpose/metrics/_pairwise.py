@@ -14,9 +14,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_same_width
 from skpose.kinematics._arrays import array_distances, namespace_of
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._dask import is_lazy, lazy_distances
-from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._matrix import DistanceMatrix, is_lazy, lazy_distances, warn_of_unconverged
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._position import Position
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OUT, resolve, warn_of_no_skeleton

@@ -5,8 +5,8 @@ import numpy as np
 from skpose._compiled.pose.encode import encode_positions
 from skpose._compiled.pose.measure import measure_euclidean
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._chart import jacobian_at
 from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._tree import jacobian_at
 from skpose.metrics._means import ExtrinsicMeans, JointSample, Linearization, Sample
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.skeleton import Skeleton

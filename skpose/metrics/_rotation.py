@@ -5,7 +5,7 @@ import numpy as np
 from skpose._compiled.pose.encode import encode_rotations
 from skpose._compiled.pose.measure import measure_rotations
 from skpose._compiled.pose.tree import Tree
-from skpose.kinematics._chart import STEP, columns_around
+from skpose.kinematics._tree import STEP, columns_around
 from skpose.metrics._means import JointSample, Linearization, Sample
 from skpose.metrics._metric import Metric, require_skeleton
 from skpose.skeleton import Skeleton

@@ -9,7 +9,7 @@ from skpose._compiled.pose.encode import count_line_codes, encode_curve_end
 from skpose._compiled.pose.measure import measure_line
 from skpose._compiled.pose.tree import Steps, Tree
 from skpose._utils.sklearn import Interval
-from skpose.kinematics._chart import STEP, columns_around, jacobian_at
+from skpose.kinematics._tree import STEP, columns_around, jacobian_at
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._means import JointSample, Linearization, Sample
 from skpose.metrics._metric import Metric, require_skeleton

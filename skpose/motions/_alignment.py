@@ -14,10 +14,9 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_choice
 from skpose.kinematics import forward_kinematics
-from skpose.kinematics._places import joint_places, rotation_places
+from skpose.kinematics._anatomy import joint_places, rotation_places
 from skpose.metrics import Metric
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.metrics._matrix import DistanceMatrix
+from skpose.metrics._matrix import DistanceMatrix, warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions

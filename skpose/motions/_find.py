@@ -9,12 +9,12 @@ from joblib import effective_n_jobs
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import resolve, warn_of_no_skeleton
 from skpose.motions._distances import COMPARED_CONSTRAINTS, check_of_windows
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import check_motions, check_single_motions, rates_differ
-from skpose.motions._windows import WindowSearch
+from skpose.motions._search import WindowSearch
 from skpose.skeleton import Skeleton
 
 

@@ -5,14 +5,14 @@ from typing import ClassVar
 import numpy as np
 
 from skpose._utils.sklearn import fit_context
-from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import OF_MOTIONS
-from skpose.motions._base import MotionEstimatorMixin
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._index import SequenceIndex
+from skpose.motions._inputs import MotionEstimatorMixin
 from skpose.motions._search import Request, find
 from skpose.neighbors import PoseKNeighborsTransformer
-from skpose.neighbors._nearest_so_far import Neighbors
+from skpose.neighbors._index import Neighbors
 
 
 class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransformer):

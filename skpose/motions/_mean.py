@@ -24,12 +24,11 @@ from skpose.metrics import Position
 from skpose.metrics._matrix import DistanceMatrix
 from skpose.metrics._means import TOL
 from skpose.metrics._registry import METRIC_CONSTRAINTS
+from skpose.motions._distances import MotionMatrix
 from skpose.motions._inputs import Sequences, check_motions
-from skpose.motions._matrix import MotionMatrix
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._interpolation import interpolate_poses
+from skpose.skeleton._interpolation import interpolate_poses, join_seen
 from skpose.skeleton._root import continuous_root_angles, find_root_joint, heading, root_orientations
-from skpose.skeleton._sampling import join_seen
 
 STEPS_OF_A_POSE = 200  # Newton's, at most
 TRAVEL = 0.5  # m, from the first place to the last, of a motion that has a direction of travel

@@ -12,7 +12,7 @@ from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.warnings import warn
 from skpose.metrics import Geodesic, Metric, Spatial
-from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import check_single_motions
 from skpose.motions._surrogates import p_value

@@ -9,6 +9,9 @@ in the order of their bounds, cell by cell, until no bound is within the k-th di
 """
 
 import bisect
+import functools
+import itertools
+from collections.abc import Iterable
 from contextlib import closing
 from typing import NamedTuple
 
@@ -17,14 +20,13 @@ from joblib import effective_n_jobs
 from sklearn.utils import gen_batches
 
 from skpose._compiled.pose import loops
-from skpose._compiled.warping.paths import Paths
+from skpose._compiled.warping.paths import Paths, accumulate, accumulate_from, path_to
 from skpose._compiled.warping.within import Ends, Within, warp_within
-from skpose._utils.backends import from_workers, in_processes
-from skpose._utils.parallel import TASKS_PER_WORKER, in_threads
+from skpose._utils.parallel import TASKS_PER_WORKER, from_workers, in_processes, in_threads
 from skpose._utils.progress import progress
-from skpose.motions._index import Bounds, SequenceIndex, sums_to_end
+from skpose.motions._distances import MotionMatrix, share_of_band, work_per_cell
+from skpose.motions._index import FRAMES_PER_BOX, OPEN, Bounds, SequenceIndex, sums_to_end
 from skpose.motions._inputs import Sequences
-from skpose.motions._matrix import MotionMatrix, share_of_band, work_per_cell
 
 FLOAT64 = np.dtype(np.float64)
 FIRST_MOTIONS = 48  # bounded by their frames before there is a limit, in addition to 2 k
@@ -209,3 +211,206 @@ def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) 
         unconverged += [(one.count, one.gap) for one in counts]
     nearest, indices = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Nearest(nearest, indices, len(queries.poses) * len(motions.poses), unconverged)
+
+
+# --- windows ----------------------------------------------------------------------------------------------------------
+# Exact search of the windows of long motions that match a query best, by filter and refine.
+#
+# A *window* ends at a frame of a motion and begins where the least path of the query to that frame begins, an open
+# path of `_compiled.warping.paths`. The best window has the least sum; the next is the best window that overlaps it
+# by at most half, and so on.
+#
+# 1. Every *box* of frames gets a lower bound of all paths through it: the least cost up to the box plus the least
+# cost    from there on. The boxes with the least bounds are scanned first. 2. To *scan* frames is to compute the same
+# bounds of the frames themselves. In the order of the bounds of their ends,    windows are measured along the path
+# that is best by the bounds, until the k best do not change for a while. The    k-th sum is a limit: no path with a
+# larger sum is one of the k best. Boxes within it are scanned too. 3. Runs of frames whose bounds are within the
+# limit are *regions*, and no path within the limit leaves one. They are    searched cell by cell, which finds all
+# windows within the limit, and so the k best.
+#
+# If overlapping windows leave fewer than k within the limit, it is raised.
+
+
+FIRST_SHARE = 0.05  # of the boxes, scanned first
+SCANNED_AT_ONCE = 2**17  # cells
+LONGEST = 3  # window measured for the limit, in lengths of the query
+NEAR = 4  # regions less than this fraction of a query apart are searched as one, which is faster
+PATIENCE = 20  # windows in a row, at least, measured without a change of the k best
+# Cost of the limit, in the unit of `skpose._utils.parallel`: a millisecond for each window.
+WORK_PER_WINDOW, FEWEST_WINDOWS, WINDOWS_PER_K = 5e6, 10, 3
+RAISED = 1.1  # factor for a limit with too few windows
+
+
+class Window(NamedTuple):
+    """A part of a motion in frames of the index, and the sum of the path that takes the query through it."""
+
+    sum: float
+    start: int
+    stop: int
+
+
+class WindowSearch:
+    """A search of an index for the windows that match one motion best."""
+
+    def __init__(self, index: SequenceIndex, n_jobs: int):
+        self.index, self.n_jobs = index, n_jobs
+        self.n_cells = 0
+        self.unconverged: list[tuple[int, float]] = []
+
+    def best(self, query: np.ndarray, k: int) -> list[Window]:
+        """The k best windows by their sums, or all if there are fewer."""
+        codes = Aligner(self.index, OPEN).encode(query)
+        if self.index.filter is None or not self._is_worth_it(query, k):
+            starts = self.index.sequences.starts.tolist()
+            return choose_windows(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
+        bounds = Bounds(self.index, query)
+        by_boxes = self._bounds_of_boxes(bounds)
+        covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in the scanned boxes
+        measured: dict[int, Window] = {}
+        while True:
+            by_frames, ends = self._scan_boxes(bounds, by_boxes, covered)
+            limit = self._limit(bounds, codes, ends, k, measured)
+            while limit <= covered:
+                near = max(FRAMES_PER_BOX, len(query) // NEAR)
+                regions = self._find_regions(by_frames <= limit * (1.0 + ROUNDING), near)
+                found = choose_windows(self._within(codes, bounds, regions, limit), k)
+                if len(found) == k or np.isinf(limit):
+                    return found
+                limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf  # a factor does not raise zero
+            covered = limit
+
+    def _is_worth_it(self, query: np.ndarray, k: int) -> bool:
+        """Whether brute force takes longer than measuring the windows for the limit."""
+        index = self.index
+        work = work_per_cell(index.metric, index.skeleton, index.sequences)
+        return len(query) * len(index.sequences.poses) * work > WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k)
+
+    def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
+        """A lower bound of the sums of all paths through each box."""
+        least = np.empty(len(self.index.boxes))
+
+        def fill(first: int, last: int) -> None:
+            distances = bounds.of_boxes(first, last)
+            least[first:last] = sums_through(distances, sums_to_end(distances, OPEN), np.full(bounds.n, np.inf))[0]
+
+        starts = self.index.box_starts.tolist()
+        in_threads((functools.partial(fill, *ends) for ends in itertools.pairwise(starts)), self.n_jobs)
+        return least
+
+    def _scan_boxes(self, bounds: Bounds, by_boxes: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+        """Lower bounds of the sums of all paths through each frame, and of all paths that end there.
+
+        Only boxes within the limit are scanned; elsewhere the bounds are infinite.
+        """
+        frames = np.repeat(by_boxes, np.diff(self.index.box_firsts, append=self.index.sequences.starts[-1]))
+        by_frames, ends = np.full(len(frames), np.inf), np.full(len(frames), np.inf)
+        regions = self._find_regions(frames <= limit * (1.0 + ROUNDING), 0)
+
+        def scan(start: int, stop: int) -> None:
+            step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
+            chunks = [(at, min(at + step, stop)) for at in range(start, stop, step)]
+            none = np.full(bounds.n, np.inf)
+            behind = [none]  # sums to the end from the first column of each chunk, from the last chunk on
+            for chunk in chunks[:0:-1]:
+                behind.append(sums_to_end(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
+            edge = none
+            for chunk in chunks:
+                distances = bounds.of_frames(*chunk)
+                onwards = sums_to_end(distances, OPEN, behind.pop())
+                by_frames[slice(*chunk)], to = sums_through(distances, onwards, edge)
+                ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
+
+        in_threads((functools.partial(scan, *region) for region in regions), self.n_jobs)
+        return by_frames, ends
+
+    def _limit(self, bounds: Bounds, codes: np.ndarray, ends: np.ndarray, k: int, measured: dict[int, Window]) -> float:
+        """The largest sum of k windows that exist; infinity if there are fewer. `measured` has windows by their end."""
+        found: list[Window] = []
+        best: list[Window] = []
+        batch = max(PATIENCE, k // 4)
+        free = np.isfinite(ends)
+        for end in ends.argsort(kind="stable").tolist():
+            if not free[end]:
+                if np.isinf(ends[end]):
+                    break
+                continue
+            if len(best) == k and ends[end] > best[-1].sum:
+                break
+            if end not in measured:
+                measured[end] = self._measure_window(bounds, codes, end)
+            window = measured[end]
+            found.append(window)
+            half = max(1, (window.stop - window.start) // 2)  # windows that end here overlap this one
+            free[max(0, end - half) : end + half] = False
+            if len(found) % batch == 0:
+                before, best = best, choose_windows(found, k)
+                if len(best) == k and best == before:
+                    break
+        best = choose_windows(found, k)
+        return best[-1].sum if len(best) == k else np.inf
+
+    def _measure_window(self, bounds: Bounds, codes: np.ndarray, end: int) -> Window:
+        """The window that ends at a frame, with the sum along the path that is best by the bounds."""
+        starts = self.index.sequences.starts
+        begin = starts[np.searchsorted(starts, end, side="right") - 1]
+        start = max(int(begin), end + 1 - LONGEST * bounds.n)
+        sums = bounds.of_frames(start, end + 1)
+        accumulate(sums, OPEN)
+        path = path_to(sums, True, end - start)
+        first = start + int(path[0, 1])
+        total = Aligner(self.index, OPEN).path_sum(codes, first, path - [0, first - start])
+        return Window(total, first, end + 1)
+
+    def _find_regions(self, chosen_frames: np.ndarray, near: int) -> list[tuple[int, int]]:
+        """Ranges of chosen frames, start and stop; ranges of one motion that are near each other are joined."""
+        frames = np.flatnonzero(chosen_frames)
+        if not len(frames):
+            return []
+        motions = np.searchsorted(self.index.sequences.starts, frames, side="right")
+        begins = np.flatnonzero((np.diff(frames) > near + 1) | (np.diff(motions) > 0)) + 1
+        firsts, lasts = np.append(0, begins), np.append(begins, len(frames)) - 1
+        return list(zip(frames[firsts].tolist(), (frames[lasts] + 1).tolist(), strict=True))
+
+    def _within(
+        self, codes: np.ndarray, bounds: Bounds | None, regions: Iterable[tuple[int, int]], limit: float
+    ) -> list[Window]:
+        """For each frame of the regions, the best window that ends there, if it is within the limit."""
+
+        def windows(start: int, stop: int) -> tuple[list[Window], Aligner]:
+            aligner = Aligner(self.index, OPEN)
+            sums, starts = aligner.ends(codes, start, stop, bounds, limit)
+            ends = np.flatnonzero(np.isfinite(sums))
+            return [Window(float(sums[e]), start + int(starts[e]), start + int(e) + 1) for e in ends], aligner
+
+        results = in_threads((functools.partial(windows, *region) for region in regions), self.n_jobs)
+        for _, aligner in results:
+            self.n_cells += aligner.n_cells
+            self.unconverged += aligner.unconverged
+        return [window for found, _ in results for window in found]
+
+
+def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least sum of the open paths through each column, and the sums of those to each cell.
+
+    `onwards` has the sums from each cell on and is overwritten, `edge` the sums to the column before the first one.
+    """
+    to = distances.copy()
+    accumulate_from(to, OPEN, edge)
+    onwards -= distances
+    onwards += to
+    return onwards.min(axis=0), to
+
+
+def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:
+    """The k best windows of which no two overlap by more than half of the shorter one; the first of equal sums."""
+    ordered = sorted(windows, key=lambda window: (window.sum, window.stop))
+    starts, stops = np.array([(window.start, window.stop) for window in ordered], np.int64).reshape(-1, 2).T
+    best, free = [], np.ones(len(ordered), bool)
+    for i, window in enumerate(ordered):
+        if free[i]:
+            best.append(window)
+            if len(best) == k:
+                break
+            common = np.minimum(stops, window.stop) - np.maximum(starts, window.start)
+            free &= 2 * common <= np.minimum(stops - starts, window.stop - window.start)
+    return best

@@ -15,8 +15,7 @@ from joblib import effective_n_jobs
 from skpose._compiled.path.family import comes_back, first_far, fitness_of, segments_of
 from skpose._utils.parallel import in_threads
 from skpose.metrics import Metric
-from skpose.metrics._convergence import Unconverged
-from skpose.metrics._matrix import DistanceMatrix, paired_distances
+from skpose.metrics._matrix import DistanceMatrix, Unconverged, paired_distances
 from skpose.skeleton import Skeleton
 
 FAST, FAR = 0.95, 0.95  # quantiles of speeds, and of distances between frames, that count as large

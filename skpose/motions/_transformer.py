@@ -2,12 +2,11 @@
 
 from typing import ClassVar
 
-from skpose.metrics._convergence import warn_of_unconverged
-from skpose.motions._base import MotionEstimatorMixin
-from skpose.motions._distances import MOTION_CONSTRAINTS, check_alignment
-from skpose.motions._matrix import MotionMatrix
+from skpose.metrics._matrix import warn_of_unconverged
+from skpose.motions._distances import MOTION_CONSTRAINTS, MotionMatrix, check_alignment
+from skpose.motions._inputs import MotionEstimatorMixin
 from skpose.preprocessing import PoseDistanceTransformer
-from skpose.preprocessing._kernels import KERNEL_CONSTRAINTS
+from skpose.preprocessing._distances import KERNEL_CONSTRAINTS
 
 
 class MotionDistanceTransformer(MotionEstimatorMixin, PoseDistanceTransformer):

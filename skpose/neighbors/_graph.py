@@ -10,7 +10,7 @@ from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, Transfo
 from skpose._base import POSE_CONSTRAINTS, PoseEstimatorMixin
 from skpose._utils.sklearn import StrOptions, fit_context
 from skpose._utils.validation import check_choice, check_integer
-from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import warn_of_unconverged
 from skpose.neighbors._index import PoseIndex
 from skpose.neighbors._queries import Request, find
 

@@ -12,11 +12,9 @@ import numpy as np
 from joblib import effective_n_jobs
 from sklearn.utils import gen_batches
 
-from skpose._utils.backends import from_workers, in_processes
-from skpose._utils.parallel import TASKS_PER_WORKER
+from skpose._utils.parallel import TASKS_PER_WORKER, from_workers, in_processes
 from skpose._utils.progress import progress
-from skpose.neighbors._index import PoseIndex
-from skpose.neighbors._nearest_so_far import Neighbors
+from skpose.neighbors._index import Neighbors, PoseIndex
 from skpose.neighbors._search import MAX_BOUNDS, QUERIES, GeodesicSearch, Search
 
 FEWEST_QUERIES = 32  # in a task for another process

@@ -33,8 +33,17 @@ from skpose._compiled.pose.nearest import Groups, nearest_of_groups
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
-from skpose.neighbors._index import FILTER_WORK, FLOAT32, LANES, ChordFilter, FilterPoints, PoseIndex, order_of_groups
-from skpose.neighbors._nearest_so_far import NearestSoFar, Neighbors
+from skpose.neighbors._index import (
+    FILTER_WORK,
+    FLOAT32,
+    LANES,
+    ChordFilter,
+    FilterPoints,
+    NearestSoFar,
+    Neighbors,
+    PoseIndex,
+    order_of_groups,
+)
 
 QUERIES = 1024  # searched for at once; memory is proportional to it
 FIRST_CANDIDATES = 16  # of each query, in addition to 1.5 k

@@ -9,8 +9,7 @@ from skpose.kinematics import forward_kinematics
 from skpose.motions import Alignment
 from skpose.motions._alignment import Quantity
 from skpose.plot._axes import SIDES, axes, plain
-from skpose.plot._pose import GAP, check_projection, draw_pose
-from skpose.plot._volume import shape_of_person
+from skpose.plot._pose import GAP, check_projection, draw_pose, shape_of_person
 from skpose.skeleton._sides import sides
 
 ROW = 0.19  # inches: the height of a joint

@@ -26,7 +26,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import list_names, near_names
 from skpose._utils.warnings import warn
 from skpose.io import MocapFormatError
-from skpose.io._arguments import Readable
+from skpose.io._source import Readable
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
 

@@ -11,15 +11,13 @@ from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import check_choice, check_frame_rate, list_names
 from skpose._utils.warnings import warn
-from skpose.io._arguments import Readable
+from skpose.io._source import Readable
 from skpose.robots._load import FREE, SPHERICAL, WORLD, Joint, Robot, RobotFile, build_robot, read_robot
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._comparison import mismatch
-from skpose.skeleton._continuity import continuous_columns
-from skpose.skeleton._rest import size_of
+from skpose.skeleton._rest import mismatch, size_of
 from skpose.skeleton._root import continuous_root_angles, root_orientations
 from skpose.skeleton._rotation_forms import FORMS
-from skpose.skeleton._rotations import rotations_of
+from skpose.skeleton._rotations import continuous_columns, rotations_of
 
 if TYPE_CHECKING:
     import mujoco

@@ -7,7 +7,6 @@ import numpy as np
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose._utils.sklearn import StrOptions, check_sample_weight, validate_params
 from skpose._utils.typing import ArrayLike
-from skpose.scores._align import align as align_points
 from skpose.scores._inputs import (
     CONSTRAINTS,
     LENGTHS,
@@ -19,6 +18,7 @@ from skpose.scores._inputs import (
     points_of,
     read_positions,
 )
+from skpose.scores._inputs import align as align_points
 from skpose.scores._mpjpe import Align
 from skpose.skeleton import Skeleton
 

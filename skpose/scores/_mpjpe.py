@@ -5,7 +5,6 @@ from typing import Any, Literal
 from skpose._utils.sklearn import validate_params
 from skpose._utils.typing import ArrayLike
 from skpose.kinematics._arrays import namespace_of
-from skpose.scores._align import align as align_points
 from skpose.scores._arrays import array_mpjpe
 from skpose.scores._inputs import (
     CONSTRAINTS,
@@ -18,6 +17,7 @@ from skpose.scores._inputs import (
     read_points,
     select_joints,
 )
+from skpose.scores._inputs import align as align_points
 from skpose.skeleton import Skeleton
 
 Align = Literal["scale", "rigid", "similarity"]

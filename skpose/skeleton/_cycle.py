@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import BALL, Bone, are_slides
 from skpose.skeleton._chart import move, steps_from
-from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._root import heading
+from skpose.skeleton._rotations import joint_positions
 from skpose.skeleton._skeleton import Skeleton
 
 ROOT = Bone("root", None, (0.0, 0.0, 0.0), BALL)

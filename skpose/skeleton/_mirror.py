@@ -16,10 +16,9 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import check_choice
 from skpose.skeleton._bone import Bone, axes_of, with_columns
-from skpose.skeleton._continuity import continuous_columns
 from skpose.skeleton._rest import directions_at_zero
 from skpose.skeleton._root import root_orientations
-from skpose.skeleton._rotations import fit_columns, rotations_of
+from skpose.skeleton._rotations import continuous_columns, fit_columns, rotations_of
 from skpose.skeleton._sides import partners
 from skpose.skeleton._skeleton import Skeleton
 

@@ -18,11 +18,19 @@ from skpose._utils.validation import (
 )
 from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes, kept_inside
-from skpose.skeleton._comparison import mismatch
-from skpose.skeleton._continuity import convert, remove_jumps
 from skpose.skeleton._cycle import Frames, close_cycle, describe_opening, repeat_cycle
-from skpose.skeleton._interpolation import interpolate_linearly, interpolate_poses
+from skpose.skeleton._interpolation import (
+    check_seen,
+    choose_frames,
+    interpolate_linearly,
+    interpolate_poses,
+    join_seen,
+    resample_frames,
+    seen_between,
+    seen_of,
+)
 from skpose.skeleton._mirror import mirror_poses
+from skpose.skeleton._rest import mismatch
 from skpose.skeleton._root import (
     continuous_root_angles,
     find_root_joint,
@@ -33,7 +41,7 @@ from skpose.skeleton._root import (
     with_root_joint,
     without_root_joint,
 )
-from skpose.skeleton._sampling import check_seen, choose_frames, join_seen, resample_frames, seen_between, seen_of
+from skpose.skeleton._rotations import convert, remove_jumps
 from skpose.skeleton._skeleton import Skeleton
 from skpose.skeleton._upright import upright_turn
 

@@ -1,5 +1,7 @@
 """The rest pose of a skeleton: its bones at angle zero. Equal numbers are different poses if rest poses differ."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from skpose._utils.validation import SkeletonLike
@@ -43,3 +45,62 @@ def positions_at_zero(skeleton: SkeletonLike) -> np.ndarray:
     for j, parent in enumerate(skeleton.parents):
         positions[j] = positions[parent] + bones[j]
     return positions
+
+
+# --- comparison -------------------------------------------------------------------------------------------------------
+# Comparison of skeletons on which equal numbers may be different poses: joints, dofs, rest poses.
+
+
+LARGEST_DIFFERENCE = 45.0  # degrees: people of one set differ by less, T-poses and A-poses by more
+
+
+def mismatch(a: SkeletonLike, b: SkeletonLike) -> str:
+    """Why equal angles are different poses on two skeletons; empty if they are the same pose."""
+    if a.offset_frame != b.offset_frame:
+        return f"their offset frames are {a.offset_frame!r} and {b.offset_frame!r}"
+    bones_a, bones_b = ({bone.name: bone for bone in skeleton.bones} for skeleton in (a, b))
+    alone = [name for name in [*bones_a, *bones_b] if name not in bones_a or name not in bones_b]
+    if alone:
+        return f"only one of them has a joint {alone[0]!r}"
+    for name in bones_a:
+        for field in ("parent", "dofs", "axis", "dof_name"):
+            in_a, in_b = getattr(bones_a[name], field), getattr(bones_b[name], field)
+            if in_a != in_b:
+                convertible = field == "dofs" and min(bones_a[name].n_dofs, bones_b[name].n_dofs) > 1
+                return f"joint {name!r} has {field} {in_a!r} and {in_b!r}" + "; convert to_rotvec()" * convertible
+    return ""
+
+
+def check_comparable(skeletons: Sequence[SkeletonLike], names: Sequence[str], other_rest: str, other_rig: str) -> None:
+    """Refuse skeletons on which equal numbers are different poses; names and two remedies are for the messages."""
+    for i, other in enumerate(skeletons[1:], start=1):
+        if difference := mismatch(skeletons[0], other):
+            raise ValueError(f"{names[i]} and {names[0]} have different skeletons: {difference}. {other_rig}")
+    check_rest_poses(skeletons, names, other_rest)
+
+
+def check_rest_poses(skeletons: Sequence[SkeletonLike], names: Sequence[str], remedy: str) -> None:
+    """Refuse skeletons with the same joints if two have bones, or rest rotations, that are far apart.
+
+    Each bone is compared by its direction at angle zero; each joint with dofs by its rest rotation, too.
+    """
+    joints = skeletons[0].joint_names
+    order = [[skeleton.joint_names.index(name) for name in joints] for skeleton in skeletons]
+    directions = np.stack([directions_at_zero(s)[i] for s, i in zip(skeletons, order, strict=True)])
+    rests = np.stack([s.rest_rotations[i].reshape(-1, 9) for s, i in zip(skeletons, order, strict=True)])
+    rigid = ~np.array([bool(bone.dofs) for bone in skeletons[0].bones])
+    unknown = np.asarray(~directions.any(axis=-1))
+    worst, found = LARGEST_DIFFERENCE, ""
+    for i in range(len(skeletons) - 1):
+        later = slice(i + 1, None)
+        of_bones = np.einsum("ja,nja->nj", directions[i], directions[later])
+        of_bones[unknown[i] | unknown[later]] = 1.0
+        of_rests = (np.einsum("ja,nja->nj", rests[i], rests[later]) - 1.0) / 2.0
+        of_rests[:, rigid] = 1.0
+        for what, cosine in (("bone", of_bones), ("rest rotation", of_rests)):
+            k, j = np.unravel_index(cosine.round(9).argmin(), cosine.shape)  # a joint before its children
+            angle = float(np.degrees(np.arccos(np.clip(cosine[k, j], -1.0, 1.0))))
+            if angle > worst + 1e-6:
+                worst, found = angle, f"{names[i]} and {names[i + 1 + k]} differ in the {what} of {joints[j]!r}"
+    if found:
+        raise ValueError(f"different rest poses: {found} by {worst:.0f}°, at most 45° expected. {remedy}")

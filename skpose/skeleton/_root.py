@@ -4,8 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import BALL, Bone, with_columns
-from skpose.skeleton._continuity import continuous_columns
-from skpose.skeleton._rotations import columns_of, fit_columns, rotations_of
+from skpose.skeleton._rotations import columns_of, continuous_columns, fit_columns, rotations_of
 from skpose.skeleton._skeleton import Skeleton
 
 EXACT = 1e-9  # rad, tolerance of angles about fewer than three axes

@@ -14,8 +14,8 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.upper_layers import upper_layers
 from skpose._utils.validation import check_choice, near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
-from skpose.skeleton._comparison import check_comparable
-from skpose.skeleton._joint_positions import joint_positions
+from skpose.skeleton._rest import check_comparable
+from skpose.skeleton._rotations import joint_positions
 from skpose.skeleton._selection import check_joints, select_bones
 
 SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joints in one place

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import MotionLike, SkeletonLike
-from skpose.skeleton._joint_positions import joint_positions
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._root import root_orientations
+from skpose.skeleton._rotations import joint_positions
 
 # Parts of the names of points on the head, the neck and the shoulders, and of those on ankles and feet.
 HIGH = "head", "hd", "nose", "neck", "c7", "clav", "acr", "shoulder"

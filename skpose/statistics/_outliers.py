@@ -9,11 +9,10 @@ import numpy as np
 from skpose._utils.sklearn import validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._convergence import Unconverged, warn_of_unconverged
+from skpose.metrics._matrix import Unconverged, warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
-from skpose.statistics._unit_means import ROUNDING, Distances, mean_distances
-from skpose.statistics._units import check_units
+from skpose.statistics._units import ROUNDING, Distances, check_units, mean_distances
 
 
 @dataclass(frozen=True, eq=False)

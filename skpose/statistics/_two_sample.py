@@ -13,12 +13,11 @@ from sklearn.utils import check_random_state, gen_batches
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose.metrics import Metric
-from skpose.metrics._convergence import warn_of_unconverged
+from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, OF_MOTIONS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import Sequences
 from skpose.skeleton import Skeleton
-from skpose.statistics._unit_means import ROUNDING, Distances, mean_kernel, negative_distances
-from skpose.statistics._units import check_units
+from skpose.statistics._units import ROUNDING, Distances, check_units, mean_kernel, negative_distances
 
 VALUES_AT_ONCE = 2**21  # entries of a batch of splits: 16 MB, and as much for the products
 

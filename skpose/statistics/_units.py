@@ -1,15 +1,18 @@
 """The two sets of a test as exchangeable units: single poses or whole motions."""
 
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from sklearn.utils import gen_batches
 
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.metrics import Metric
+from skpose.metrics._matrix import DistanceMatrix, Unconverged
 from skpose.metrics._motion_metrics import MotionMetric
-from skpose.motions._base import is_rows
-from skpose.motions._inputs import CheckedMotions, Sequences, check_motions
+from skpose.motions._inputs import CheckedMotions, Sequences, check_motions, is_rows
+from skpose.preprocessing._distances import Kernel, repair_kernel
 from skpose.skeleton import Skeleton
 
 FRAMES_OF_A_RECORDING = 0.4  # threshold of `_warn_of_frames`, above the ratio of most recordings
@@ -87,3 +90,122 @@ def _warn_of_frames(**arrays: np.ndarray) -> None:
                 f"which are permuted as wholes (mean square step {ratio:.2g} of that in random order)"
             )
             return
+
+
+# --- unit means -------------------------------------------------------------------------------------------------------
+# Means of a function of the distance over all pairs of poses of two units, computed tile by tile.
+#
+# Both statistics are quadratic forms cᵀGc of such a matrix G, with c = 1 / n for units of X and −1 / m for units of
+# Y: G has minus the mean distances for the energy statistic, and mean kernels for the squared MMD.
+
+
+TILE = 4096  # frames per edge of a tile: 134 MB in float64
+ROUNDING = 100 * np.finfo(np.float64).eps  # relative to the largest entry of G; smaller differences are ties
+POSES_FOR_WIDTH = 500  # at least one per unit
+
+
+class Distances(NamedTuple):
+    """Distances between poses under the user's metric."""
+
+    metric: Metric
+    skeleton: Skeleton | None
+    n_jobs: int | None
+
+    def between(self, X: np.ndarray, Y: np.ndarray | None) -> tuple[np.ndarray, Unconverged]:
+        """Distances in float64, and how many of them did not converge."""
+        matrix = DistanceMatrix(X, Y, self.metric, self.skeleton)
+        distances, unconverged = matrix.write(None, self.n_jobs)
+        return distances.astype(np.float64, copy=False), Unconverged.join(unconverged)
+
+
+# The matrix G of a statistic, how many distances did not converge, σ of the kernel, and the share of its negative
+# eigenvalues before its repair.
+UnitMeans = tuple[np.ndarray, Unconverged, float | None, float | None]
+
+
+def negative_distances(sequences: Sequences, distances: Distances) -> UnitMeans:
+    """Minus the mean distance between the poses of every two units."""
+    means, unconverged = mean_distances(sequences, None, distances)
+    return -means, unconverged, None, None
+
+
+def mean_distances(X: Sequences, Y: Sequences | None, distances: Distances) -> tuple[np.ndarray, Unconverged]:
+    """Mean distances between the poses of the units of X and of Y; Y=None is X."""
+    return _means(X, Y, distances, lambda d: d)
+
+
+def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
+    """Mean of exp(−d² / 2σ²) over the pairs of poses of every two units, made positive semidefinite.
+
+    σ is the median distance between different poses of two units. It does not depend on the split, as every unit
+    contributes the same number of poses, evenly spread over its frames.
+    """
+    chosen, unit = _spread(sequences)
+    d, unconverged = distances.between(sequences.poses[chosen], None)
+    apart = d[np.triu(unit[:, None] != unit, 1)]
+    apart = apart[apart > 0]
+    width = float(np.median(apart)) if len(apart) else 1.0  # all poses are equal, any width will do
+    kernel = Kernel("rbf", 0.5 / width**2)
+    if len(chosen) == len(sequences.poses):
+        sums = _sum_rectangles(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1])
+        means = _of_units(sums, sequences, None)
+    else:
+        means, unconverged = _means(sequences, None, distances, kernel.of)
+    matrix, repair = repair_kernel(means, np.eye(len(means), dtype=bool), "clip")
+    return matrix, unconverged, width, repair.negative_share
+
+
+def _spread(sequences: Sequences) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the poses that determine the width of the kernel, and their units."""
+    n_each = np.minimum(max(1, POSES_FOR_WIDTH // sequences.n_motions), sequences.lengths)
+    middles = [
+        start + ((np.arange(k) + 0.5) * n / k).astype(int)
+        for start, n, k in zip(sequences.starts[:-1], sequences.lengths, n_each, strict=True)
+    ]
+    return np.concatenate(middles), np.repeat(np.arange(sequences.n_motions), n_each)
+
+
+def _means(
+    X: Sequences, Y: Sequences | None, distances: Distances, function: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, Unconverged]:
+    """Means of a function of the distance; each pair of poses is computed once."""
+    others = X if Y is None else Y
+    sums, unconverged = np.zeros((X.n_motions, others.n_motions)), []
+    for rows, columns in _tiles(len(X.poses), None if Y is None else len(Y.poses)):
+        on_diagonal = Y is None and rows == columns
+        d, found = distances.between(X.poses[rows], None if on_diagonal else others.poses[columns])
+        unconverged.append(found)
+        (at, starts), (to, other_starts) = _units_in(X, rows), _units_in(others, columns)
+        tile = _sum_rectangles(function(d), starts, other_starts)
+        sums[at, to] += tile
+        if Y is None and not on_diagonal:
+            sums[to, at] += tile.T
+    return _of_units(sums, X, Y), Unconverged.join(unconverged)
+
+
+def _sum_rectangles(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Sums over the rectangles that begin at these rows and columns."""
+    return np.add.reduceat(np.add.reduceat(values, columns, axis=1), rows, axis=0)
+
+
+def _of_units(sums: np.ndarray, X: Sequences, Y: Sequences | None) -> np.ndarray:
+    """Means from sums over all pairs of poses; exactly symmetric if Y is None."""
+    if Y is not None:
+        return sums / np.outer(X.lengths, Y.lengths)
+    means = sums / np.outer(X.lengths, X.lengths)
+    return 0.5 * (means + means.T)
+
+
+def _tiles(n_rows: int, n_columns: int | None) -> Iterator[tuple[slice, slice]]:
+    """Yield rows and columns of tiles, or of the upper triangle if n_columns is None."""
+    batches = list(gen_batches(n_rows, TILE))
+    for i, rows in enumerate(batches):
+        for columns in batches[i:] if n_columns is None else gen_batches(n_columns, TILE):
+            yield rows, columns
+
+
+def _units_in(sequences: Sequences, frames: slice) -> tuple[slice, np.ndarray]:
+    """The units with frames in a range, and where they begin in it."""
+    first = np.searchsorted(sequences.starts, frames.start, side="right") - 1
+    last = np.searchsorted(sequences.starts, frames.stop, side="left")
+    return slice(first, last), np.maximum(sequences.starts[first:last] - frames.start, 0)

@@ -19,9 +19,8 @@ from skpose.metrics._registry import METRICS, resolve
 from skpose.neighbors import PoseKNeighborsTransformer
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._sides import sides
-from skpose.view._pack import ANGLE, pack, unpack
 from skpose.view._page import Page, check_labels, page_of
-from skpose.view._scene import AXES, vertical_of
+from skpose.view._scene import ANGLE, AXES, pack, unpack, vertical_of
 from skpose.view._shape import find_shape
 
 MILLISECOND = 1e-3

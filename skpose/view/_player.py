@@ -16,10 +16,8 @@ from skpose.motions import Alignment
 from skpose.skeleton import Motion
 from skpose.skeleton._interpolation import straight_line
 from skpose.skeleton._rotations import TWO_PI
-from skpose.view._pack import pack
 from skpose.view._page import Page, check_labels, page_of
-from skpose.view._points import points_data
-from skpose.view._scene import motion_data
+from skpose.view._scene import motion_data, pack, points_data
 
 Recording = Motion | Keypoints
 

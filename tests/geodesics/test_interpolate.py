@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics, geodesic
 from skpose.geodesics import interpolate
-from skpose.geodesics._spline import Segment, _segment_of, natural_slopes
+from skpose.geodesics._interpolate import Segment, _segment_of, natural_slopes
 from skpose.metrics import Geodesic
 
 METHODS = ["geodesic", "spline"]

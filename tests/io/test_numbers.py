@@ -5,8 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from skpose.io._numbers import parse, parse_fixed
-from skpose.io._source import NUMBER
+from skpose.io._source import NUMBER, parse, parse_fixed
 
 
 def expected(text):

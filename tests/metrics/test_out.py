@@ -71,7 +71,7 @@ def test_every_metric_in_float32(metric, X, tmp_path):
 
 @pytest.mark.slow
 def test_tiles_of_workers(X, tmp_path, monkeypatch):
-    monkeypatch.setattr("skpose.metrics._tiled.WORTH_SENDING", 0)
+    monkeypatch.setattr("skpose.metrics._matrix.WORTH_SENDING", 0)
     expected = pose_distances(X, skeleton=TREE)
     out, read = make("zarr", tmp_path, expected.shape)
     with joblib.parallel_config("loky", n_jobs=2):

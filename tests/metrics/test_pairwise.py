@@ -14,7 +14,7 @@ from conftest import SKELETONS, random_tree, with_either_wrap
 from joblib import parallel_config
 
 from skpose import Skeleton, pose_distances
-from skpose.metrics import Spatial, _matrix, _tiled
+from skpose.metrics import Spatial, _matrix
 from skpose.metrics._registry import METRICS
 
 ALL_METRICS = pytest.mark.parametrize("metric", METRICS, indirect=True)
@@ -88,11 +88,11 @@ def test_threads_tiles_and_tasks_change_nothing(metric, skeleton, X, monkeypatch
 
 @pytest.mark.parametrize("n", [0, 128, 3 * 128 + 5])
 def test_the_lower_triangle_is_copied_from_the_upper(n, monkeypatch):
-    monkeypatch.setattr(_tiled, "WORTH_A_THREAD", 1)
+    monkeypatch.setattr(_matrix, "WORTH_A_THREAD", 1)
     whole = np.random.default_rng(n).normal(size=(n + 3, n + 2))
     whole[np.tril_indices(n)] = np.nan  # not read
     upper, outside = np.triu(whole[:n, :n], 1), whole[n:].copy()
-    _tiled.mirror(whole[:n, :n], 2)
+    _matrix.mirror(whole[:n, :n], 2)
     np.testing.assert_array_equal(whole[:n, :n], upper + upper.T)
     np.testing.assert_array_equal(whole[n:], outside)
 

@@ -11,7 +11,7 @@ from skpose.metrics._registry import METRICS
 from skpose.motions import MotionIndex, MotionMatch, find_motion
 from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._windows import WindowSearch
+from skpose.motions._search import WindowSearch
 
 ARM = Skeleton.chain(3)
 
@@ -19,7 +19,7 @@ ARM = Skeleton.chain(3)
 @pytest.fixture(autouse=True)
 def searched(monkeypatch):
     """Search also where brute force takes less time."""
-    monkeypatch.setattr("skpose.motions._windows.WORK_PER_WINDOW", 0.0)
+    monkeypatch.setattr("skpose.motions._search.WORK_PER_WINDOW", 0.0)
 
 
 def wander(n_frames, rng):
@@ -77,11 +77,11 @@ def test_equal_windows_come_in_their_order():
 def test_long_recordings_are_scanned_in_parts(recordings, monkeypatch):
     query = recordings[3][40:70] + 0.01
     expected = find_motion(query, recordings, k=8, skeleton=ARM)
-    monkeypatch.setattr("skpose.motions._windows.SCANNED_AT_ONCE", 1)
+    monkeypatch.setattr("skpose.motions._search.SCANNED_AT_ONCE", 1)
     assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
     monkeypatch.setattr("skpose.motions._search.MOST_CELLS", 1)
     assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
-    monkeypatch.setattr("skpose.motions._windows.FIRST_SHARE", 1.0)
+    monkeypatch.setattr("skpose.motions._search.FIRST_SHARE", 1.0)
     assert find_motion(query, recordings, k=8, skeleton=ARM) == expected
 
 

@@ -11,9 +11,9 @@ from conftest import SKELETONS, in_turns, random_tree
 
 from skpose import Skeleton, motion_distances, pose_distances
 from skpose._compiled.warping.paths import Paths, accumulate
-from skpose._utils.backends import from_workers
+from skpose._utils.parallel import from_workers
 from skpose.metrics._registry import METRICS
-from skpose.motions import _matrix
+from skpose.motions import _distances
 
 HUMANOID, TREE, CHAIN = SKELETONS["humanoid"], random_tree(0), Skeleton.chain(2)
 WITH_FORMULA = [name for name in METRICS if name != "geodesic"]
@@ -129,11 +129,11 @@ def test_the_number_of_threads_and_of_tasks_changes_nothing(metric, alignment, m
     cases = [(X, None), (X, [a + 0.1 for a in X[:3]])]
     parameters = {"skeleton": skeleton, "metric": metric, "alignment": alignment}
     one = [motion_distances(*case, **parameters) for case in cases]
-    monkeypatch.setattr(_matrix, "WORK_PER_TASK", 1.0)  # a task for every pair
-    monkeypatch.setattr(_matrix, "LITTLE_WORK", 1.0)
+    monkeypatch.setattr(_distances, "WORK_PER_TASK", 1.0)  # a task for every pair
+    monkeypatch.setattr(_distances, "LITTLE_WORK", 1.0)
     monkeypatch.setattr("skpose.metrics._matrix.WORK_PER_TASK", 1.0)
     for edge in (1, 2**20):  # tiles of few motions, and of all
-        monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", edge)
+        monkeypatch.setattr(_distances, "ENCODED_AT_ONCE", edge)
         for case, expected in zip(cases, one, strict=True):
             np.testing.assert_array_equal(motion_distances(*case, **parameters), expected)
             np.testing.assert_array_equal(motion_distances(*case, **parameters, n_jobs=2), expected)
@@ -167,9 +167,9 @@ def test_processes_give_the_same_to_the_last_bit(monkeypatch):
         sent.append(len(tasks))
         return from_workers(function, shared, tasks, n_jobs)
 
-    monkeypatch.setattr("skpose.metrics._tiled.from_workers", counted)
-    monkeypatch.setattr("skpose.metrics._tiled.WORTH_SENDING", 0)
-    monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", 32)
+    monkeypatch.setattr("skpose.metrics._matrix.from_workers", counted)
+    monkeypatch.setattr("skpose.metrics._matrix.WORTH_SENDING", 0)
+    monkeypatch.setattr(_distances, "ENCODED_AT_ONCE", 32)
     X, same = motions([12, 15, 9, 20, 15, 8, 14, 30, 11]), motions([6] * 7)
     cases = [(X, None, "dtw"), (X, [a[::-1] for a in X[:3]], "subsequence"), (same, None, "frames")]
     for one, other, alignment in cases:

@@ -9,7 +9,7 @@ from sklearn.svm import SVC
 from skpose import Skeleton, motion_distances
 from skpose.datasets import make_gait
 from skpose.motions import MotionDistanceTransformer
-from skpose.motions._matrix import MotionMatrix
+from skpose.motions._distances import MotionMatrix
 
 ARM = Skeleton.chain(3)
 

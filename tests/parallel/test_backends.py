@@ -13,8 +13,8 @@ import pytest
 from conftest import random_tree
 
 from skpose import PoseKNeighborsTransformer, pose_distances
-from skpose._utils import backends
-from skpose._utils.backends import from_workers, in_processes
+from skpose._utils import parallel
+from skpose._utils.parallel import from_workers, in_processes
 from skpose.metrics import pose_distances_chunked
 from skpose.neighbors import PoseRadiusNeighborsTransformer
 
@@ -83,7 +83,7 @@ def test_tasks_and_payload(backend, tmp_path, monkeypatch):
         assert os.getpid() not in {pid for _, (pid, _) in returned}
         with pytest.raises(ArithmeticError, match="seven"):
             list(from_workers(fail, None, TASKS, None))
-        monkeypatch.setattr(backends, "UNFINISHED", 2)
+        monkeypatch.setattr(parallel, "UNFINISHED", 2)
         results = iter(from_workers(note, str(tmp_path), [(i, i) for i in range(40)], None))
         next(results)
         time.sleep(1.0)
@@ -108,7 +108,7 @@ def test_results_are_the_same_to_the_last_bit(backend, monkeypatch):
         sent.append(len(tasks))
         return from_workers(function, shared, tasks, n_jobs)
 
-    for module in ("skpose.metrics._tiled", "skpose.neighbors._queries"):
+    for module in ("skpose.metrics._matrix", "skpose.neighbors._queries"):
         monkeypatch.setattr(f"{module}.from_workers", counted)
         monkeypatch.setattr(f"{module}.WORTH_SENDING", 0)
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 64)

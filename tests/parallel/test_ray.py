@@ -13,8 +13,8 @@ import joblib, numpy as np, ray
 from ray.util.joblib import register_ray
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import humanoid
-import skpose._utils.backends, skpose.metrics._matrix, skpose.metrics._tiled, skpose.neighbors._queries
-skpose.metrics._tiled.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
+import skpose._utils.parallel, skpose.metrics._matrix, skpose.metrics._matrix, skpose.neighbors._queries
+skpose.metrics._matrix.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
 skpose.metrics._matrix.ENCODED_AT_ONCE = 64
 skeleton = humanoid()
 X = np.random.default_rng(0).normal(0, 0.3, size=(200, skeleton.n_dofs))
@@ -23,7 +23,7 @@ expected = pose_distances(X, skeleton=skeleton), search.kneighbors()
 ray.init(num_cpus=2, include_dashboard=False)
 register_ray()
 with joblib.parallel_config("ray", n_jobs=2):
-    assert skpose._utils.backends.in_processes(None)
+    assert skpose._utils.parallel.in_processes(None)
     np.testing.assert_array_equal(pose_distances(X, skeleton=skeleton), expected[0])
     for found, part in zip(search.kneighbors(), expected[1]):
         np.testing.assert_array_equal(found, part)

@@ -12,7 +12,7 @@ from scipy import stats
 from skpose import Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics._registry import METRICS
-from skpose.statistics import _two_sample, _unit_means, two_sample_test
+from skpose.statistics import _two_sample, _units, two_sample_test
 
 TREE, CHAIN = random_tree(0), Skeleton.chain(2)
 STATISTICS = ["energy", "mmd"]
@@ -190,9 +190,9 @@ def test_tiles_and_chunks_change_nothing(of_motions, statistic, monkeypatch):
     X, Y = (motions([7, 1, 12]), motions([3, 9], 0.3, seed=1)) if of_motions else (poses(12), poses(9, 0.1, seed=1))
     options = {"skeleton": TREE, "statistic": statistic, "random_state": 0, "n_permutations": 50}
     whole = two_sample_test(X, Y, **options)
-    monkeypatch.setattr(_unit_means, "POSES_FOR_WIDTH", 10**6 if statistic == "mmd" else 1)
+    monkeypatch.setattr(_units, "POSES_FOR_WIDTH", 10**6 if statistic == "mmd" else 1)
     monkeypatch.setattr(_two_sample, "VALUES_AT_ONCE", 60)
-    monkeypatch.setattr(_unit_means, "TILE", 5)
+    monkeypatch.setattr(_units, "TILE", 5)
     parts = two_sample_test(X, Y, **options)
     assert parts.pvalue == whole.pvalue
     np.testing.assert_allclose(parts.statistic, whole.statistic, rtol=1e-9)

@@ -12,7 +12,7 @@ from skpose import Bone, Motion, Skeleton, forward_kinematics
 from skpose.datasets import MotionDataset, make_gait
 from skpose.manifold import SpatialMDS
 from skpose.view import Page, _explorer, explorer
-from skpose.view._pack import unpack
+from skpose.view._scene import unpack
 
 STEP = 2 * np.pi / 65536
 

@@ -8,7 +8,7 @@ from pages import data_of
 from skpose import forward_kinematics, pose_distances
 from skpose.datasets import make_gait
 from skpose.view import explorer
-from skpose.view._pack import unpack
+from skpose.view._scene import unpack
 
 pytestmark = pytest.mark.slow
 

@@ -15,7 +15,7 @@ from skpose.datasets import make_gait
 from skpose.metrics import Spatial
 from skpose.motions import align_motions
 from skpose.view import Page, player
-from skpose.view._pack import pack, unpack
+from skpose.view._scene import pack, unpack
 
 
 @pytest.mark.parametrize(("shape", "scale"), [((1, 7), 1e-6), ((300, 90), 1.0), ((500, 3), 1e7)], ids=str)

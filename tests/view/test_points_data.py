@@ -10,7 +10,7 @@ from skpose import Keypoints, Motion, Skeleton
 from skpose.keypoints import Layout, layouts
 from skpose.skeleton._sides import sides
 from skpose.view import player
-from skpose.view._pack import unpack
+from skpose.view._scene import unpack
 
 ARM = Motion(Skeleton.chain(2), np.zeros((3, 2)), 30)
 

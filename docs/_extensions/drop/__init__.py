@@ -10,7 +10,7 @@ from skpose.kinematics import _anatomy
 from skpose.kinematics._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import _sides
-from skpose.skeleton._comparison import LARGEST_DIFFERENCE
+from skpose.skeleton._rest import LARGEST_DIFFERENCE
 from skpose.view import _person_shape
 from skpose.view._explorer import NUMBERS
 from skpose.view._page import Page, page_of

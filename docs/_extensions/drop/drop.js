@@ -68,7 +68,7 @@ async function show(files) {
 
 /**
  * In words, why equal numbers are different poses in two motions, so that there is no distance; empty if they are not.
- * The rules are those of skpose/skeleton/_comparison.py.
+ * The rules are those of skpose/skeleton/_rest.py.
  */
 function problemOf(motions) {
   if (motions.length < 2) return "";

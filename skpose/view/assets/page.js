@@ -5,7 +5,7 @@ const element = (id) => document.getElementById(id);
 const data = JSON.parse(element("data").textContent);
 
 /**
- * Undo `pack` of skpose/view/_pack.py. The result's `at(row, column)` is a number.
+ * Undo `pack` of skpose/view/_scene.py. The result's `at(row, column)` is a number.
  *
  * The bytes are those of differences from row to row, column by column, of all numbers first the low bytes.
  */
