@@ -4,7 +4,8 @@
 
 Every second recording is untouched first: how many have findings of each kind. Then walks, runs and jumps, kicks,
 swordplay and so on get one fault each, of three sizes. A fault is found if there is a finding of its kind that the
-untouched recording does not have. Thresholds were chosen on the other half of the recordings.
+untouched recording does not have. Thresholds were chosen on all of these recordings, so false alarms elsewhere may be
+more frequent.
 """
 
 import time

@@ -2,13 +2,12 @@
 
 | module             | content                                                                             |
 |--------------------|-------------------------------------------------------------------------------------|
-| `_joint_angles`    | flexion, adduction, rotation; `_measure` measures joints with formulas of `_angles` |
+| `_joint_angles`    | flexion, adduction, rotation                                                        |
 | `_cycles`          | their cycles, such as strides, over per cent                                        |
-| `_person`          | the joints of a person; `_segments` and `_axes` have the segments between them      |
-| `_seen`            | the segments shown by the positions to which a motion was fitted                    |
-| `_zero`            | the pose in which angles are zero                                                   |
+| `_segments`        | the joints of a person, the segments between them, and which of them positions show |
+| `_measure`         | formulas of angles, axes of segments, and the pose in which angles are zero         |
 | `_symmetry`        | the left against the mirrored right, joint by joint                                 |
-| `_gait_events`     | foot contacts and foot offs; `_feet` and `_steps` find them from positions          |
+| `_gait_events`     | foot contacts and foot offs; `_feet` finds them from positions                      |
 | `_gait_parameters` | cadence, lengths of steps, shares of stance                                         |
 """
 

@@ -4,7 +4,7 @@
 |-----------------------------|---------------------------------------------------------------|
 | `_geodesic`                 | the path between two poses                                    |
 | `_logarithm`                | poses as tangent vectors at a base pose, and back             |
-| `_interpolate`, `_spline`   | motions through key poses                                     |
+| `_interpolate`              | motions through key poses, along geodesics or a spline        |
 | `_mean`                     | Fréchet means and geometric medians                           |
 | `_descent`                  | the two minimisers behind means and medians                   |
 """

@@ -2,8 +2,8 @@
 
 A metric is an object derived from `Metric` (`_metric`), in one file: `_angle`, `_position`, `_rotation`, `_spatial`,
 `_geodesic`; `_motion_metrics` are for motions only, and `_registry` has all by name. `_means` has what
-means of poses need. `_pairwise` holds the public functions of matrices, `_matrix` computes tiles, `_tiled` distributes
-them and writes each into `out`; `_dask` does the same lazily.
+means of poses need. `_pairwise` holds the public functions of matrices; `_matrix` computes tiles, distributes them and
+writes each into `out`, or does so lazily for dask.
 """
 
 from skpose.metrics._angle import Angle

@@ -3,11 +3,11 @@
 | module         |                                                                                             |
 |----------------|---------------------------------------------------------------------------------------------|
 | `_inputs`      | motions of the user as one array of frames on one skeleton                                  |
-| `_distances`   | the matrix of distances; `_matrix` computes its tiles                                       |
+| `_distances`   | the matrix of distances, computed tile by tile                                              |
 | `_alignment`   | the path of two motions, and the differences of their joints                                |
-| `_transformer` | the distances as a step of a pipeline; `_base` is shared by the estimators                  |
-| `_kneighbors`  | the graph of the nearest motions; `_search` finds them                                      |
-| `_find`        | the best windows of long motions; `_windows` finds them                                     |
+| `_transformer` | the distances as a step of a pipeline                                                       |
+| `_kneighbors`  | the graph of the nearest motions; `_search` finds motions and windows                       |
+| `_find`        | the best windows of long motions                                                            |
 | `_index`       | the motions to search, and lower bounds of the distances to them                            |
 | `_mean`        | the mean of motions and their roots                                                         |
 | `_repetitions` | repetitions in one motion; `_template` finds them, `_surrogates` how surely                   |

@@ -2,10 +2,9 @@
 
 | module              |                                                                     |
 |---------------------|---------------------------------------------------------------------|
-| `_tangent_pca`      | principal components; `_spaces` has the tangent vectors by metric   |
+| `_tangent_pca`      | principal components, with the tangent vectors of each metric       |
 | `_kernel_regressor` | poses as targets                                                    |
-| `_two_sample`       | test of two sets: `_units` validates them, `_unit_means` averages   |
-|                     | distances                                                           |
+| `_two_sample`       | test of two sets; `_units` validates them and averages distances    |
 | `_outliers`         | test of single motions against a set                                |
 """
 
