@@ -51,7 +51,9 @@ def run(args: argparse.Namespace) -> None:
     found = [skpose.biomechanics.joint_angles(motion, zero=zero) for motion in motions]
     with new_file(args.out) as new, new.open("w", encoding="utf-8", newline="") as file:
         if args.cycles:
-            _tabulate(files, motions, found).to_csv(file, index=False, float_format="%.6g")
+            _tabulate(files, motions, found, args.file_frame_rate is None).to_csv(
+                file, index=False, float_format="%.6g"
+            )
         else:
             table = csv.writer(file)
             table.writerow(["time [s]", *(f"{name} [deg]" for name in found[0].names)])
@@ -63,18 +65,23 @@ def run(args: argparse.Namespace) -> None:
         print(f"not in all frames: {', '.join(sorted(name for name, why in missing if why == reason))}: {reason}")
 
 
-def _tabulate(files: list[Path], motions: list["skpose.Motion"], found: list[Any]) -> Any:
-    """The strides of all files as a dataframe, by the events of C3D files that have them."""
+def _tabulate(files: list[Path], motions: list["skpose.Motion"], found: list[Any], has_rates: bool) -> Any:
+    """The strides of all files as a dataframe, by the events of C3D files that have them, in the time of the file."""
     import pandas
 
-    tables = []
-    for path, motion, angles in zip(files, motions, found, strict=True):
-        quantities = skpose.io.load_c3d_quantities(path) if path.suffix.lower() == ".c3d" else {}
+    from skpose.datasets._folder import rows_of
+
+    tables, rows = [], rows_of(files)
+    for row, motion, angles in zip(rows, motions, found, strict=True):
+        path = row["file"]
+        is_c3d = has_rates and ".c3d" in [suffix.lower() for suffix in path.suffixes]
+        quantities = skpose.io.load_c3d_quantities(path) if is_c3d else {}
         known = {name: one for name, one in quantities.items() if one.kind == "events"}
         events = skpose.biomechanics.gait_events(motion, events=known or None)
         print(f"{path}: {events}{' of the file' * bool(known)}")
         if len(events.strides):
-            tables.append(angles.cycles(events).assign(subject=path.resolve().parent.name, trial=path.stem))
+            subject = row["subject"] if "index" in row and row.get("subject") else path.resolve().parent.name
+            tables.append(angles.cycles(events).assign(subject=subject, trial=path.stem))
     if not tables:
         raise ValueError("no file has a stride")
     return pandas.concat(tables, ignore_index=True)

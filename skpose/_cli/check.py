@@ -4,6 +4,7 @@ import argparse
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import skpose
 from skpose._cli import options
@@ -38,6 +39,7 @@ def run(args: argparse.Namespace) -> None:
     names = inputs.shorten([str(row["file"]) for row in rows])
     unread: list[Finding] = []
     numbers: list[int] = []  # of the files of motions
+    frame_numbers: dict[int, Any] = {}  # in each file, without those left out
 
     def read(i: int) -> skpose.Motion:
         options = {"on_nan": "drop", "frame_rate": rows[i].get(RATE)} | inputs.reading_options(args)
@@ -54,16 +56,35 @@ def run(args: argparse.Namespace) -> None:
                 args.status = 3
             else:
                 numbers.append(i)
+                frame_numbers[i] = motion.frame_numbers
                 yield motion
 
     found = check_all(motions(), lambda number: names[numbers[number]])
     findings = unread + [one._replace(motion=numbers[one.motion]) for one in found]
-    _print(findings, names)
+    shown = [_in_file(one, frame_numbers) for one in findings]
+    _print(shown, names)
+    playable = any(one.frames[1] for one in findings)
     if args.out and args.out.suffix.lower() == ".csv":
-        _write_csv(findings, names, args.out)
-    elif args.out:
+        _write_csv(shown, names, args.out)
+    elif args.out and playable:
         report(findings, names, read).save(args.out)
-    print(f"{args.out}: {len(findings)} findings" if args.out else "--out writes all findings as .csv or .html")
+    if args.out:
+        print(
+            f"{args.out}: {len(findings)} findings"
+            if args.out.exists()
+            else f"{args.out}: not written, nothing to play"
+        )
+    else:
+        print("--out writes all findings as .csv or .html")
+
+
+def _in_file(one: Any, frame_numbers: dict[int, Any]) -> Any:
+    """A finding with the numbers of frames in the file."""
+    first, end = one.frames
+    if not end:
+        return one
+    numbers = frame_numbers[one.motion]
+    return one._replace(frames=(int(numbers[first]), int(numbers[end - 1]) + 1))
 
 
 def _print(findings: list, names: list[str]) -> None:
@@ -87,5 +108,6 @@ def _write_csv(findings: list, names: list[str], out: Path) -> None:
         table = csv.writer(file)
         table.writerow(COLUMNS)
         for severity, kind, motion, (first, end), joints, size, unit, what, remedy in findings:
-            row = severity, kind, names[motion], first, end - 1, " ".join(joints), f"{size:.6g}", unit, what, remedy
+            ends = (first, end - 1) if end else ("", "")
+            row = severity, kind, names[motion], *ends, " ".join(joints), f"{size:.6g}", unit, what, remedy
             table.writerow(row)

@@ -24,7 +24,7 @@ def save_motion(content: Motion | Keypoints, out: Path, scale: float, smpl: bool
             print("BVH files do not state that poses were fitted to positions; .npz files do")
         if scale != 1.0:
             print(f"BVH files do not state their unit: read this one with --scale {scale:g}")
-    print(f"{out}: {content!r}")
+    print(f"{out}: {'22 joints at 20 Hz' if suffix == '.npy' else repr(content)}")
 
 
 def save_page(page: Page, out: Path | None, show: bool) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 CONTACT, OFF = "foot contact", "foot off"
 # Names of events, such as "left foot contact", "Right Foot Strike", "LHS" and "RTO".
-EVENT = re.compile(r"(l|r).*?(?:(strike|contact|down|on|hs|ic)|off|to)", re.IGNORECASE)
+EVENT = re.compile(r"(l|r).*?(?:(strike|contact|down|on\b|hs\b|ic\b)|off|to\b)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,7 +142,8 @@ def gait_events(
     -------
     GaitEvents
         The events of all strides, or of a single step; the first has a swing before it. Without gait there are none,
-        and `GaitEvents.reason` states why. Events of a foot that is not seen for more than 0.1 s are missing there.
+        and `GaitEvents.reason` states why. Detected events lack those of a foot that is not seen for more
+        than 0.1 s.
 
     Raises
     ------
@@ -242,7 +243,8 @@ def _stances_of(events: Mapping[str, Any], motion: Motion, feet: Feet) -> list[S
             at = np.ravel(values)
             times = motion.times[at] if np.issubdtype(at.dtype, np.integer) else at
             side, kind = "lr".index(match[1].lower()), CONTACT if match[2] else OFF
-            rows[side, kind] += (times * motion.frame_rate - motion.frame_numbers[0]).tolist()
+            inside = np.abs(times - np.clip(times, motion.times[0], motion.times[-1])) * motion.frame_rate < 1.0
+            rows[side, kind] += (times[inside] * motion.frame_rate - motion.frame_numbers[0]).tolist()
         elif not isinstance(given, C3DQuantity):
             raise ValueError(f"events must have names such as 'left foot contact', got {name!r}")
     return sorted(

@@ -15,9 +15,10 @@ from skpose.checks._recording import Recording
 from skpose.skeleton._sides import others
 
 POSES = 24  # of each motion that are compared
-SAME, NEAR = 0.005, 0.015  # m, mean differences; two takes of one action by one person differ by [0.016]
+SAME, NEAR = 0.005, 0.015  # m, mean differences; two takes of one action by one person differ by 0.016
+STILL = 0.045  # m, movement about the mean pose below which nothing shows a mirror image
 ELSEWHERE = 0.02  # m, difference of two paths of roots
-MANY, UNLIKE = 10, 5.0  # motions, and times the median distance to the nearest other one [4.5]
+MANY, UNLIKE = 10, 5.0  # motions, and times the median distance to the nearest other one
 ONE_OF = "keep one of them, or both in one part of a split"
 
 
@@ -27,10 +28,11 @@ class Summary(NamedTuple):
     number: int
     n_frames: int
     seconds: float
+    scale: float  # of the person, to one with legs of 0.9 m, which lengths below are of
     kept: dict[str, tuple]  # what most motions of a collection have in common
     marks: tuple[str, ...]
     poses: tuple[np.ndarray, np.ndarray]  # (POSES, n_numbers) of it and of its mirror image, m
-    path: np.ndarray  # (POSES, 2) of the root: distance from the start along the floor, and height, m
+    path: np.ndarray  # (POSES, 2) of the root: distance from the start, and height, m
 
 
 def summarise(recording: Recording, number: int) -> Summary:
@@ -54,7 +56,7 @@ def summarise(recording: Recording, number: int) -> Summary:
     rig = f"{motion.skeleton.n_joints} joints", motion.skeleton.joint_names
     kept = {"rig": rig, "frame rate": (f"{motion.frame_rate:g} Hz",), "up axis": (motion.up,)}
     seconds = float(motion.times[-1] - motion.times[0])
-    return Summary(number, len(motion), seconds, kept, tuple(marks), (poses[0], poses[1]), path)
+    return Summary(number, len(motion), seconds, recording.scale, kept, tuple(marks), (poses[0], poses[1]), path)
 
 
 def compare(summaries: Sequence[Summary], name_of: Callable[[int], str]) -> Iterator[Finding]:
@@ -79,6 +81,7 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
     plain = _apart(poses, poses)
     centred, other = (one - one.mean(axis=1, keepdims=True) for one in (poses, mirrored))  # limbs differ in length
     flipped = _apart(centred, other)
+    flipped[np.linalg.norm(centred.reshape(len(group), -1), axis=1) < STILL] = np.inf  # nothing is left of who stands
     for one in (plain, flipped):
         np.fill_diagonal(one, np.inf)
     distances = np.minimum(plain, flipped)
@@ -86,13 +89,13 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
     for i, j in np.argwhere(np.tril(distances < NEAR) & moving & moving[:, None]).tolist():
         a, b, is_mirrored = group[j], group[i], bool(flipped[i, j] < plain[i, j])
         apart = float(np.abs(a.path - b.path).max())
-        differs = [f"the root is up to {apart:.2g} m elsewhere"] * (apart > ELSEWHERE)
+        differs = [f"the root is up to {apart * b.scale:.2g} m elsewhere"] * (apart > ELSEWHERE)
         if abs(a.seconds - b.seconds) > 0.05 * a.seconds:
             differs.append(f"it takes {b.seconds:.3g} s instead of {a.seconds:.3g} s: one frame rate is wrong")
         what = f"it has the {'mirrored ' * is_mirrored}poses of {name_of(a.number)}" + "".join(
             f"; {x}" for x in differs
         )
-        same, distance = bool(distances[i, j] < SAME), float(distances[i, j])
+        same, distance = bool(distances[i, j] < SAME), float(distances[i, j]) * b.scale
         severity, kind = "error" if same and differs else "warning", "duplicate" if same else "near duplicate"
         yield Finding(severity, kind, b.number, (0, b.n_frames), (), distance, "m", what, ONE_OF)
     nearest = np.where(plain < NEAR, np.inf, plain).min(axis=1)
@@ -100,7 +103,17 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
     for k in np.flatnonzero((nearest > UNLIKE * usual) & np.isfinite(nearest)).tolist() if len(group) >= MANY else ():
         what = f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual"
         frames = 0, group[k].n_frames
-        yield Finding("note", "unlike others", group[k].number, frames, (), float(nearest[k]), "m", what, "look at it")
+        yield Finding(
+            "note",
+            "unlike others",
+            group[k].number,
+            frames,
+            (),
+            float(nearest[k]) * group[k].scale,
+            "m",
+            what,
+            "look at it",
+        )
 
 
 def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ CMU = re.compile(r"(?P<subject>\d+)_(?P<trial>\d+)\.amc(\.gz)?", re.IGNORECASE)
 def load_motions(
     files: PathLike | Iterable[PathLike],
     *,
-    pattern: str = PATTERN,
+    pattern: str | None = None,
     table: PathLike | None = None,
     scale: float | Literal["auto"] = "auto",
     on_error: Literal["warn", "raise"] = "warn",
@@ -47,9 +47,10 @@ def load_motions(
     files : str, path-like or iterable of such
         A folder, whose BVH and AMC files are read, or else its .npz files, also in folders below; a pattern such as
         "bvh/*.bvh"; or the files.
-    pattern : str, default="{subject}_{action}_{trial}"
+    pattern : str, default=None
         The end of the path of a file, without suffix, with the places of labels: "{action}/{subject}-{trial}" has
-        actions as folders. An action may contain underscores. Names of AMC files as in CMU and HDM05 are known.
+        actions as folders. An action may contain underscores. None is "{subject}_{action}_{trial}", the names of AMC
+        files as in CMU and HDM05, or an index.csv next to a file or one folder above.
     table : str or path-like, default=None
         A CSV file with a column `file`, relative to its folder, and any of subject, action, trial and
         frames_per_second, Hz, in place of the pattern. Only its files are read. By default index.csv in the folder.
@@ -106,13 +107,13 @@ def load_motions(
     """
     check_choice("on_error", on_error, ("warn", "raise"))
     given = [files] if isinstance(files, str | os.PathLike) else list(files)
-    if table is None and len(given) == 1 and is_index(Path(given[0], INDEX)):
+    if table is None and pattern is None and len(given) == 1 and is_index(Path(given[0], INDEX)):
         table = Path(given[0], INDEX)
     if table is None:
         rows = rows_of(find_files(given), pattern)
         unnamed = [row["file"] for row in rows if not row.keys() & {"subject", "action", "trial"}]
         if 0 < len(unnamed) < len(rows):
-            example = re.sub(r"\{(\w+)\}", lambda match: match[1].upper(), pattern) + unnamed[0].suffix
+            example = re.sub(r"\{(\w+)\}", lambda match: match[1].upper(), pattern or PATTERN) + unnamed[0].suffix
             complaint = f"expected names such as {example}, got {len(unnamed)} others, such as {unnamed[0].name}"
             if on_error == "raise":
                 raise ValueError(complaint)
@@ -172,10 +173,10 @@ def _matching(path: Path) -> list[Path]:
     return [Path(name) for name in sorted(glob.glob(str(path), recursive=True))]
 
 
-def rows_of(files: Iterable[Path], pattern: str = PATTERN) -> list[Row]:
-    """What an index near each file, or its name, states about it; the key "index" is the path of the index."""
+def rows_of(files: Iterable[Path], pattern: str | None = None) -> list[Row]:
+    """What the name of each file states about it; without a pattern, an index near it, whose path is "index"."""
     indexes: dict[Path, dict[str, Row]] = {}
-    return [{"file": path} | (_indexed(path, indexes) or _named(path, pattern)) for path in files]
+    return [{"file": path} | ((not pattern and _indexed(path, indexes)) or _named(path, pattern)) for path in files]
 
 
 def _indexed(path: Path, indexes: dict[Path, dict[str, Row]]) -> Row:
@@ -194,12 +195,12 @@ def _indexed(path: Path, indexes: dict[Path, dict[str, Row]]) -> Row:
     return {}
 
 
-def _named(path: Path, pattern: str) -> Row:
+def _named(path: Path, pattern: str | None) -> Row:
     """The labels in the name of a file."""
-    match = HDM05.fullmatch(path.name) or CMU.fullmatch(path.name)
+    match = None if pattern else HDM05.fullmatch(path.name) or CMU.fullmatch(path.name)
     if match is None:
-        parts = re.split(r"\{(\w+)\}", pattern)
-        fields = [f"(?P<{name}>{'.+' if name == 'action' else '[^_/]+'})" for name in parts[1::2]]
+        parts = re.split(r"\{(\w+)\}", pattern or PATTERN)
+        fields = [f"(?P<{name}>{'[^/]+' if name == 'action' else '[^_/]+'})" for name in parts[1::2]]
         texts = [re.escape(text) for text in parts[::2]]
         expression = "".join(text + field for text, field in zip(texts, [*fields, ""], strict=True))
         stem = re.sub(r"(\.\w+?)(\.gz)?$", "", path.as_posix(), flags=re.IGNORECASE)
@@ -238,4 +239,5 @@ def is_index(path: Path) -> bool:
             head = file.readline(10_000).decode("utf-8-sig", errors="replace")
     except OSError:  # no such file, or in a folder that may not be read
         return False
-    return {"file", RATE} <= set(next(csv.reader([head]), []))
+    columns = set(next(csv.reader([head]), []))
+    return "file" in columns and bool(columns & {*COLUMNS} - {"file"})

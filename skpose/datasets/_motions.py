@@ -37,11 +37,6 @@ class MotionDataset:
         "spatial" and "angle" are more accurate. "file" keeps the angles of the files, and their joint limits, which
         ball joints do not have.
 
-    Raises
-    ------
-    ValueError
-        If people differ threefold in size, as where one file is in centimetres; or for labels of another shape.
-
     Attributes
     ----------
     motions : tuple of Motion
@@ -53,6 +48,11 @@ class MotionDataset:
         numbers"; "orientations, 23 of 30 joints, directions within 0°", with the number of joints that have
         counterparts; or "positions, 15 of 30 joints within 1.2 cm". "at rest: LeftHand" follows for joints that do not
         move.
+
+    Raises
+    ------
+    ValueError
+        If people differ threefold in size, as where one file is in centimetres; or for labels of another shape.
 
     Examples
     --------

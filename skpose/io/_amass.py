@@ -26,8 +26,8 @@ from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._rotations import continuous_triples
 from skpose.skeleton._upright import describe_up, find_up
 
-# By the axis that points up: the heading first; degenerate only where a person lies on the side.
-ROOT_AXES = {"x": "XZY", "y": "YZX", "z": "ZYX"}
+# By the axis that points up: the heading first; degenerate only where a person, with y up at zero, lies on the side.
+ROOT_AXES = {"x": "XYZ", "y": "YZX", "z": "ZYX"}
 FASTEST, FARTHEST = 15.0, 30.0  # m/s, which no person reaches, and m
 # Keys with the same meaning, the best first: in the world before in the camera's axes.
 WHOLE = ("pose_world", "poses", "pose", "smpl_poses", "smpl_thetas", "thetas", "theta", "pred_rotmat")
@@ -250,6 +250,8 @@ def _frames(source: Source, document: Any) -> list[dict[str, Any]]:
     values = {key: value for key, value in document.items() if "incam" not in key} if isinstance(document, dict) else {}
     listed = document if isinstance(document, list) else []
     inside = [found for value in [*values.values(), *listed] if (found := _frames(source, value))]
+    if listed and 0 < len(inside) < len(listed):
+        raise source.error(f"expected a person in each of {len(listed)} frames, found {len(inside)}")
     if (values and len(inside) > 1) or (listed and any(len(found) > 1 for found in inside)):
         raise source.error("expected one person in each frame, found several")
     return [frame for found in inside for frame in found]
@@ -274,6 +276,8 @@ def _read(file: Archive, position_key: str, finite: bool) -> np.ndarray:
         if found.shape[1] == n_body and hands.shape[1] == N_HANDS:  # else principal components
             face = np.hstack([face, read(EYES), np.zeros((len(face), N_FACE))])[:, : N_FACE * bool(face.shape[1])]
             found = np.hstack([found, face, hands])
+        elif hands.shape[1]:
+            file.source.warn(f"hands of {hands.shape[1]} numbers are principal components, and are left out")
     elif ABOUT_ORIGIN in file.keys:
         if found.shape[1] in PCA:
             file.source.warn("poses: hands are principal components, and are left out")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose.io._source import MocapFormatError, Source
+from skpose.io._source import LARGEST, MocapFormatError, Source
 
 ARRAY = "the array"
 Shape = Sequence[int | None]  # that is expected; None is any length
@@ -28,6 +28,8 @@ class Archive:
                 loaded: Any = np.load(io.BytesIO(source.data), allow_pickle=False)
             arrays = {ARRAY: loaded} if source.kind == "npy" else loaded
             names = loaded.zip.namelist() if source.kind == "zip" else None
+            if names and sum(member.file_size for member in loaded.zip.infolist()) > LARGEST:
+                raise source.error(f"the archive unpacks to more than {LARGEST >> 30} GB")
         self._arrays = arrays
         self.keys = {key for key in arrays if names is None or f"{key}.npy" in names}  # an archive may have other files
 

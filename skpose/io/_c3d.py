@@ -390,8 +390,12 @@ def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:
             found[names[i]] = C3DQuantity(kind.lower(), next(iter(units), ""), positions[:, i])
         first = int.from_bytes(source.data[6:8], "big" if parameters.processor == MIPS else "little")
         times = parameters.numbers("EVENT:TIMES").reshape(-1, 2) @ [60.0, 1.0] - (first - 1) / rate  # min and s
-        words = (_texts_if_any(parameters, name) for name in ("EVENT:CONTEXTS", "EVENT:LABELS"))
-        events = [(f"{context} {label}".strip(), time) for time, context, label in zip(times, *words, strict=False)]
+        contexts, labels = (_texts_if_any(parameters, name) for name in ("EVENT:CONTEXTS", "EVENT:LABELS"))
+        contexts, n = contexts or [""] * len(labels), len(times)
+        if min(len(contexts), len(labels)) < n:
+            raise source.error(f"expected a context and a label for each of {n} events, found {len(labels)}")
+        words = zip(contexts[:n], labels[:n], times, strict=True)
+        events = [(f"{context} {label}".strip(), time) for context, label, time in words]
         for name in dict.fromkeys(name for name, _ in events):
             found[name] = C3DQuantity("events", "s", np.array([time for other, time in events if other == name]))
         return found

@@ -12,7 +12,7 @@ from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._amass import is_smpl
 from skpose.io._arrays import ARRAY, Archive
-from skpose.io._conventions import Up, Zeros, check_options, choose_scale
+from skpose.io._conventions import Up, Zeros, check_options, choose_rate, choose_scale
 from skpose.io._humanml import N_NUMBERS, NAMES, RATE, joints_of
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_folder, read_json
@@ -150,6 +150,8 @@ def load_keypoints(
         choose_scale(source, scale, stored.scale, "the header")
     scale = scale or stored.scale or 1.0
     rate = stored.frame_rate if frame_rate is None else frame_rate
+    if stored.frame_rate is not None and stored.times is None:  # times are compared with the rate later
+        rate = choose_rate(source, frame_rate, stored.frame_rate, "the file")
     if rate is None:
         by_times = stored.times.rate() if stored.times else np.nan
         hint = f"; by {stored.times.key!r} it is {by_times:.4g} Hz" if stored.times and by_times > 0.0 else ""

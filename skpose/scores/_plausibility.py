@@ -171,6 +171,8 @@ def _skating_ratio(motion: Recording, feet: Feet | None, floor: float | None, av
     times = np.arange(motion.times[0], motion.times[-1] + 1e-9, 1.0 / GMD_RATE)
     ball = min(1, soles.points.shape[2] - 1)
     tracks = soles.points[:, :, ball].reshape(len(motion), -1).T
+    if np.isnan(tracks).any():
+        raise ValueError("motion must have the balls of both feet in all frames for this rule")
     balls = np.stack([np.interp(times, motion.times, track) for track in tracks], axis=1).reshape(-1, 2, 3)
     if len(balls) < 2:
         raise ValueError(f"motion must have at least two frames at 20 Hz, got {len(balls)}")
@@ -305,7 +307,7 @@ def _depth(heights: np.ndarray, tolerance: float, average: str | None, lowest: A
     """Mean distance beyond the floor, mm, of heights (n_frames, 2, n_parts)."""
     of_feet = lowest(heights, axis=2)
     beyond = lowest(of_feet, axis=1) if average else of_feet
-    means = 1e3 * np.where(beyond > tolerance, beyond, 0.0).mean(axis=0)
+    means = 1e3 * np.nanmean(np.where(beyond <= tolerance, 0.0, beyond), axis=0)
     return float(means) if average else means
 
 

@@ -74,7 +74,7 @@ class Scene(NamedTuple):
     headings: np.ndarray  # (n_frames,) rotation of the root about y, rad
     axes: str  # names of the axes of the world that are x, y and z here
     size: float  # the largest extent of the first pose along an axis, m; of all poses if that is zero; or else 1
-    standing: int  # frames that the height of the ground is found from, see `_ground`
+    standing: int  # frames that the height of the ground is found from, see `skpose.kinematics._ground`
 
 
 def scene_of(motion: Motion) -> Scene:
@@ -171,7 +171,7 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> Figure:
 
 
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
-    """Data of keypoints in a page, as an object of JSON; see `motion_data` of `_scene`.
+    """Data of keypoints in a page, as an object of JSON; see `motion_data`.
 
     Missing points are interpolated linearly over time, so that the middle of all points, which the view follows instead
     of a root, does not jump.

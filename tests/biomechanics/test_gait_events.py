@@ -294,6 +294,9 @@ def test_known_events_of_one_foot_and_names():
     assert not len(events.strides)
     with pytest.raises(ValueError, match="left foot contact"):
         gait_events(walk(), events={"heel": [1.0]})
+    contacts = gait_events(walk(), events={"Left Touchdown": [1.0, 2.0, 99.0], "Right Toe Strike": [1.5], "LTO": [1.7]})
+    assert contacts.kinds[contacts.times == 1.5].tolist() == ["foot contact"]
+    assert contacts.times.max() == 2.0  # 99 s is after the end
 
 
 def test_a_foot_that_is_not_seen_lacks_its_events():

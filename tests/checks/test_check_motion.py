@@ -173,6 +173,15 @@ def test_duplicates(dataset, kick):
     assert 1 not in found
 
 
+def test_two_who_stand_still_are_not_mirror_images(kick):
+    rng = np.random.default_rng(0)
+    poses = rng.uniform(-0.3, 0.3, (2, 1, kick.skeleton.n_dofs)) + rng.normal(
+        scale=1e-3, size=(2, 60, kick.skeleton.n_dofs)
+    )
+    findings = check_motion([replace(kick[:60], angles=angles) for angles in poses])
+    assert not [one for one in findings if "duplicate" in one.kind]
+
+
 def test_mixtures_and_motions_unlike_the_others(dataset):
     reach = make_actions(3, 4, actions=["reach"], rotations="file", random_state=1)
     strange = replace(dataset[0], angles=np.random.default_rng(0).uniform(-2, 2, dataset[0].angles.shape))

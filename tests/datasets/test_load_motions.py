@@ -65,3 +65,13 @@ def test_other_formats_and_options(folder):
     dataset = load_motions(files, rotations="file", up="z")
     assert {motion.up for motion in dataset} == {"z"}
     assert dataset.motions[1].skeleton == load_bvh(files[1], scale="auto").skeleton
+
+
+@pytest.mark.filterwarnings("ignore:expected names such as")
+def test_folders_are_no_parts_of_names(folder, tmp_path):
+    one = next(folder.rglob("*.bvh"))
+    (tmp_path / "my_data").mkdir()
+    shutil.copy(one, tmp_path / "my_data" / "clip_2.bvh")
+    shutil.copy(one, tmp_path / "my_data" / "anna_walk_2.bvh")
+    dataset = load_motions(tmp_path / "my_data")
+    assert (dataset.subjects.tolist(), dataset.actions.tolist()) == (["anna", ""], ["walk", ""])

@@ -65,7 +65,8 @@ def test_keys(tmp_path):
                 same(load_keypoints(npz(np.savez_compressed, **arrays)), expected)
     np.savez(tmp_path / "a.npz", positions=POSITIONS, scores=SCORES, fps=[30.0], names=np.array(NAMES, "S"))
     same(load_keypoints(tmp_path / "a.npz"), expected)
-    given = load_keypoints(tmp_path / "a.npz", frame_rate=60, names=["a", "b", "c"], up="x")
+    with pytest.warns(UserWarning, match="replaces the 30 Hz"):
+        given = load_keypoints(tmp_path / "a.npz", frame_rate=60, names=["a", "b", "c"], up="x")
     assert (given.frame_rate, given.names, given.up) == (60, ("a", "b", "c"), "x")
 
 

@@ -26,7 +26,8 @@ def test_names_positions_rate_and_up(kind):
     found = load_keypoints(io.BytesIO(data), zeros="seen")
     np.testing.assert_allclose(found.positions, positions, atol=1e-6)
     assert (found.names, found.frame_rate, found.up) == (tuple(damaged.NAMES), 100.0, up)
-    assert load_keypoints(io.BytesIO(data), zeros="seen", up="x", frame_rate=50).up == "x"
+    with pytest.warns(UserWarning, match="50 Hz is taken|replaces the 100 Hz"):
+        assert load_keypoints(io.BytesIO(data), zeros="seen", up="x", frame_rate=50).up == "x"
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,19 @@ def test_heights_above_and_below_a_floor():
     assert level == pytest.approx(1e3 * -(person.positions()[..., 1].min(axis=1)).mean(), rel=0.2)
 
 
+def test_frames_without_feet_do_not_count():
+    down = np.repeat([0.0, -0.1], [30, 30])[:, None] * [0.0, 1.0, 0.0]
+    points = Motion(humanoid(), np.zeros((60, 42)), 30, down).to_keypoints()
+    feet = (["left_foot"], ["right_foot"])
+    whole = foot_penetration(points, feet=feet, floor=0.0, tolerance=0.0)
+    lost = points.positions.copy()
+    lost[::2] = np.nan
+    again = replace(points, positions=lost)
+    assert foot_penetration(again, feet=feet, floor=0.0, tolerance=0.0) == pytest.approx(whole)
+    with pytest.raises(ValueError, match="all frames"):
+        foot_skating(again, feet=feet, rule="gmd")
+
+
 def test_jerk_is_per_second():
     for rate in (30, 60):
         along = (np.arange(rate + 1)[:, None] / rate) ** 3 * [2.0, 0.0, 0.0]
