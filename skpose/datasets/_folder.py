@@ -46,7 +46,7 @@ def load_motions(
     ----------
     files : str, path-like or iterable of such
         A folder, whose BVH and AMC files are read, or else its .npz files, also in folders below; a pattern such as
-        "bvh/*.bvh"; or the files.
+        ``"bvh/*.bvh"``; or the files.
     pattern : str, default=None
         The end of the path of a file, without suffix, with the places of labels: "{action}/{subject}-{trial}" has
         actions as folders. An action may contain underscores. None is "{subject}_{action}_{trial}", the names of AMC
