@@ -81,7 +81,7 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
     plain = _apart(poses, poses)
     centred, other = (one - one.mean(axis=1, keepdims=True) for one in (poses, mirrored))  # limbs differ in length
     flipped = _apart(centred, other)
-    flipped[np.linalg.norm(centred.reshape(len(group), -1), axis=1) < STILL] = np.inf  # nothing is left of who stands
+    flipped[np.linalg.norm(centred.reshape(len(group), -1), axis=1) < STILL] = np.inf  # only noise
     for one in (plain, flipped):
         np.fill_diagonal(one, np.inf)
     distances = np.minimum(plain, flipped)

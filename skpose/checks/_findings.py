@@ -54,85 +54,75 @@ class Finding(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """A kind of finding in one motion."""
+    """A kind of finding in one motion; a comment in `KINDS` says what the limit is of."""
 
     severity: str
     limit: float  # of the measure
     unit: str
     what: str  # with the size, the first frame, the number n of frames, joint and note
     remedy: str
-    source: str  # of the limit
     seconds: float = 0.0  # that an event takes at least
     least: int = 1  # frames above the limit in an event
 
 
 KINDS = {
-    "units": Kind(
+    "units": Kind(  # 0.3 to 5 m, and legs of 0.2 to 1.5 m, as in `load_motion`
         "error", 0.0, "m", "the skeleton is {size:.3g} m from end to end at angle zero{note}",
-        "read the file with scale= metres per unit", "0.3 to 5 m, and legs of 0.2 to 1.5 m, as in `load_motion`",
+        "read the file with scale= metres per unit",
     ),
-    "up axis": Kind(
+    "up axis": Kind(  # heads are above feet in nine frames of ten, as in `load_motion`
         "error", 0.0, "", "{note}", "read the file with up=, or use dataclasses.replace(motion, up=...)",
-        "heads are above feet in nine frames of ten, as in `load_motion`",
     ),
-    "frame rate": Kind(
+    "frame rate": Kind(  # the walk ratio of `gait_parameters`
         "error", 0.0, "Hz", "{note}", "read the file with frame_rate=, or dataclasses.replace(motion, frame_rate=...)",
-        "the walk ratio of `gait_parameters`",
     ),
-    "missing frames": Kind(
+    "missing frames": Kind(  # any
         "warning", 0.0, "frames", "{size:.0f} frames are missing after frame {first}",
-        "cut the motion there, or fill the gap", "any",
+        "cut the motion there, or fill the gap",
     ),
-    "repeated frames": Kind(
+    "repeated frames": Kind(  # a movement of less than 1e-9 m
         "error", 0.0, "frames", "{n} frames repeat the one before", "drop them, or resample from the true frame rate",
-        "a movement of less than 1e-9 m",
     ),
-    "interpolated frames": Kind(
+    "interpolated frames": Kind(  # velocities of the root, or of all angles, change by less than 0.2 %
         "warning", 0.0, "frames", "{n} frames lie on straight lines between their neighbours",
-        "leave them out, or resample to the true frame rate",
-        "velocities of the root, or of all angles, change by less than 0.2 %", least=5,
+        "leave them out, or resample to the true frame rate", least=5,
     ),
-    "jump": Kind(
+    "jump": Kind(  # a step that is 3 cm off those around it, plus 4,500 m/s³ · step³, of the root 600
         "error", 0.0, "m", "{joint} jumps by {size:.2g} m after frame {first}",
         "interpolate the frames, or cut the motion there",
-        "a step that is 3 cm off those around it, plus 4,500 m/s³ · step³, of the root 600",
     ),
-    "noise": Kind(
+    "noise": Kind(  # 0.4 mm + 24 mm/s · step + 3/s · step · median movement
         "warning", 0.0, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",
-        "0.4 mm + 24 mm/s · step + 3/s · step · median movement",
     ),
-    "angle flips": Kind(
+    "angle flips": Kind(  # 1 rad; turns have 2π
         "note", 1.0, "rad", "{joint} changes by {size:.3g} rad without a rotation, {n} times",
-        "motion.unwrap() or motion.to_rotvec() before angles are filtered, averaged or learnt", "1 rad; turns have 2π",
+        "motion.unwrap() or motion.to_rotvec() before angles are filtered, averaged or learnt",
     ),
-    "calibration pose": Kind(
+    "calibration pose": Kind(  # arms within 15° of the line of the shoulders, or all angles zero
         "warning", 0.0, "s", "{n} frames at an end hold a T-pose or the pose zero", "cut them",
-        "arms within 15° of the line of the shoulders, or all angles zero",
     ),
-    "floor": Kind(
+    "floor": Kind(  # beyond the height of the joint above the sole
         "warning", 0.08, "m", "feet stand {size:.2g} m {note} 0", "move the root, or tell programs the floor's height",
-        "beyond the height of the joint above the sole",
     ),
-    "floating": Kind(
+    "floating": Kind(  # slower than 0.25 m/s, as at the top of a jump for 0.05 s
         "warning", 0.06, "m", "the lowest joint stands still {size:.2g} m above the floor, afloat or on a step",
-        "lower the root there, or leave the part out", "slower than 0.25 m/s, as at the top of a jump for 0.05 s",
+        "lower the root there, or leave the part out", seconds=0.1,
+    ),
+    "sinking": Kind(  # ankle or ball, for 0.1 s
+        "warning", 0.06, "m", "a foot is {size:.2g} m below the floor, where it stands most", "raise the root there",
         seconds=0.1,
     ),
-    "sinking": Kind(
-        "warning", 0.06, "m", "a foot is {size:.2g} m below the floor, where it stands most", "raise the root there",
-        "ankle or ball, for 0.1 s", seconds=0.1,
-    ),
-    "skating": Kind(
+    "skating": Kind(  # the slowest point within 3 cm of the floor, for 0.2 s
         "warning", 0.35, "m/s", "no foot stands: both slide, or are in the air, at {size:.2g} m/s",
         "check the unit, the axes and the scale of the root; keep the feet in place by inverse kinematics",
-        "the slowest point within 3 cm of the floor, for 0.2 s", seconds=0.2,
+        seconds=0.2,
     ),
-    "sides exchanged": Kind(
+    "sides exchanged": Kind(  # of the frames
         "error", 0.5, "", "the toes point behind the line of the hips from left to right",
-        "exchange left and right in the names of the joints", "of the frames [0.39, in runs]",
+        "exchange left and right in the names of the joints",
     ),
-    "joint limits": Kind(
+    "joint limits": Kind(  # knees of people do not
         "warning", 25.0, "°", "{joint} bends towards the toes by {size:.0f}°",
-        "check the axes of the joint, the retargeting, or the fit to markers", "knees of people do not",
+        "check the axes of the joint, the retargeting, or the fit to markers",
     ),
 }  # fmt: skip

@@ -24,8 +24,8 @@ class Recording:
     def __init__(self, motion: Motion):
         self.motion, self.skeleton, self.times = motion, motion.skeleton, motion.times
         self.names = ("root", *motion.skeleton.joint_names)
-        self.joints = find_anatomy(motion.skeleton).joints
-        self.leg = leg_length(motion.skeleton, find_anatomy(motion.skeleton))
+        person = find_anatomy(motion.skeleton)
+        self.joints, self.leg = person.joints, leg_length(motion.skeleton, person)
         self.scale = self.leg / LEG or size_of(motion.skeleton) / TALL or 1.0
         self.step = 1.0 / motion.frame_rate
         # The root and all joints (n_frames, n_joints + 1, 3) in the axes of the motion, m; then up last, of a person

@@ -112,6 +112,8 @@ class Source:
             parts = sorted(path.glob("*.json"), key=last_number) if path.is_dir() else []
             if path.is_dir() and not parts:
                 raise IsADirectoryError(f"{file} is a folder: load each of its files, or use load_motions")
+            if len({*np.diff([last_number(part) for part in parts])}) > 1:
+                raise MocapFormatError(self.name, None, "expected a file for each frame, found gaps in their numbers")
             data = b"[" + b",".join(part.read_bytes() for part in parts) + b"]" if parts else path.read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()

@@ -104,6 +104,12 @@ def test_json_and_tables_have_the_same_numbers(tmp_path):
     for i, frame in enumerate(as_frames(EASYMOCAP)):
         (tmp_path / "smpl" / f"{i + 5}.json").write_text(json.dumps(frame))
     np.testing.assert_allclose(load_motion(tmp_path / "smpl", frame_rate=30).angles, motion.angles, atol=1e-12)
+    (tmp_path / "smpl" / "99.json").write_text(json.dumps(frame))
+    with pytest.raises(MocapFormatError, match="gaps"):
+        load_motion(tmp_path / "smpl", frame_rate=30)
+    (tmp_path / "lost.json").write_text(json.dumps([*as_frames(EASYMOCAP), []]))
+    with pytest.raises(MocapFormatError, match="person"):
+        load_motion(tmp_path / "lost.json", frame_rate=30)
     np.save(tmp_path / "x.npy", motion_x())
     np.testing.assert_allclose(load_motion(tmp_path / "x.npy", frame_rate=30).angles, without_eyes()[:, 3:], atol=1e-12)
 
