@@ -15,11 +15,13 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._descent import MEAN, MEDIAN, Spread, descend, minimise_sum
+from skpose.kinematics._tree import to_tree_order, tree_of
 from skpose.metrics import Metric, Position
 from skpose.metrics._means import TOL as TOL_EXTRINSIC
 from skpose.metrics._means import FrechetMeanResult, Sample
 from skpose.metrics._registry import MEAN_CONSTRAINTS, require_means, resolve
 from skpose.skeleton import Skeleton
+from skpose.skeleton._chart import mean_of_joints
 
 CONSTRAINTS = MEAN_CONSTRAINTS | {
     "sample_weight": ["array-like", None],
@@ -28,7 +30,9 @@ CONSTRAINTS = MEAN_CONSTRAINTS | {
     "n_jobs": [None, Integral],
 }
 
-
+STARTS = 3  # poses of X at which searches start
+FEW, TRIAL_ITER = 64, 10  # poses whose mean is searched from each start, and iterations
+LOWER = 1e-3  # relative difference of variances for which a later start is taken
 MAX_ITER, TOL = 200, 1e-3  # as in `frechet_mean`
 TOL_DIRECT = 1e-6  # norm of the gradient where no search from pose to pose is needed, m²/rad
 
@@ -150,7 +154,8 @@ def frechet_mean(
     0.34
     """
     X, weights, chosen = _check(X, skeleton, metric, sample_weight, "frechet_mean")
-    mean = WeightedMeans(X, skeleton, chosen, n_jobs).mean(weights, max_iter, tol, TOL_EXTRINSIC)
+    starts = np.stack([mean_of_joints(skeleton.bones, X, weights)[0], *X[_some(X, STARTS)]])
+    mean = WeightedMeans(X, skeleton, chosen, n_jobs).mean(weights, max_iter, tol, TOL_EXTRINSIC, starts)
     if not mean.converged:
         warn(
             f"the mean did not converge in {mean.n_iter} iterations (gradient_norm {mean.gradient_norm:.2g}): raise "
@@ -312,6 +317,12 @@ def _check(
     return X[counted], weights[counted], chosen
 
 
+def _some(X: np.ndarray, n: int) -> np.ndarray:
+    """Rows of up to n different poses; the choice depends neither on the order of the rows nor on copies."""
+    rows = np.unique(X, axis=0, return_index=True)[1]
+    return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, n).astype(int))])
+
+
 def minimise(
     metric: Metric, sample: Sample, start: np.ndarray, power: int, max_iter: int, tol: float
 ) -> tuple[Spread, int, bool]:
@@ -345,15 +356,29 @@ class WeightedMeans:
         self._direct = metric.direct_means(self.poses, skeleton)
 
     def mean(
-        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL, tol_direct: float = TOL_DIRECT
+        self,
+        weights: np.ndarray,
+        max_iter: int = MAX_ITER,
+        tol: float = TOL,
+        tol_direct: float = TOL_DIRECT,
+        starts: np.ndarray | None = None,
     ) -> FrechetMeanResult:
-        """The mean under non-negative weights (n_poses,)."""
+        """The mean under non-negative weights (n_poses,), searched from poses (n, n_dofs) too if there are any."""
         if self._direct is not None:
-            return self._direct.mean(weights, max_iter, tol_direct)
+            return self._direct.mean(weights, max_iter, tol_direct, starts)
         counted = weights > 0.0
         shares, n_threads = weights[counted] / weights.sum(), effective_n_jobs(self.n_jobs)
         sample = self.metric.sample(self.poses[counted], shares, self.skeleton, n_threads)
-        start, others = sample.start()
+        start, others = sample.start(starts)
+        if starts is not None and self.metric.needs_skeleton:
+            few = _some(sample.X, FEW)
+            trial = self.metric.sample(sample.X[few], shares[few] / shares[few].sum(), self.skeleton, n_threads)
+            ends = [
+                minimise(self.metric, trial, one, MEAN, TRIAL_ITER, tol)[0].pose
+                for one in (start, *to_tree_order(tree_of(self.skeleton), starts))
+            ]
+            variances = [shares @ sample.linearize(one, np.inf).energies for one in ends]
+            start = ends[int(np.argmax(variances <= min(variances) * (1.0 + LOWER)))]
         spread, n_iter, converged = minimise(self.metric, sample, start, MEAN, max_iter, tol)
         return FrechetMeanResult(sample.columns(spread.pose, others), spread.value, spread.norm, n_iter, converged)
 

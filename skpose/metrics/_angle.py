@@ -82,7 +82,7 @@ class _AngleSample(Sample):
         super().__init__(X, weights)
         self.wrap = wrap
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
+    def start(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The weighted mean of the columns, if wrapped the mean direction."""
         if self.wrap:
             mean = np.arctan2(self.weights @ np.sin(self.dofs), self.weights @ np.cos(self.dofs))

@@ -16,6 +16,7 @@ from skpose.skeleton import Skeleton
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad
 MAX_ITER = 200
+EQUAL, TINY = 1e-6, 1e-15  # relative difference of variances that are equal, and m²
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,9 @@ class ArithmeticMeans:
     def __init__(self, X: np.ndarray):
         self.X = X
 
-    def mean(self, weights: np.ndarray, max_iter: int = 1, tol: float = 0.0) -> FrechetMeanResult:
+    def mean(
+        self, weights: np.ndarray, max_iter: int = 1, tol: float = 0.0, starts: np.ndarray | None = None
+    ) -> FrechetMeanResult:
         """The weighted mean of the columns."""
         pose = weights @ self.X / weights.sum()
         gaps = pose - self.X
@@ -90,22 +93,28 @@ class ExtrinsicMeans:
         self.X, self.skeleton, self.tree = X, skeleton, tree_of(skeleton)
         self.positions = weighted_positions(X, skeleton)
 
-    def mean(self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL) -> FrechetMeanResult:
+    def mean(
+        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL, starts: np.ndarray | None = None
+    ) -> FrechetMeanResult:
         """The mean under weights (n_poses,) that are not negative and not all zero.
 
-        Newton's method starts at the nearest pose of positive weight; columns that move no joint keep its values.
+        Newton's method starts at `starts` (n, n_dofs) and at the nearest pose of positive weight; of equal means the
+        first counts. Columns that move no joint keep the values of the start.
         """
         rows = np.flatnonzero(weights)
         positions = self.positions if len(rows) == len(weights) else self.positions[rows]
         shares = weights[rows] / weights[rows].sum()
         target = shares @ positions
         nearest = self.X[rows[((positions - target) ** 2).sum(axis=1).argmin()]]
-        dofs, outcome = project(self.tree, target, to_tree_order(self.tree, nearest), max_iter, tol)
-        pose = from_tree_order(self.tree, dofs, nearest)
-        variance = float(shares @ ((positions - weighted_positions(pose[None], self.skeleton)) ** 2).sum(axis=1))
-        return FrechetMeanResult(
-            pose, variance, float(outcome.gradient_norm), int(outcome.n_iter), bool(outcome.converged)
-        )
+        found: list[FrechetMeanResult] = []
+        for start in (*(() if starts is None else starts), nearest):
+            dofs, outcome = project(self.tree, target, to_tree_order(self.tree, start), max_iter, tol)
+            pose = from_tree_order(self.tree, dofs, start)
+            variance = float(shares @ ((positions - weighted_positions(pose[None], self.skeleton)) ** 2).sum(axis=1))
+            norm, n_iter, converged = float(outcome.gradient_norm), int(outcome.n_iter), bool(outcome.converged)
+            found.append(FrechetMeanResult(pose, variance, norm, n_iter, converged))
+        least = min(one.variance for one in found)
+        return next(one for one in found if one.variance <= least * (1.0 + EQUAL) + TINY)
 
 
 class Linearization(NamedTuple):
@@ -139,7 +148,7 @@ class Sample:
         self.X, self.weights = X, weights
         self.dofs = X
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
+    def start(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The pose where a search starts, in the coordinates of the search and in the columns of the skeleton."""
         raise NotImplementedError
 
@@ -173,9 +182,9 @@ class JointSample(Sample):
         self.skeleton, self.tree = skeleton, tree_of(skeleton)
         self.dofs = to_tree_order(self.tree, X)
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
+    def start(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The extrinsic mean."""
-        mean = ExtrinsicMeans(self.X, self.skeleton).mean(self.weights)
+        mean = ExtrinsicMeans(self.X, self.skeleton).mean(self.weights, starts=starts)
         return to_tree_order(self.tree, mean.pose), mean.pose
 
     def retract(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:

@@ -58,13 +58,11 @@ class _RotationSample(JointSample):
         super().__init__(X, weights, skeleton)
         self.orientations = self._orientations(X)
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """The extrinsic mean, with the arithmetic mean of slides, which do not change later."""
-        dofs, pose = super().start()
+    def columns(self, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """A pose in the columns of the skeleton, with the arithmetic mean of slides, on which no distance depends."""
         slides = self.tree.slide_dof
-        dofs[slides] = self.weights @ self.dofs[:, slides]
-        pose[self.tree.column[slides]] = dofs[slides]
-        return dofs, pose
+        pose[slides] = self.weights @ self.dofs[:, slides]
+        return super().columns(pose, others)
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
         """Distances, and gradients by the angular velocities of the bones, exact to some 1e-10."""

@@ -42,16 +42,19 @@ def move(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarr
     return poses
 
 
-def mean_of_joints(bones: Sequence[Bone], poses: np.ndarray) -> tuple[np.ndarray, bool]:
+def mean_of_joints(
+    bones: Sequence[Bone], poses: np.ndarray, weights: np.ndarray | None = None
+) -> tuple[np.ndarray, bool]:
     """The pose from which the mean step to the poses is zero, and whether the iteration converged."""
-    directions = np.arctan2(np.sin(poses).mean(axis=0), np.cos(poses).mean(axis=0))
-    base = np.where(are_slides(bones), poses.mean(axis=0), directions)
+    shares = np.full(len(poses), 1.0 / len(poses)) if weights is None else weights
+    directions = np.arctan2(shares @ np.sin(poses), shares @ np.cos(poses))
+    base = np.where(are_slides(bones), shares @ poses, directions)
     for bone, columns in with_columns(bones):
         if bone.n_dofs == 3:
-            mean = rotations_of(bone, poses[:, columns]).mean().as_quat()[None]
+            mean = rotations_of(bone, poses[:, columns]).mean(weights).as_quat()[None]
             base[columns] = columns_of(bone, Rotation.from_quat(mean), poses[:1, columns])[0]
     for _ in range(MAX_ITER):
-        step = steps_from(bones, base, poses).mean(axis=0)
+        step = shares @ steps_from(bones, base, poses)
         if np.abs(step).max(initial=0.0) <= TOL:
             return base, True
         base = move(bones, base, step[None])[0]
