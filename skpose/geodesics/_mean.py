@@ -106,9 +106,11 @@ def frechet_mean(
 
     Notes
     -----
-    All means except the mean of the columns are local minima. The extrinsic mean starts at the pose of X nearest to the
-    mean of the positions, all others at the extrinsic mean. Angles that move no joint keep the values of the start.
-    Limits are not enforced.
+    All means except the mean of the columns are local minima. The extrinsic mean is searched from the joint-wise mean,
+    from the pose of X nearest to the mean of the positions, and from three poses of X; others also from the extrinsic
+    mean, for ten iterations on up to 64 poses of X, and then on all poses from the best. Of equal means the one from
+    the joint-wise mean counts, which has the values of angles that move no joint. Small bones, such as those of hands,
+    may fold where that brings their ends nearer. Limits are not enforced.
 
     *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of
     poses.
@@ -121,8 +123,8 @@ def frechet_mean(
     *"rotation"* uses the same steps, with the mean of the rotations between corresponding bones.
 
     *"spatial"* is not smooth: the line, and its length, jumps if a difference of angles passes half a turn. So scipy's
-    BFGS with a line search is used, from the extrinsic mean or the best of up to a hundred poses of X, and never
-    returns anything worse than these. Poses within half a turn of each other have no jumps; for others expect a
+    BFGS with a line search is used, which never returns anything worse than its start or the best of up to a hundred
+    poses of X. Poses within half a turn of each other have no jumps; for others expect a
     ConvergenceWarning.
 
     References
@@ -370,7 +372,7 @@ class WeightedMeans:
         shares, n_threads = weights[counted] / weights.sum(), effective_n_jobs(self.n_jobs)
         sample = self.metric.sample(self.poses[counted], shares, self.skeleton, n_threads)
         start, others = sample.start(starts)
-        if starts is not None and self.metric.needs_skeleton:
+        if starts is not None and self.metric.needs_skeleton and max_iter > TRIAL_ITER:
             few = _some(sample.X, FEW)
             trial = self.metric.sample(sample.X[few], shares[few] / shares[few].sum(), self.skeleton, n_threads)
             ends = [

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import reference
 from conftest import SKELETONS
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose import Skeleton, forward_kinematics, geodesic, pose_distances
@@ -147,6 +147,22 @@ def test_cmu_poses(cmu):
         assert mean.variance < (D**2).mean(axis=1).min()
         lengths = bone_lengths(forward_kinematics(mean.pose[None], motion.skeleton)[0], motion.skeleton)
         np.testing.assert_allclose(lengths, np.linalg.norm(motion.skeleton.offsets, axis=1), atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("metric", ["position", "rotation"])
+def test_no_other_start_leads_to_a_better_mean_of_two_poses(metric):
+    """Poses far apart have several local minima."""
+
+    def variance(pose):
+        return np.square(pose_distances(pose[None], X, skeleton=skeleton, metric=metric)).mean()
+
+    for seed in range(4):
+        rng, n = np.random.default_rng(seed), 3 + seed
+        skeleton, X = Skeleton.chain(n), rng.uniform(-np.pi, np.pi, (2, n))
+        starts = [*X, X.mean(axis=0), *rng.uniform(-np.pi, np.pi, (3, n))]
+        best = min(minimize(variance, start, method="BFGS").fun for start in starts)
+        assert frechet_mean(X, skeleton, metric=metric).variance <= 1.003 * best
 
 
 def test_warns_when_it_does_not_converge():
