@@ -15,13 +15,11 @@ from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._descent import MEAN, MEDIAN, Spread, descend, minimise_sum
-from skpose.kinematics._tree import to_tree_order, tree_of
 from skpose.metrics import Metric, Position
 from skpose.metrics._means import TOL as TOL_EXTRINSIC
-from skpose.metrics._means import FrechetMeanResult, Sample
+from skpose.metrics._means import FrechetMeanResult, Sample, some_of
 from skpose.metrics._registry import MEAN_CONSTRAINTS, require_means, resolve
 from skpose.skeleton import Skeleton
-from skpose.skeleton._chart import mean_of_joints
 
 CONSTRAINTS = MEAN_CONSTRAINTS | {
     "sample_weight": ["array-like", None],
@@ -30,7 +28,6 @@ CONSTRAINTS = MEAN_CONSTRAINTS | {
     "n_jobs": [None, Integral],
 }
 
-STARTS = 3  # poses of X at which searches start
 FEW, TRIAL_ITER = 64, 10  # poses whose mean is searched from each start, and iterations
 LOWER = 1e-3  # relative difference of variances for which a later start is taken
 MAX_ITER, TOL = 200, 1e-3  # as in `frechet_mean`
@@ -106,11 +103,12 @@ def frechet_mean(
 
     Notes
     -----
-    All means except the mean of the columns are local minima. The extrinsic mean is searched from the joint-wise mean,
-    from the pose of X nearest to the mean of the positions, and from three poses of X; others also from the extrinsic
-    mean, for ten iterations on up to 64 poses of X, and then on all poses from the best. Of equal means the one from
-    the joint-wise mean counts, which has the values of angles that move no joint. Small bones, such as those of hands,
-    may fold where that brings their ends nearer. Limits are not enforced.
+    All means except the mean of the columns are local minima. The search for the extrinsic mean starts at the mean of
+    each joint by itself, whose values angles that move no joint keep. No pose has a lower variance than the positions
+    have about their mean. If the extrinsic mean exceeds that by 5 %, as for poses far apart, it is searched from four
+    poses of X, too. Other metrics start at the extrinsic mean and, for poses far apart, at all of these: ten
+    iterations on up to 64 poses of X from each, and then from the best on all. Small bones, such as those of hands, may
+    fold where that brings their ends nearer. Limits are not enforced.
 
     *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of
     poses.
@@ -124,8 +122,7 @@ def frechet_mean(
 
     *"spatial"* is not smooth: the line, and its length, jumps if a difference of angles passes half a turn. So scipy's
     BFGS with a line search is used, which never returns anything worse than its start or the best of up to a hundred
-    poses of X. Poses within half a turn of each other have no jumps; for others expect a
-    ConvergenceWarning.
+    poses of X. Poses within half a turn of each other have no jumps; for others expect a ConvergenceWarning.
 
     References
     ----------
@@ -156,8 +153,7 @@ def frechet_mean(
     0.34
     """
     X, weights, chosen = _check(X, skeleton, metric, sample_weight, "frechet_mean")
-    starts = np.stack([mean_of_joints(skeleton.bones, X, weights)[0], *X[_some(X, STARTS)]])
-    mean = WeightedMeans(X, skeleton, chosen, n_jobs).mean(weights, max_iter, tol, TOL_EXTRINSIC, starts)
+    mean = WeightedMeans(X, skeleton, chosen, n_jobs).mean(weights, max_iter, tol, TOL_EXTRINSIC)
     if not mean.converged:
         warn(
             f"the mean did not converge in {mean.n_iter} iterations (gradient_norm {mean.gradient_norm:.2g}): raise "
@@ -290,7 +286,7 @@ def geometric_median(
     X, weights, chosen = _check(X, skeleton, metric, sample_weight, "geometric_median")
     n_threads = effective_n_jobs(n_jobs)
     sample = chosen.sample(X, weights, skeleton, n_threads)
-    start, others = sample.start()
+    (start, *_), others = sample.starts()
     if chosen.needs_skeleton and chosen != Position():
         start = descend(Position().sample(X, weights, skeleton, n_threads), start, MEDIAN, max_iter, tol)[0].pose
     spread, n_iter, converged = minimise(chosen, sample, start, MEDIAN, max_iter, tol)
@@ -317,12 +313,6 @@ def _check(
     chosen = resolve(metric, skeleton, auto="position")
     require_means(chosen, user)
     return X[counted], weights[counted], chosen
-
-
-def _some(X: np.ndarray, n: int) -> np.ndarray:
-    """Rows of up to n different poses; the choice depends neither on the order of the rows nor on copies."""
-    rows = np.unique(X, axis=0, return_index=True)[1]
-    return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, n).astype(int))])
 
 
 def minimise(
@@ -358,27 +348,20 @@ class WeightedMeans:
         self._direct = metric.direct_means(self.poses, skeleton)
 
     def mean(
-        self,
-        weights: np.ndarray,
-        max_iter: int = MAX_ITER,
-        tol: float = TOL,
-        tol_direct: float = TOL_DIRECT,
-        starts: np.ndarray | None = None,
+        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL, tol_direct: float = TOL_DIRECT
     ) -> FrechetMeanResult:
-        """The mean under non-negative weights (n_poses,), searched from poses (n, n_dofs) too if there are any."""
+        """The mean under non-negative weights (n_poses,)."""
         if self._direct is not None:
-            return self._direct.mean(weights, max_iter, tol_direct, starts)
+            return self._direct.mean(weights, max_iter, tol_direct)
         counted = weights > 0.0
         shares, n_threads = weights[counted] / weights.sum(), effective_n_jobs(self.n_jobs)
         sample = self.metric.sample(self.poses[counted], shares, self.skeleton, n_threads)
-        start, others = sample.start(starts)
-        if starts is not None and self.metric.needs_skeleton and max_iter > TRIAL_ITER:
-            few = _some(sample.X, FEW)
+        starts, others = sample.starts()
+        start = starts[0]
+        if len(starts) > 1 and max_iter > TRIAL_ITER:
+            few = some_of(sample.X, FEW)
             trial = self.metric.sample(sample.X[few], shares[few] / shares[few].sum(), self.skeleton, n_threads)
-            ends = [
-                minimise(self.metric, trial, one, MEAN, TRIAL_ITER, tol)[0].pose
-                for one in (start, *to_tree_order(tree_of(self.skeleton), starts))
-            ]
+            ends = [minimise(self.metric, trial, one, MEAN, TRIAL_ITER, tol)[0].pose for one in starts]
             variances = [shares @ sample.linearize(one, np.inf).energies for one in ends]
             start = ends[int(np.argmax(variances <= min(variances) * (1.0 + LOWER)))]
         spread, n_iter, converged = minimise(self.metric, sample, start, MEAN, max_iter, tol)

@@ -82,13 +82,13 @@ class _AngleSample(Sample):
         super().__init__(X, weights)
         self.wrap = wrap
 
-    def start(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def starts(self) -> tuple[list[np.ndarray], np.ndarray]:
         """The weighted mean of the columns, if wrapped the mean direction."""
         if self.wrap:
             mean = np.arctan2(self.weights @ np.sin(self.dofs), self.weights @ np.cos(self.dofs))
         else:
             mean = self.weights @ self.dofs
-        return mean, mean
+        return [mean], mean
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
         """Distances and gradients, both exact."""

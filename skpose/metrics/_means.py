@@ -13,10 +13,13 @@ from skpose._compiled.path.geodesic import project
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, retract, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
+from skpose.skeleton._chart import chordal_mean
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad
 MAX_ITER = 200
-EQUAL, TINY = 1e-6, 1e-15  # relative difference of variances that are equal, and m²
+GAP = 0.05  # above the variance of the positions, as a share of it, at which a mean is searched from other poses, too
+STARTS = 3  # such poses
+EQUAL = 1e-6  # relative difference of variances that are equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +63,7 @@ class ArithmeticMeans:
     def __init__(self, X: np.ndarray):
         self.X = X
 
-    def mean(
-        self, weights: np.ndarray, max_iter: int = 1, tol: float = 0.0, starts: np.ndarray | None = None
-    ) -> FrechetMeanResult:
+    def mean(self, weights: np.ndarray, max_iter: int = 1, tol: float = 0.0) -> FrechetMeanResult:
         """The weighted mean of the columns."""
         pose = weights @ self.X / weights.sum()
         gaps = pose - self.X
@@ -93,28 +94,49 @@ class ExtrinsicMeans:
         self.X, self.skeleton, self.tree = X, skeleton, tree_of(skeleton)
         self.positions = weighted_positions(X, skeleton)
 
-    def mean(
-        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL, starts: np.ndarray | None = None
-    ) -> FrechetMeanResult:
-        """The mean under weights (n_poses,) that are not negative and not all zero.
+    def mean(self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL) -> FrechetMeanResult:
+        """The mean under weights (n_poses,) that are not negative and not all zero."""
+        return self.search(weights, max_iter, tol)[0]
 
-        Newton's method starts at `starts` (n, n_dofs) and at the nearest pose of positive weight; of equal means the
-        first counts. Columns that move no joint keep the values of the start.
+    def search(
+        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL
+    ) -> tuple[FrechetMeanResult, list[np.ndarray]]:
+        """The mean, and the poses (n_dofs,) from which it was searched.
+
+        Newton's method starts at the mean of each joint. No mean has a lower variance than the positions have about
+        their mean; if the one found has a much higher variance, the nearest pose of positive weight and some others are
+        starts, too, and the best is returned, of equal ones the first. Columns that move no joint keep the values of
+        the start.
         """
         rows = np.flatnonzero(weights)
-        positions = self.positions if len(rows) == len(weights) else self.positions[rows]
+        X, positions = (self.X, self.positions) if len(rows) == len(weights) else (self.X[rows], self.positions[rows])
         shares = weights[rows] / weights[rows].sum()
         target = shares @ positions
-        nearest = self.X[rows[((positions - target) ** 2).sum(axis=1).argmin()]]
-        found: list[FrechetMeanResult] = []
-        for start in (*(() if starts is None else starts), nearest):
+        squares = ((positions - target) ** 2).sum(axis=1)
+        least, nearest = shares @ squares, X[squares.argmin()]
+
+        def from_start(start: np.ndarray) -> FrechetMeanResult:
             dofs, outcome = project(self.tree, target, to_tree_order(self.tree, start), max_iter, tol)
             pose = from_tree_order(self.tree, dofs, start)
             variance = float(shares @ ((positions - weighted_positions(pose[None], self.skeleton)) ** 2).sum(axis=1))
             norm, n_iter, converged = float(outcome.gradient_norm), int(outcome.n_iter), bool(outcome.converged)
-            found.append(FrechetMeanResult(pose, variance, norm, n_iter, converged))
-        least = min(one.variance for one in found)
-        return next(one for one in found if one.variance <= least * (1.0 + EQUAL) + TINY)
+            return FrechetMeanResult(pose, variance, norm, n_iter, converged)
+
+        starts = [chordal_mean(self.skeleton.bones, X, shares, nearest)]
+        best = from_start(starts[0])
+        if best.variance > least * (1.0 + GAP):
+            starts += [nearest, *X[some_of(X, STARTS)]]
+            for start in starts[1:]:
+                other = from_start(start)
+                if other.variance < best.variance * (1.0 - EQUAL):
+                    best = other
+        return best, starts
+
+
+def some_of(X: np.ndarray, n: int) -> np.ndarray:
+    """Rows of up to n different poses; the choice depends neither on the order of the rows nor on copies."""
+    rows = np.unique(X, axis=0, return_index=True)[1]
+    return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, n).astype(int))])
 
 
 class Linearization(NamedTuple):
@@ -148,8 +170,8 @@ class Sample:
         self.X, self.weights = X, weights
         self.dofs = X
 
-    def start(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """The pose where a search starts, in the coordinates of the search and in the columns of the skeleton."""
+    def starts(self) -> tuple[list[np.ndarray], np.ndarray]:
+        """Poses where a search starts, in its coordinates, and the first in the columns of the skeleton."""
         raise NotImplementedError
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
@@ -182,10 +204,11 @@ class JointSample(Sample):
         self.skeleton, self.tree = skeleton, tree_of(skeleton)
         self.dofs = to_tree_order(self.tree, X)
 
-    def start(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """The extrinsic mean."""
-        mean = ExtrinsicMeans(self.X, self.skeleton).mean(self.weights, starts=starts)
-        return to_tree_order(self.tree, mean.pose), mean.pose
+    def starts(self) -> tuple[list[np.ndarray], np.ndarray]:
+        """The extrinsic mean and, if it was searched from several poses, these."""
+        mean, others = ExtrinsicMeans(self.X, self.skeleton).search(self.weights)
+        starts = [mean.pose, *(others if len(others) > 1 else ())]
+        return [to_tree_order(self.tree, start) for start in starts], mean.pose
 
     def retract(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
         """The pose that is a step of the coordinates away."""

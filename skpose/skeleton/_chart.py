@@ -42,19 +42,26 @@ def move(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarr
     return poses
 
 
-def mean_of_joints(
-    bones: Sequence[Bone], poses: np.ndarray, weights: np.ndarray | None = None
-) -> tuple[np.ndarray, bool]:
-    """The pose from which the mean step to the poses is zero, and whether the iteration converged."""
-    shares = np.full(len(poses), 1.0 / len(poses)) if weights is None else weights
-    directions = np.arctan2(shares @ np.sin(poses), shares @ np.cos(poses))
-    base = np.where(are_slides(bones), shares @ poses, directions)
+def chordal_mean(bones: Sequence[Bone], poses: np.ndarray, shares: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """The mean of each joint under weights that sum to 1, as numbers near those of a pose.
+
+    Rotations count by their matrices, other angles by their directions, slides by their values.
+    """
+    gaps = poses - near
+    turns = np.arctan2(shares @ np.sin(gaps), shares @ np.cos(gaps))
+    base: np.ndarray = near + np.where(are_slides(bones), shares @ gaps, turns)
     for bone, columns in with_columns(bones):
         if bone.n_dofs == 3:
-            mean = rotations_of(bone, poses[:, columns]).mean(weights).as_quat()[None]
-            base[columns] = columns_of(bone, Rotation.from_quat(mean), poses[:1, columns])[0]
+            mean = rotations_of(bone, poses[:, columns]).mean(shares).as_quat()[None]
+            base[columns] = columns_of(bone, Rotation.from_quat(mean), near[None, columns])[0]
+    return base
+
+
+def mean_of_joints(bones: Sequence[Bone], poses: np.ndarray) -> tuple[np.ndarray, bool]:
+    """The pose from which the mean step to the poses is zero, and whether the iteration converged."""
+    base = chordal_mean(bones, poses, np.full(len(poses), 1.0 / len(poses)), poses[0])
     for _ in range(MAX_ITER):
-        step = shares @ steps_from(bones, base, poses)
+        step = steps_from(bones, base, poses).mean(axis=0)
         if np.abs(step).max(initial=0.0) <= TOL:
             return base, True
         base = move(bones, base, step[None])[0]
