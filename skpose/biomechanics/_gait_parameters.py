@@ -184,17 +184,23 @@ def gait_parameters(motion: Motion | GaitEvents) -> GaitParameters:
     >>> found.to_pandas().groupby("foot")["step_length [m]"].mean().round(2).tolist()
     [0.6, 0.56]
     """
+    found, doubt = measure_gait(motion)
+    if doubt:
+        warn(doubt)
+    return found
+
+
+def measure_gait(motion: Motion | GaitEvents) -> tuple[GaitParameters, str]:
+    """The parameters, and why the frame rate is likely wrong."""
     events = motion if isinstance(motion, GaitEvents) else gait_events(motion)
     if not len(events.strides):
         raise ValueError(f"gait_parameters needs at least one stride, got none: {events.reason}")
     first, other, last = events.strides.T
     found = GaitParameters(events.feet[first], events.times[first], _measure(events, first, other, last), events)
-    if doubt := doubt_of_rate(found, motion):
-        warn(doubt)
-    return found
+    return found, _doubt_of_rate(found, motion)
 
 
-def doubt_of_rate(found: GaitParameters, motion: Motion | GaitEvents) -> str:
+def _doubt_of_rate(found: GaitParameters, motion: Motion | GaitEvents) -> str:
     """Why a frame rate is likely wrong: a cadence that is impossible, or unlikely with these steps and legs."""
     leg = LEG
     if isinstance(motion, Motion) and len(motion):

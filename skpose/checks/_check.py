@@ -7,7 +7,7 @@ import numpy as np
 from skpose._utils.validation import check_kind
 from skpose.checks import _measures
 from skpose.checks._collection import compare, summarise
-from skpose.checks._findings import APART, KINDS, SEVERITIES, Finding
+from skpose.checks._findings import APART, KINDS, SEVERITIES, Finding, Kind
 from skpose.checks._recording import Recording, Unknown
 from skpose.skeleton import Motion
 
@@ -89,8 +89,8 @@ def check_all(motions: Iterable[Motion], name_of: Callable[[int], str]) -> list[
     return sorted(findings, key=lambda one: (SEVERITIES.index(one.severity), one.motion, one.frames))
 
 
-def check_recording(recording: Recording, number: int) -> Iterator[Finding]:
-    for name, kind in KINDS.items():
+def check_recording(recording: Recording, number: int, kinds: dict[str, Kind] = KINDS) -> Iterator[Finding]:
+    for name, kind in kinds.items():
         try:
             measured = getattr(_measures, name.replace(" ", "_"))(recording)
         except Unknown:

@@ -1,6 +1,5 @@
 """The measure of each kind of fault: its size at each frame, see `KINDS`, of a person with legs of 0.9 m."""
 
-import warnings
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -8,9 +7,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from skpose._utils.units import LARGEST, SMALLEST, UNITS, likely_unit
-from skpose.biomechanics import gait_parameters
 from skpose.biomechanics._feet import LEGS
-from skpose.biomechanics._gait_parameters import doubt_of_rate
+from skpose.biomechanics._gait_parameters import measure_gait
 from skpose.checks._recording import Recording, Unknown
 from skpose.kinematics._anatomy import ARM
 from skpose.kinematics._ground import runs, speeds_of
@@ -22,10 +20,9 @@ from skpose.skeleton._upright import describe_up, find_up
 WALK = 1.5  # m, shortest path of gait
 FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate, tried where strides are missing
 STRIDES = 3  # that show gait at another rate
-SAME, LINEAR = 1e-9, 0.002  # m, movement of a repeated frame; share by which velocities change on a straight line
-AROUND, SUDDEN = 0.15, 10.0  # s, around a step, and how many times it differs more than those usually do
-STEP, JERK, JERK_OF_ROOT = 0.03, 4500.0, 600.0  # m, m/s³, of a jump
-NOISE, ROUGH, FAST = 0.0004, 0.024, 3.0  # m, m/s, 1/s
+SAME, LINEAR = 1e-9, 0.003  # m, movement of a repeated frame; share by which velocities change on a straight line
+AROUND, SUDDEN, JERK = 0.15, 8.0, 1500.0  # s, around a step; times what steps usually differ there; m/s³
+FAST = 3.0  # 1/s, share of the movement per time step that third differences of a smooth motion may have
 NORMAL = 6.9  # √20 times the median length of a normal vector in space: of third differences of white noise
 T_POSE, ZERO = np.cos(np.radians(15.0)), 0.01  # rad
 SOLES = 0.08, 0.03  # m, of ankle and ball above the sole
@@ -62,11 +59,9 @@ def frame_rate(recording: Recording) -> Measured:
     for factor in (1.0, *FACTORS):
         motion = replace(recording.motion, frame_rate=rate * factor)
         try:
-            with warnings.catch_warnings(action="ignore"):
-                gait = gait_parameters(motion)
+            gait, doubt = measure_gait(motion)
         except ValueError:  # no gait
             continue
-        doubt = doubt_of_rate(gait, motion)
         if factor == 1.0:
             return Measured(np.array(rate * bool(doubt)), note=doubt)
         if not doubt and len(gait) >= STRIDES:
@@ -99,8 +94,7 @@ def jump(recording: Recording) -> Measured:
     off = np.linalg.norm(steps - (padded[:-2] + padded[2:]) / 2.0, axis=2)
     gaps = np.convolve(np.diff(recording.motion.frame_numbers) > 1, np.ones(3), mode="same") > 0
     usual = median_filter(off, size=(2 * max(3, round(AROUND / recording.step)) + 1, 1), mode="nearest")
-    jerk = np.where(np.arange(off.shape[1]) == 0, JERK_OF_ROOT, JERK)
-    is_jump = (off > STEP + jerk * recording.step**3) & (off > SUDDEN * usual) & ~gaps[:, None]
+    is_jump = (off > JERK * recording.step**3) & (off > SUDDEN * usual) & ~gaps[:, None]
     sizes = np.where(is_jump, off, 0.0)
     return Measured(np.concatenate([sizes, sizes[-1:] * 0.0]), recording.names)
 
@@ -108,9 +102,8 @@ def jump(recording: Recording) -> Measured:
 def noise(recording: Recording) -> Measured:
     recording.need(12)
     first, third = (np.linalg.norm(np.diff(recording.around_root, n=n, axis=0), axis=2) for n in (1, 3))
-    sizes = np.median(third, axis=0) / NORMAL
-    noisy = sizes > NOISE + ROUGH * recording.step + FAST * recording.step * np.median(first, axis=0)
-    return Measured((1e3 * sizes * noisy)[None], recording.names)
+    sizes = np.median(third, axis=0) / NORMAL - FAST * recording.step * np.median(first, axis=0)
+    return Measured(1e3 * sizes[None], recording.names)
 
 
 def angle_flips(recording: Recording) -> Measured:

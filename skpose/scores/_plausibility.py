@@ -47,6 +47,8 @@ class Soles(NamedTuple):
 
 def soles_of(motion: Recording, feet: Feet | None = None, floor: float | None = None) -> Soles:
     """Ankles and balls of both feet, as far as both sides have them, or the points that are given."""
+    if isinstance(motion, Motion) and len(motion) > 1 and not np.ptp(motion.root_positions, axis=0).any():
+        raise ValueError("motion must have a root that moves over the floor, got constant root_positions")
     positions = motion.positions() if isinstance(motion, Motion) else motion.positions
     names = motion.skeleton.joint_names if isinstance(motion, Motion) else motion.names
     if feet is not None:
@@ -120,7 +122,7 @@ def foot_skating(
     TypeError
         If `motion` is neither a `Motion` nor `Keypoints`.
     ValueError
-        If feet are not found, or the motion has fewer than two frames.
+        If feet are not found, the root never moves, or the motion has fewer than two frames.
 
     See Also
     --------
@@ -220,7 +222,7 @@ def foot_floating(
     TypeError
         If `motion` is neither a `Motion` nor `Keypoints`.
     ValueError
-        If feet are not found.
+        If feet are not found, or the root never moves.
 
     See Also
     --------
@@ -282,7 +284,7 @@ def foot_penetration(
     TypeError
         If `motion` is neither a `Motion` nor `Keypoints`.
     ValueError
-        If feet are not found.
+        If feet are not found, or the root never moves.
 
     See Also
     --------

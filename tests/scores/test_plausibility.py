@@ -59,6 +59,13 @@ def test_the_speed_of_sliding_feet_does_not_depend_on_the_rate(rate):
     assert foot_skating(fast, rule="gmd") > 0.8  # all but the ends of the window
 
 
+@pytest.mark.parametrize("score", [foot_skating, foot_floating, foot_penetration])
+def test_a_motion_without_the_movement_of_its_root_has_no_score_of_feet(score):
+    kick = make_actions(1, 1, actions=["kick"], random_state=0)[0]
+    with pytest.raises(ValueError, match="root"):
+        score(replace(kick, root_positions=np.tile(kick.root_positions[:1], (len(kick), 1))))
+
+
 def test_keypoints_are_scored_as_motions():
     kick = make_actions(1, 1, actions=["kick"], random_state=0)[0]
     points, feet = kick.to_keypoints(), [["left_foot", "left_toes"], ["right_foot", "right_toes"]]
