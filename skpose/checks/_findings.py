@@ -91,8 +91,8 @@ KINDS = {
         "error", 0.03, "m", "{joint} jumps by {size:.2g} m after frame {first}",
         "interpolate the frames, or cut the motion there",
     ),
-    "noise": Kind(  # without what movement adds to it
-        "warning", 0.8, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",
+    "noise": Kind(  # without what movements at 6 Hz would add
+        "warning", 0.4, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",
     ),
     "angle flips": Kind(  # 1 rad; turns have 2π
         "note", 1.0, "rad", "{joint} changes by {size:.3g} rad without a rotation, {n} times",
@@ -105,7 +105,7 @@ KINDS = {
         "warning", 0.05, "m", "feet stand {size:.2g} m {note} 0", "move the root, or tell programs the floor's height",
     ),
     "floating": Kind(  # slower than 0.25 m/s, as at the top of a jump for 0.05 s
-        "warning", 0.05, "m", "the lowest joint stands still {size:.2g} m above the floor, afloat or on a step",
+        "warning", 0.06, "m", "the lowest joint stands still {size:.2g} m above the floor, afloat or on a step",
         "lower the root there, or leave the part out", seconds=0.1,
     ),
     "sinking": Kind(  # ankle or ball, for 0.1 s

@@ -22,7 +22,7 @@ FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate, tried where strides are miss
 STRIDES = 3  # that show gait at another rate
 SAME, LINEAR = 1e-9, 0.003  # m, movement of a repeated frame; share by which velocities change on a straight line
 AROUND, SUDDEN, JERK = 0.15, 8.0, 1500.0  # s, around a step; times what steps usually differ there; m/s³
-FAST = 3.0  # 1/s, share of the movement per time step that third differences of a smooth motion may have
+FAST = 6.0  # Hz; people move more slowly, so that it is a usual cut-off of gait data
 NORMAL = 6.9  # √20 times the median length of a normal vector in space: of third differences of white noise
 T_POSE, ZERO = np.cos(np.radians(15.0)), 0.01  # rad
 SOLES = 0.08, 0.03  # m, of ankle and ball above the sole
@@ -101,9 +101,9 @@ def jump(recording: Recording) -> Measured:
 
 def noise(recording: Recording) -> Measured:
     recording.need(12)
-    first, third = (np.linalg.norm(np.diff(recording.around_root, n=n, axis=0), axis=2) for n in (1, 3))
-    sizes = np.median(third, axis=0) / NORMAL - FAST * recording.step * np.median(first, axis=0)
-    return Measured(1e3 * sizes[None], recording.names)
+    first, third = (np.diff(recording.around_root, n=n, axis=0) for n in (1, 3))
+    moved, rough = (np.median(np.linalg.norm(x, axis=2), axis=0) for x in (first - first.mean(axis=0), third))
+    return Measured(1e3 * (rough - (2.0 * np.pi * FAST * recording.step) ** 2 * moved)[None] / NORMAL, recording.names)
 
 
 def angle_flips(recording: Recording) -> Measured:
