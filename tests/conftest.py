@@ -22,15 +22,18 @@ from skpose.metrics import Angle
 from skpose.metrics._registry import METRICS
 
 DATA = Path(__file__).parent / "data"
+RECORDINGS = {"cmu", "hdm05"}  # fixtures that read whole collections
 
 
 def pytest_collection_modifyitems(items):
-    """Leave out warnings of units that are right about what tests make up.
+    """Tests of real recordings are slow. Leave out warnings of units that are right about what tests make up.
 
     Files of tests of the readers have bones of round lengths: skeletons of any size. scikit-learn's checks have columns
     of any numbers, here on a chain of joints.
     """
     for item in items:
+        if not RECORDINGS.isdisjoint(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
         if "check" in getattr(getattr(item, "callspec", None), "params", {}):
             item.add_marker(pytest.mark.filterwarnings("ignore:values of X reach:UserWarning"))
         if item.path.parent.name in ("io", "cli"):
