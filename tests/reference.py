@@ -25,29 +25,33 @@ def joint_rotation(bone, columns):
     return Rotation.from_rotvec(columns) if bone.dofs == "rotvec" else Rotation.from_euler(bone.dofs, columns)
 
 
-def orientations_and_positions(angles, skeleton):
-    """Return the world orientations of all joints' own axes (list of Rotation) and their positions, by definition."""
+def matrices_and_positions(angles, skeleton):
+    """Return the world orientations of all joints' own axes (list of matrices) and their positions, by definition."""
     angles = np.atleast_2d(angles)
-    identity = Rotation.identity(len(angles))
-    orientation, position = {None: identity}, {None: np.zeros((len(angles), 3))}
+    orientation, position = {None: np.eye(3)[None]}, {None: np.zeros((len(angles), 3))}
     column = 0
     for bone in skeleton.bones:
         k = n_dofs(bone)
-        local = Rotation.from_matrix(np.eye(3) if bone.rest_rotation is None else np.array(bone.rest_rotation))
+        local = np.eye(3) if bone.rest_rotation is None else np.array(bone.rest_rotation)
         if k:
-            local = local * joint_rotation(bone, angles[:, column : column + k])
+            local = local @ joint_rotation(bone, angles[:, column : column + k]).as_matrix()
         column += k
-        orientation[bone.name] = orientation[bone.parent] * local
+        orientation[bone.name] = orientation[bone.parent] @ local
         frame = bone.name if skeleton.offset_frame == "own" else bone.parent
-        position[bone.name] = position[bone.parent] + orientation[frame].apply(bone.offset)
+        position[bone.name] = position[bone.parent] + orientation[frame] @ np.array(bone.offset)
         if bone.dofs == "slide":
-            position[bone.name] += orientation[bone.name].apply(angles[:, [column - 1]] * np.array(bone.axis))
+            position[bone.name] += orientation[bone.name] @ np.array(bone.axis) * angles[:, [column - 1]]
     names = skeleton.joint_names
     return [orientation[name] for name in names], np.stack([position[name] for name in names], axis=1)
 
 
+def orientations_and_positions(angles, skeleton):
+    matrices, positions = matrices_and_positions(angles, skeleton)
+    return [Rotation.from_matrix(np.broadcast_to(one, (len(positions), 3, 3))) for one in matrices], positions
+
+
 def forward_kinematics(angles, skeleton):
-    return orientations_and_positions(angles, skeleton)[1]
+    return matrices_and_positions(angles, skeleton)[1]
 
 
 @functools.cache  # positions of five poses, for each distance

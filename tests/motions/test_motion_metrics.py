@@ -31,7 +31,7 @@ def gait():
 
 def rows_of(motion, metric, skeleton):
     """What is compared, frame by frame."""
-    positions = np.array([reference.F(angles, skeleton).ravel() for angles in motion.angles])
+    positions = reference.F(motion.angles, skeleton)
     if isinstance(metric, Centered):
         return positions - positions.mean(axis=0)
     if isinstance(metric, Jerk):

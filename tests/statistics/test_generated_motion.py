@@ -26,7 +26,7 @@ def gait():
 
 def jittered(motion, sigma, seed=0):
     """Add noise to the positions of the joints, m, and make poses of them."""
-    positions = np.array([reference.F(angles, motion.skeleton).reshape(-1, 3) for angles in motion.angles])
+    positions = reference.F(motion.angles, motion.skeleton).reshape(len(motion), -1, 3)
     positions += np.random.default_rng(seed).normal(0, sigma, positions.shape)
     fitted = inverse_kinematics(positions, motion.skeleton, initial=motion.angles, regularization=0.02)
     return replace(motion, angles=fitted.poses)
@@ -34,7 +34,7 @@ def jittered(motion, sigma, seed=0):
 
 def rows_of(motion, metric, skeleton):
     """What is compared, frame by frame: positions are those of a reference, and differences are written down."""
-    positions = np.array([reference.F(angles, skeleton).ravel() for angles in motion.angles])
+    positions = reference.F(motion.angles, skeleton)
     n, rate = len(positions), motion.frame_rate
     if isinstance(metric, Centered):
         return positions - positions.mean(axis=0)
