@@ -265,6 +265,7 @@ def test_numbers_that_are_no_distances_are_errors(call):
             CALLS[call](metric)
 
 
+@pytest.mark.slow
 def test_a_code_may_be_longer_than_a_pose():
     metric, poses = own_metric(lambda tree, n_dofs: 2 * n_dofs, encode=encode_twice), np.array([[0.0, 1.0], [2.0, 5.0]])
     assert pose_distances(poses, metric=metric)[0, 1] == pytest.approx(18.0)

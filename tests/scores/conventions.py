@@ -207,5 +207,5 @@ def angle_checks(data):
     wrapped = [abs((gap + np.pi) % (2 * np.pi) - np.pi) for gap in gaps.ravel()]
     yield "Human3.6M, MPJAE", score, {"unit": "deg"}, true, pred, np.degrees(np.mean(wrapped))
     true, pred = data.rotations
-    each = [angle_between(a, b) for a, b in zip(true.reshape(-1, 3, 3), pred.reshape(-1, 3, 3), strict=True)]
+    each = angle_between(true.reshape(-1, 3, 3), pred.reshape(-1, 3, 3))
     yield "RotationContinuity, SPL", scores.geodesic_error, {"unit": "rad"}, true, pred, np.mean(each)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import reference
+from conftest import in_turns
 from sklearn.metrics import roc_auc_score
 
 from skpose import inverse_kinematics
@@ -70,8 +71,7 @@ def test_sets_under_metrics_of_motions_are_sets_of_their_rows(metric, statistic,
         assert named.statistic == found.statistic
 
 
-@pytest.mark.parametrize("metric", ["position", *OF_MOTIONS], ids=str)
-@pytest.mark.parametrize("tile", [None, 13])
+@pytest.mark.parametrize(("metric", "tile"), in_turns(["position", *OF_MOTIONS], [None, 13]))
 def test_each_motion_is_tested_as_a_set_of_one(metric, tile, gait, monkeypatch):
     """By permutations of it and the others, one test at a time."""
     if tile:
