@@ -1,9 +1,9 @@
 """Findings, and the table of their kinds with all thresholds.
 
-Thresholds are of a person with legs of 0.9 m. Those of jumps, noise and feet were chosen on recordings of five people,
-by the rule of `benchmarks/faults.py`, which tests them on recordings of three others. A measure of `_measures` gives the
-size of a fault at each frame. Frames above the limit form an event if they are at most `APART` from each other, or
-consecutive where it has to last.
+Thresholds are of a person with legs of 0.9 m. Those of jumps, noise and feet are chosen on recordings of five people by
+the rule of `benchmarks/faults.py`, which tests them on three others. A measure of `_measures` gives the size of a fault
+at each frame. Frames above the limit form an event if they are at most `APART` from each other, or consecutive where it
+has to last.
 """
 
 from typing import NamedTuple
