@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._utils.units import complaint_of_extent
-from skpose.io._conventions import Up, Zeros, check_options, choose_rate, number_names, read_unit, stand_markers
+from skpose.io._conventions import Up, Zeros, check_options, choose_rate, keypoints_of_markers, number_names, read_unit
 from skpose.io._source import MocapFormatError, Readable, Source, open_source
 from skpose.keypoints import Keypoints
 from skpose.keypoints._checks import UPS
@@ -338,10 +337,7 @@ def load_c3d(
         units = parameters.texts("POINT:UNITS") if scale is None else _texts_if_any(parameters, "POINT:UNITS")
         scale = read_unit(source, "POINT:UNITS", units[0] if units else "", scale)
         usual = _up(source, parameters) if up is None else (up, "")
-        positions, axis = stand_markers(source, all_positions[:, chosen], labels, scale, zeros, up, usual)
-        found = Keypoints(positions, labels, rate, up=axis)
-        source.warn(complaint_of_extent(found.positions, scale))
-        return found
+        return keypoints_of_markers(source, all_positions[:, chosen], labels, rate, scale, zeros, up, usual)
 
 
 def load_c3d_quantities(path: Readable) -> dict[str, C3DQuantity]:

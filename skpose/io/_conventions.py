@@ -9,8 +9,10 @@ from typing import Any, Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import check_choice, check_frame_rate, check_positive
 from skpose.io._source import Source
+from skpose.keypoints import Keypoints
 from skpose.keypoints._checks import UPS, complaint_of_origin, settle_up, turn_up
 from skpose.skeleton import Motion
 from skpose.skeleton._root import root_angles_of, root_orientations
@@ -128,16 +130,17 @@ def check_even(motion: Motion, format_has: str) -> None:
         )
 
 
-def stand_markers(
+def keypoints_of_markers(
     source: Source,
     positions: np.ndarray,
     names: Sequence[str],
+    frame_rate: float,
     scale: float,
     zeros: Zeros | None,
     up: Any,
     usual: tuple[Up, str],
-) -> tuple[np.ndarray, Axis]:
-    """Positions of markers in m without lost ones, and the axis that points up; `usual` has a reason with it."""
+) -> Keypoints:
+    """Markers in m, without lost ones, with the axis that points up; `usual` has a reason with it."""
     lost = (positions == 0.0).all(axis=2)
     if zeros == "missing":
         positions[lost] = np.nan
@@ -147,7 +150,10 @@ def stand_markers(
     if up is None:
         up, complaint = settle_up(positions, names, *usual)
         source.warn(complaint)
-    return turn_up(positions, up)
+    positions, axis = turn_up(positions, up)
+    found = Keypoints(positions, names, frame_rate, up=axis)
+    source.warn(complaint_of_extent(found.positions, scale))
+    return found
 
 
 def number_names(source: Source, names: list[str]) -> list[str]:

@@ -13,12 +13,8 @@ from skpose.io._amc import is_amc, load_amc
 from skpose.io._asf import is_asf, load_asf
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import load_c3d
-from skpose.io._keypoints import is_array, load_keypoints
-from skpose.io._keypoints_csv import is_csv
+from skpose.io._keypoints import TEXTS, is_array, load_keypoints
 from skpose.io._keypoints_json import is_json
-from skpose.io._motive import is_motive
-from skpose.io._mvnx import is_mvnx
-from skpose.io._qualisys import is_qualisys
 from skpose.io._save_npz import is_npz, load_npz
 from skpose.io._source import Readable, Source
 from skpose.io._trc import load_trc
@@ -68,10 +64,7 @@ FORMATS = (
     Format("arrays", "points", (".npz", ".npy"), is_array, load_keypoints),
     Format("SMPL", "motion", (".npz", ".npy", ".json"), is_smpl, load_amass),
     Format("JSON", "points", (".json",), is_json, load_keypoints),
-    Format("MVNX", "points", (".mvnx",), is_mvnx, load_keypoints),
-    Format("Motive CSV", "points", (".csv",), is_motive, load_keypoints),
-    Format("Qualisys TSV", "points", (".tsv",), is_qualisys, load_keypoints),
-    Format("CSV", "points", (".csv", ".tsv"), is_csv, load_keypoints),
+    *(Format(name, "points", suffixes, recognizes, load_keypoints) for name, suffixes, recognizes, _ in TEXTS),
     Format("AMC", "motion", (".amc",), is_amc, load_amc),
 )
 

@@ -13,12 +13,10 @@ from skpose._utils.validation import refuse_infinite
 from skpose.io._amass import is_smpl
 from skpose.io._arrays import ARRAY, Archive
 from skpose.io._conventions import Up, Zeros, check_options, choose_rate, choose_scale
+from skpose.io._exports import is_motive, is_mvnx, is_qualisys, read_motive, read_mvnx, read_qualisys
 from skpose.io._humanml import N_NUMBERS, NAMES, RATE, joints_of
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_folder, read_json
-from skpose.io._motive import is_motive, read_motive
-from skpose.io._mvnx import is_mvnx, read_mvnx
-from skpose.io._qualisys import is_qualisys, read_qualisys
 from skpose.io._source import Readable, Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
@@ -28,7 +26,13 @@ from skpose.keypoints._layouts import check_layout
 POSITIONS, CONFIDENCES, RATES = ("positions", "keypoints"), ("confidences", "scores"), ("frame_rate", "fps")
 SHAPES = (None, None, 3), (None, None, 4), (None, None, 2), (None, N_NUMBERS)
 EXPECTED = "keypoints as JSON, CSV with a header, MVNX, Qualisys TSV, .npz or .npy"
-TEXTS = (is_mvnx, read_mvnx), (is_motive, read_motive), (is_qualisys, read_qualisys), (is_csv, read_csv)
+# Formats of text: names, suffixes, functions that recognise and read them. The first that does is the format.
+TEXTS = (
+    ("MVNX", (".mvnx",), is_mvnx, read_mvnx),
+    ("Motive CSV", (".csv",), is_motive, read_motive),
+    ("Qualisys TSV", (".tsv",), is_qualisys, read_qualisys),
+    ("CSV", (".csv", ".tsv"), is_csv, read_csv),
+)
 
 
 def load_keypoints(
@@ -200,7 +204,7 @@ def _read(source: Source, n_points: int | None) -> Stored:
         return _from_archive(source)
     if is_json(source):
         return read_json(source, n_points)
-    for recognizes, read in TEXTS:
+    for _, _, recognizes, read in TEXTS:
         if source.kind == "text" and recognizes(source):
             return read(source)
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")

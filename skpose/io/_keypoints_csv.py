@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose.io._conventions import METRES
-from skpose.io._source import NUMBER, Source
+from skpose.io._source import NUMBER, Row, Source, read_cells
 from skpose.io._stored import (
     Stored,
     Times,
@@ -51,33 +51,27 @@ def is_csv(source: Source) -> bool:
     """Whether a file begins with a header of positions."""
     if source.head.startswith("scorer,"):
         return True
-    line = next(iter(source.head.lstrip().splitlines()), "")
-    header = [_split_unit(cell)[0] for cell in split_rows([line])[0]] if line else []
+    header = [_split_unit(cell)[0] for _, row in split_rows(source.head.lstrip().splitlines()[:1]) for cell in row]
     return len(header) > 1 and ({cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header)))
 
 
 def read_csv(source: Source) -> Stored:
-    lines = [(number, line) for number, line in enumerate(source.lines, 1) if line.strip()]
-    header, *rows = split_rows([line for _, line in lines])
+    (line, header), *numbered = split_rows(source.lines)
     if header[0] == "scorer":  # DeepLabCut's header has a line of points and one of coordinates
-        header = ["frame", *map("_".join, list(zip(*rows[:2], strict=True))[1:])]
-        lines, rows = lines[2:], rows[2:]
+        header = ["frame", *map("_".join, list(zip(*(row for _, row in numbered[:2]), strict=True))[1:])]
+        numbered = numbered[2:]
     header = [cell[1:] if cell[:1] == "'" and FORMULA.match(cell) else cell for cell in header]
-    columns = _columns(source, header, lines[0][0])
-    wanted = columns.positions + columns.confidences
-    array = np.empty((len(rows), len(wanted)))
-    for i, ((line, _), row) in enumerate(zip(lines[1:], rows, strict=True)):
-        if len(row) != len(header):
-            raise source.error(f"expected {len(header)} cells, as in the header, found {len(row)}", line)
-        array[i] = [source.number(row[k] or "nan", header[k][:40], line, finite=False, nan=True) for k in wanted]
+    columns, rows = _columns(source, header, line), [row for _, row in numbered]
     if not rows:
         raise source.error("expected a row for each frame after the header, found none")
+    wanted = columns.positions + columns.confidences
+    array = read_cells(source, numbered, wanted, len(header))
     n = len(columns.positions)
     confidences = as_confidences(source, array[:, n:]) if columns.confidences else None
     first = dict(zip(header, rows[0], strict=True))
     frame_rate = up = None
     if set(POINTS_HEAD) <= first.keys():
-        frame_rate, up = source.number(first["frame_rate"], "frame_rate", lines[1][0]), first["up"]
+        frame_rate, up = source.number(first["frame_rate"], "frame_rate", numbered[0][0]), first["up"]
     positions = array[:, :n].reshape(len(rows), -1, 3)
     stored = Stored(positions, confidences, columns.names, frame_rate, up, scale=columns.scale)
     key, time = frame_key(header), time_key(header)
@@ -93,15 +87,15 @@ def read_csv(source: Source) -> Stored:
     return at_frames(source, stored, numbers)
 
 
-def split_rows(lines: list[str]) -> list[list[str]]:
-    """The cells of each line; a row is one line, also where it is quoted."""
-    separator = max(SEPARATORS, key=lines[0].count)
-    return [
-        [cell.strip() for cell in next(csv.reader([line.rstrip("\r")], delimiter=separator), [])]
-        if '"' in line
-        else [cell.strip() for cell in line.split(separator)]
-        for line in lines
-    ]
+def split_rows(lines: list[str]) -> list[Row]:
+    """The cells of each line that is not blank; a row is one line, also where it is quoted."""
+    numbered = [(number, line.rstrip("\r")) for number, line in enumerate(lines, 1) if line.strip()]
+    separator = max(SEPARATORS, key=numbered[0][1].count) if numbered else ","
+    rows = list[Row]()
+    for number, line in numbered:
+        cells = next(csv.reader([line], delimiter=separator), []) if '"' in line else line.split(separator)
+        rows.append((number, [cell.strip() for cell in cells]))
+    return rows
 
 
 def _split_unit(cell: str) -> tuple[str, str]:

@@ -5,7 +5,7 @@ import io
 import os
 import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
@@ -17,6 +17,7 @@ from skpose._utils.warnings import warn
 from skpose.io._unread import UNREAD
 
 PathLike = str | os.PathLike
+Row = tuple[int, list[str]]  # of a table: the number of its line, and its cells without blanks around them
 Readable = PathLike | IO
 
 
@@ -246,6 +247,23 @@ def read_numbers(source: Source, start: int, *, finite: bool) -> np.ndarray:
         parts.append(numbers)
         start = stop
     return np.concatenate(parts) if parts else np.empty(0)
+
+
+NOTHING = "", "NULL"  # cells without a number
+
+
+def read_cells(source: Source, rows: Sequence[Row], columns: Sequence[int], width: int) -> np.ndarray:
+    """The numbers (n_rows, n_columns) in some columns of a table, NaN where a cell is empty."""
+    words = list[str]()
+    for line, cells in rows:
+        if len(cells) != width:
+            raise source.error(f"expected {width} cells, found {len(cells)}", line)
+        words += ["nan" if cells[i] in NOTHING else cells[i] for i in columns]
+    numbers = parse(" ".join(words).encode())
+    if numbers is None or len(numbers) != len(words):
+        i = next(i for i, word in enumerate(words) if not NUMBER.fullmatch(word))
+        raise source.error(f"column {columns[i % len(columns)] + 1}: {complaint(words[i])}", rows[i // len(columns)][0])
+    return numbers.reshape(len(rows), len(columns))
 
 
 def drop_not_finite(rows: np.ndarray, frames: np.ndarray, source: Source) -> tuple[np.ndarray, np.ndarray]:

@@ -9,18 +9,17 @@ from typing import Literal
 
 import numpy as np
 
-from skpose._utils.units import complaint_of_extent
 from skpose.io._conventions import (
     Up,
     Zeros,
     agree,
     check_options,
     choose_rate,
+    keypoints_of_markers,
     number_names,
     read_unit,
-    stand_markers,
 )
-from skpose.io._source import NUMBER, WHOLE, Readable, Source, complaint, open_source, parse
+from skpose.io._source import NUMBER, WHOLE, Readable, Row, Source, open_source, read_cells
 from skpose.keypoints import Keypoints
 
 # Frame# and Time, with a unit as in "Time (s)" or, before a tab, "Time s".
@@ -133,10 +132,7 @@ def load_trc(
     rate = _rate(source, rows[:, 0], stated.get("datarate", ""), frame_rate)
     with source.format_errors():
         positions = rows[:, 1:].reshape(len(rows), len(names), 3)
-        positions, axis = stand_markers(source, positions, names, scale, zeros, up, ("y", "as is usual"))
-        found = Keypoints(positions, names, rate, up=axis)
-    source.warn(complaint_of_extent(found.positions, scale))
-    return found
+        return keypoints_of_markers(source, positions, names, rate, scale, zeros, up, ("y", "as is usual"))
 
 
 def _lines(source: Source) -> list[Line]:
@@ -196,21 +192,12 @@ def _read_rows(source: Source, lines: list[Line], n_markers: int) -> np.ndarray:
         raise source.error("expected a frame, found a row without Frame# and Time", lines[n][0])
     if n < len(lines):
         source.warn(f"{len(lines) - n} rows from line {lines[n][0]} on have no Frame# and Time and are left out")
-    words = list[str]()
+    table = list[Row]()
     for line, text in lines[:n]:
         cells = text.split("\t")
-        if len(cells) < width:
-            cells = _cells(text)
-        while len(cells) > width and not cells[-1].strip():
-            cells.pop()
-        if len(cells) != width:
-            raise source.error(f"expected {width} cells, three for each marker, found {len(cells)}", line)
-        words += [cell.strip() or "nan" for cell in cells]
-    numbers = parse(" ".join(words).encode())
-    if numbers is None or len(numbers) != len(words):
-        i = next(i for i, word in enumerate(words) if not NUMBER.fullmatch(word))
-        raise source.error(complaint(words[i]), lines[i // width][0])
-    rows = numbers.reshape(n, width)
+        cells = [cell.strip() for cell in (cells if len(cells) >= width else _cells(text))]
+        table.append((line, [*cells[:width], *filter(None, cells[width:])]))
+    rows = read_cells(source, table, range(width), width)
     lost = np.isnan(rows[:, 2:]).reshape(n, n_markers, 3)
     faults = {
         "finite numbers": np.isinf(rows).any(axis=1) | np.isnan(rows[:, 1]),
