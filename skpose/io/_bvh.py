@@ -159,22 +159,15 @@ def root_movement(
 
     They are those of its own channels if nothing above it is moved or rotated, and its movement in space otherwise.
     """
-    positions = _positions(chain[0], numbers, -1.0, 1.0 if root_offset == "add" else 0.0)
-    above: Rotation | None = None
+    positions, above = _positions(chain[0], numbers, -1.0, 1.0 if root_offset == "add" else 0.0), Rotation.identity()
     for parent, joint in pairwise(chain):
-        above = _product(above, _rotation(parent, numbers))
-        local = _positions(joint, numbers, UNUSED * longest, 0.0)
-        positions += local if above is None else above.apply(local)
+        above *= _rotation(parent, numbers)
+        positions += above.apply(_positions(joint, numbers, UNUSED * longest, 0.0))
     axes = "".join(chain[-1].columns("rotation")).upper()
-    if above is None:
+    if not any(joint.numbers("rotation", numbers).any() for joint in chain[:-1]):
         return positions, axes, np.radians(chain[-1].numbers("rotation", numbers))
     axes = axes if len(axes) == 3 else "ZXY"
-    turned = _product(above, _rotation(chain[-1], numbers))
-    return positions, axes, continuous_triples(axes, turned)
-
-
-def _product(first: Rotation | None, second: Rotation | None) -> Rotation | None:
-    return second if first is None else first if second is None else first * second
+    return positions, axes, continuous_triples(axes, above * _rotation(chain[-1], numbers))
 
 
 def _positions(joint: Joint, numbers: np.ndarray, least: float, share: float) -> np.ndarray:
@@ -190,11 +183,11 @@ def _positions(joint: Joint, numbers: np.ndarray, least: float, share: float) ->
     return positions
 
 
-def _rotation(joint: Joint, numbers: np.ndarray) -> Rotation | None:
-    """The rotations of a joint; None if it has none."""
+def _rotation(joint: Joint, numbers: np.ndarray) -> Rotation:
+    """The rotations of a joint; one that is the identity if it has none."""
     angles = joint.numbers("rotation", numbers)
     if not angles.any():
-        return None
+        return Rotation.identity()
     return Rotation.from_euler("".join(joint.columns("rotation")).upper(), angles, degrees=True)
 
 
@@ -204,9 +197,14 @@ def _rotation(joint: Joint, numbers: np.ndarray) -> Rotation | None:
 WORD = re.compile(rb"[{}]|[^\s{}]+")
 # After MOTION; "Frames:12" and "Frames : 12" mean the same.
 HEAD = re.compile(rb"\s*Frames\s*:?\s*(\d{1,18})\s+Frame\s+Time\s*:?\s*([^\s:]+)", re.IGNORECASE)
-NAME = re.compile(rb"[^{}\r\n]*")
-MORE = re.compile(rb"(?:[ \t]+[-+.\deE]+)*")  # numbers after an OFFSET: zeros, of a rotation, are left out
-CHANNELS = re.compile(rb"\s*(\d)((?:\s+[xyz](?:position|rotation)(?![^\s{}]))*)", re.IGNORECASE)
+# Names may have blanks in them.
+STATEMENT = re.compile(
+    rb"(?:(?:ROOT|JOINT|END)[ \t]+(?P<name>[^\s{}][^{}\r\n]*+)\s*+\{"
+    rb"|OFFSET\s+([^\s{}]+)\s+([^\s{}]+)\s+([^\s{}]+)(?P<more>(?:[ \t]+[-+.\deE]+)*)"
+    rb"|CHANNELS\s+(?P<n>\d)(?P<channels>(?:\s+[xyz](?:position|rotation)(?![^\s{}]))*)"
+    rb"|MOTION(?![^\s{}])|\})",
+    re.IGNORECASE,
+)
 
 
 def load_bvh(
@@ -300,11 +298,10 @@ def load_bvh(
         frame_rate=frame_rate, scale=scale, on_nan=on_nan, trust=trust, stretch=stretch, root_offset=root_offset, up=up
     )
     source = open_source(path, "a BVH file")
-    lexer = Lexer(source)
-    joints = _read_hierarchy(lexer)
-    head = HEAD.match(source.data, lexer.at)
+    joints, start = _read_hierarchy(source)
+    head = HEAD.match(source.data, start)
     if head is None:
-        word = lexer.next("Frames:")
+        word = _next_word(source, start, "Frames:")
         raise source.error(f"expected Frames: and Frame Time: after MOTION, found {word[:40]!r}", word)
     claimed, frame_time = Token(head, 1), Token(head, 2)
     seconds = source.number(frame_time, "Frame Time", finite=False, nan=True)
@@ -349,78 +346,48 @@ def load_bvh(
     return stand(motion, up, source)
 
 
-class Lexer:
-    """The words of a file, one after another."""
-
-    def __init__(self, source: Source):
-        self.source, self.at = source, 0
-
-    def next(self, what: str, pattern: re.Pattern[bytes] = WORD) -> Token:
-        match = pattern.search(self.source.data, self.at)
-        if match is None:
-            end = self.source.data.rstrip().count(b"\n") + 1
-            raise self.source.error(f"expected {what}, found the end of the file; is it cut short?", end)
-        self.at = match.end()
-        return Token(match)
-
-    def name(self) -> str:
-        """The rest of the line, up to a brace: names may have blanks in them."""
-        match = cast(re.Match, NAME.match(self.source.data, self.at))  # at least the empty string matches
-        self.at = match.end()
-        return Token(match).strip()
+def _next_word(source: Source, at: int, expected: str) -> Token:
+    match = WORD.search(source.data, at)
+    if match is None:
+        end = source.data.rstrip().count(b"\n") + 1
+        raise source.error(f"expected {expected}, found the end of the file; is it cut short?", end)
+    return Token(match)
 
 
-def _read_hierarchy(lexer: Lexer) -> list[Joint]:
-    """The joints in the order of the file, the root first, up to the word MOTION."""
-    source, joints = lexer.source, list[Joint]()
-    first = lexer.next("HIERARCHY")
+def _read_hierarchy(source: Source) -> tuple[list[Joint], int]:
+    """The joints in the order of the file, the root first, and the byte after the word MOTION."""
+    first, joints = _next_word(source, 0, "HIERARCHY"), list[Joint]()
     if first.upper() != "HIERARCHY":
         raise source.error(f"expected HIERARCHY, found {first[:40]!r}; not a BVH file?", first)
-    joint: Joint | None = None  # the block that is open
+    joint, at = cast(Joint | None, None), first.at + len(first)  # the block that is open
     while True:
-        word = lexer.next(f"the end of {joint}" if joint else "MOTION" if joints else "ROOT")
-        keyword = word.upper()
-        if (joint is not None and keyword in ("JOINT", "END")) or (not joints and keyword == "ROOT"):
-            joint = _open(lexer, word, joint)
+        expected = "MOTION, as a file has one skeleton" if joints else "ROOT"
+        if joint is not None:
+            expected = f"OFFSET and 3 numbers, CHANNELS, JOINT or End Site and {{, or }} in {joint}"
+        word = _next_word(source, at, expected)
+        keyword, match = word.upper(), STATEMENT.match(source.data, word.at)
+        if match and keyword in ("ROOT", "JOINT", "END") and (joint is None and not joints) == (keyword == "ROOT"):
+            joint = Joint("" if keyword == "END" else match["name"].decode(errors="replace").strip(), joint, word)
             joints.append(joint)
-        elif joint is not None and keyword == "OFFSET" and not joint.offset:
-            joint.offset = [source.number(lexer.next("3 numbers"), f"OFFSET of {joint}") for _ in range(3)]
-            more = cast(re.Match, MORE.match(source.data, lexer.at))
-            if more[0].strip(b" \t+-.0"):
-                raise source.error(f"OFFSET of {joint}: expected 3 numbers, found more", word)
-            lexer.at = more.end()
-        elif joint is not None and keyword == "CHANNELS" and not joint.channels:
-            joint.channels = _channels(lexer, joint)
-        elif joint is not None and word == "}":
-            if not joint.offset:
-                raise source.error(f"expected an OFFSET of {joint}, found none", word)
-            joint = joint.parent
-        elif joint is None and joints and keyword == "MOTION":
+        elif match and keyword == "MOTION" and joints and joint is None:
             for before, one in pairwise(joints):
                 one.first = before.first + len(before.channels)
-            return joints
+            return joints, match.end()
+        elif match and joint is not None and keyword == "OFFSET" and not joint.offset:
+            joint.offset = [source.number(Token(match, group), f"OFFSET of {joint}") for group in (2, 3, 4)]
+            if match["more"].strip(b" \t+-.0"):  # zeros, of a rotation, are left out
+                raise source.error(f"OFFSET of {joint}: expected 3 numbers, found more", word)
+        elif match and joint is not None and keyword == "CHANNELS" and not joint.channels:
+            joint.channels = match["channels"].decode().lower().split()
+            if not len({*joint.channels}) == len(joint.channels) == int(match["n"]):
+                expected = "their number, and as many of Xposition … Zrotation, each once"
+                raise source.error(f"CHANNELS of {joint}: expected {expected}", word)
+        elif joint is not None and joint.offset and word == "}":
+            joint = joint.parent
         else:
-            outside = "MOTION, as a file has one skeleton" if joints else "ROOT"
-            expected = f"OFFSET, CHANNELS, JOINT, End Site or }} in {joint}" if joint else outside
-            raise source.error(f"expected {expected}, found {word[:40]!r}", word)
-
-
-def _open(lexer: Lexer, word: Token, parent: Joint | None) -> Joint:
-    """The block that a keyword begins, read up to its brace."""
-    name, brace = lexer.name(), lexer.next("{")
-    if brace != "{" or not name:
-        raise lexer.source.error(f"expected a name and {{ after {word}, found {name} {brace[:40]}", brace)
-    return Joint("" if word.upper() == "END" else name, parent, word)
-
-
-def _channels(lexer: Lexer, joint: Joint) -> list[str]:
-    match = CHANNELS.match(lexer.source.data, lexer.at)
-    channels = match[2].decode().lower().split() if match else []
-    if match is None or len(set(channels)) != int(match[1]) or len(channels) > len(set(channels)):
-        what = "their number, and as many of Xposition … Zrotation, each once"
-        raise lexer.source.error(f"CHANNELS of {joint}: expected {what}", lexer.next(what))
-    lexer.at = match.end()
-    return channels
+            found = source.data[word.at : word.at + 40].decode(errors="replace").split("\n")[0].strip()
+            raise source.error(f"expected {expected}, found {found!r}", word)
+        at = match.end() if match else word.at + 1
 
 
 def _read_rows(
