@@ -26,7 +26,7 @@ import numpy as np
 import pybvh
 
 from skpose.io import AsfFile, load_amc, load_bvh, save_bvh
-from skpose.io._amc import asf_path
+from skpose.io._acclaim import asf_path
 
 
 class Size(NamedTuple):

@@ -1,4 +1,4 @@
-"""Readers of the Carnegie Mellon University motion-capture database, from a folder or from its server."""
+"""Readers of recorded databases: CMU, from a folder or from its server, and HDM05."""
 
 import csv
 import hashlib
@@ -10,7 +10,7 @@ from sklearn.datasets import fetch_file, get_data_home
 
 from skpose._utils.files import new_file
 from skpose._utils.progress import progress
-from skpose.datasets._folder import COLUMNS, INDEX, RATE, PathLike, Row, is_index, read_index, read_rows, rows_of
+from skpose.datasets._folder import COLUMNS, HDM05, INDEX, RATE, PathLike, Row, is_index, read_index, read_rows, rows_of
 from skpose.datasets._motions import MotionDataset, Rotations
 
 SERVER = "http://mocap.cs.cmu.edu"
@@ -55,14 +55,18 @@ def load_cmu(
     >>> load_cmu("cmu")  # doctest: +SKIP
     MotionDataset(47 motions of 5 subjects: 1 bend over, scoop up, rise, lift arm, 1 jump, balance, 1 punch/strike, ...
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise FileNotFoundError(f"there is no folder {folder}")
-    paths = sorted((folder / "subjects").glob("*/*_*.amc"))
-    if not (paths or is_index(folder / INDEX)):
-        raise FileNotFoundError(f"{folder} has neither index.csv nor files subjects/SS/SS_TT.amc")
-    rows = read_index(folder / INDEX) if is_index(folder / INDEX) else rows_of(paths)
+    rows = _rows_in(folder, Path(folder).glob("subjects/*/*_*.amc"), "subjects/SS/SS_TT.amc")
     return _read(rows, frame_rate, rotations, verbose)
+
+
+def _rows_in(folder: PathLike, files: Iterable[Path], example: str) -> list[Row]:
+    """The rows of the index of a folder, or else of files by their names."""
+    index = Path(folder, INDEX)
+    rows = read_index(index) if is_index(index) else rows_of(sorted(files))
+    if not rows:
+        found = "neither" if Path(folder).is_dir() else "no folder"
+        raise FileNotFoundError(f"expected {folder} with an index.csv or files {example}, found {found}")
+    return rows
 
 
 def _read(rows: list[Row], frame_rate: float | None, rotations: Rotations, verbose: int) -> MotionDataset:
@@ -180,3 +184,51 @@ def _fetch(url: str, home: Path, folder: Path, name: str) -> Path:
         with digests.open("a") as file:
             file.write(f"{hashlib.sha256(path.read_bytes()).hexdigest()} {key}\n")
     return path
+
+
+# --- HDM05 ------------------------------------------------------------------------------------------------------------
+
+
+def load_hdm05(folder: PathLike, *, rotations: Rotations = "rotvec", verbose: int = 0) -> MotionDataset:
+    """Read motions of the database HDM05 in the ASF/AMC format from a folder.
+
+    Labels come from the names of the files: HDM_bd_squat1Reps_001_120.amc is the first recording of the person "bd" and
+    the action "squat1Reps", at 120 Hz, on the skeleton HDM_bd.asf of the same folder.
+
+    Parameters
+    ----------
+    folder : str or path-like
+        Folder with such files, in it or in folders below, or with an ``index.csv`` of the columns subject, trial,
+        action, frames_per_second and file (relative to the folder).
+    rotations : {"rotvec", "file"}, default="rotvec"
+        Whether joints of two or three Euler angles become ball joints or keep the angles of the files, see
+        `MotionDataset`.
+    verbose : int, default=0
+        Whether to show progress.
+
+    Returns
+    -------
+    MotionDataset
+        The motions, sorted by the paths of the files, or in the order of the index. All motions of an ASF file share
+        one skeleton.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder has no such files, or lacks a file of the index or an ASF file.
+    MocapFormatError
+        If a file or the index does not follow its format.
+
+    References
+    ----------
+    M. Müller, T. Röder, M. Clausen, B. Eberhardt, B. Krüger, A. Weber, "Documentation Mocap Database HDM05", technical
+    report CG-2007-2, Universität Bonn, 2007.
+
+    Examples
+    --------
+    >>> from skpose.datasets import load_hdm05
+    >>> load_hdm05("hdm05")  # doctest: +SKIP
+    MotionDataset(188 motions of 3 subjects: 18 deposit on floor, 18 elbow to knee, 16 grab high, ...
+    """
+    files = (path for path in Path(folder).rglob("*.amc*") if HDM05.fullmatch(path.name))
+    return read_rows(_rows_in(folder, files, "HDM_bd_squat1Reps_001_120.amc"), "raise", rotations, verbose, {})

@@ -8,17 +8,16 @@ import inspect
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
+from skpose.io._acclaim import is_amc, is_asf, load_amc, load_asf
 from skpose.io._amass import is_smpl, load_amass
-from skpose.io._amc import is_amc, load_amc
-from skpose.io._asf import is_asf, load_asf
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import load_c3d
 from skpose.io._keypoints import TEXTS, is_array, load_keypoints
 from skpose.io._keypoints_json import is_json
 from skpose.io._save_npz import is_npz, load_npz
+from skpose.io._source import UNREAD as UNREAD
 from skpose.io._source import Readable, Source
 from skpose.io._trc import load_trc
-from skpose.io._unread import UNREAD as UNREAD
 from skpose.skeleton import Motion
 
 DECISIVE = "root", "scale"  # options without which the result is another

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from skpose.io._smpl import BODY, MODELS
+from skpose.io._amass import BODY, MODELS
 from skpose.keypoints._rest_pose import shortest_rotations
 
 RATE = 20.0  # Hz

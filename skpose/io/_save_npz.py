@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 
 from skpose._utils.files import check_new, new_file
-from skpose.io._arrays import Archive
 from skpose.io._conventions import Up, check_options, choose_rate, stand
-from skpose.io._source import PathLike, Readable, Source, open_source
+from skpose.io._source import Archive, PathLike, Readable, Source, open_source
 from skpose.keypoints import Keypoints
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import HINGE, SLIDE

@@ -12,12 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.files import check_new, new_file
 from skpose._utils.validation import check_choice, check_kind
-from skpose.io._amass import AT_REST, smpl_skeleton
+from skpose.io._amass import AT_REST, BY_SIZE, MODELS, SMPL_H, Tree, mean_joints, read_model, smpl_skeleton
 from skpose.io._bvh import load_bvh
 from skpose.io._conventions import check_even, quarter_turn
 from skpose.io._humanml import NAMES, RATE, vectors_of
 from skpose.io._save import save_bvh
-from skpose.io._smpl import BY_SIZE, MODELS, SMPL_H, Tree, mean_joints, read_model
 from skpose.io._source import PathLike
 from skpose.kinematics import retarget
 from skpose.kinematics._anatomy import find_anatomy

@@ -1,20 +1,107 @@
-"""The bytes of a file, its words with their positions, and the errors and warnings that name it."""
+"""The bytes of a file, its words with their positions, its numbers and arrays, and errors and warnings that name it."""
 
 import gzip
 import io
 import os
 import re
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
-from typing import IO, Literal, Self
+from typing import IO, Any, Literal, NamedTuple, Self
 
 import numpy as np
 
 from skpose._utils.warnings import warn
-from skpose.io._unread import UNREAD
+
+# --- formats that are not read ----------------------------------------------------------------------------------------
+
+
+NUMBERS = rb"(?:[-+\d.e,;\s]|nan|inf)+\Z"  # a table of these alone
+
+
+class Unread(NamedTuple):
+    """A format that no reader reads.
+
+    Attributes
+    ----------
+    name : str
+        The format, with the suffixes of its files, as after "this is".
+    signature : pattern of bytes
+        How its files begin.
+    advice : str
+        The way out; empty if there is none.
+    """
+
+    name: str
+    signature: re.Pattern[bytes]
+    advice: str = ""
+
+
+def _starts(name: str, signature: bytes, advice: str = "") -> Unread:
+    return Unread(name, re.compile(signature, re.DOTALL | re.IGNORECASE), advice)
+
+
+TO_BVH = "Blender imports it and exports BVH"
+# The first that matches is the format.
+UNREAD = (
+    _starts("an empty file", rb"\s*\Z"),
+    _starts("a pointer of Git LFS", rb"version https://git-lfs", "run git lfs pull"),
+    _starts("UTF-16 text", rb"\xff\xfe|\xfe\xff", "save it as UTF-8"),
+    _starts(
+        "a pickle", rb"\x80[\x02-\x05]", "it could run any program and is never read; save its arrays by numpy.savez"
+    ),
+    _starts("a file of PyTorch (.pt, .pth)", rb"PK\x03\x04.*/data\.pkl", "save its tensors as arrays by numpy.savez"),
+    _starts("an Excel table (.xlsx)", rb"PK\x03\x04.*\[Content_Types\]\.xml", "save it as CSV"),
+    _starts("glTF (.glb, .vrm, .vrma)", rb"glTF", TO_BVH),
+    _starts("FBX", rb"Kaydara FBX|; FBX", TO_BVH),
+    _starts("USD", rb"PXR-USDC|#usda", TO_BVH),
+    _starts("COLLADA (.dae)", rb"\s*<.{0,2000}<COLLADA", TO_BVH),
+    _starts(
+        "HDF5 (.h5, .slp), as of DeepLabCut and SLEAP",
+        rb"\x89HDF\r\n",
+        "the package movement reads it, and Keypoints takes positions in three dimensions",
+    ),
+    _starts(
+        "a file of pose-format (.pose)",
+        rb"\xcd\xcc(?:\xcc=|L>)",
+        "Pose.read of pose-format has its points in body.data, as an array for Keypoints",
+    ),
+    _starts(
+        "DeepLabCut's table of two dimensions",
+        rb"scorer,[^\n]*\n(?:individuals,[^\n]*\n)?bodyparts,[^\n]*\ncoords,x,y,(?!z)",
+        "Anipose triangulates several cameras, and its CSV is read",
+    ),
+    _starts(
+        "DeepMimic's motion",
+        rb'\s*\{.*(?-i:"Frames")\s*:\s*\[\s*\[\s*[-\d]',
+        "it holds rotations of its own characters",
+    ),
+    _starts(
+        "a JSON file of SPL Open Data",
+        rb'\s*\{.*"tracking"\s*:\s*\[',
+        "save a list of its frames {name: [x, y, z]}, which are in feet, scale=0.3048",
+    ),
+    _starts(
+        "a table of joint angles of save_csv, without a skeleton",
+        rb"frame,time,frame_rate,up,root_axes,",
+        "pandas.read_csv reads it",
+    ),
+    _starts(
+        "a table of OpenSim (.mot, .sto)",
+        rb"(?:.*\n)?[ \t]*(?:nrows|ncolumns|indegrees|datarows|datacolumns)\b.*\n[ \t]*endheader\b",
+        "load_trc reads the markers of the same trial",
+    ),
+    _starts(
+        "a table of numbers without names",
+        rb"(?=\s*[^\s,;]+[\s,;]+[^\s,;])" + NUMBERS,
+        "numpy.loadtxt reads it for motion_from_qpos, if they are a robot's, or for Keypoints",
+    ),
+    _starts("a robot", rb"\s*(?:<.*)?<(?:mujoco|robot)[\s>]", "load_robot reads it"),
+    _starts("a web page or XML", rb"(?!.{0,2000}<mvnx[\s>])\s*<"),
+)
+
 
 PathLike = str | os.PathLike
 Row = tuple[int, list[str]]  # of a table: the number of its line, and its cells without blanks around them
@@ -326,3 +413,81 @@ def parse_fixed(text: bytes) -> np.ndarray | None:
     starts = np.flatnonzero(blank[:-1] > blank[1:])[zeros]
     numbers[zeros[np.frombuffer(text, np.uint8)[starts] == ord("-")]] = -0.0  # integers have no such zero
     return numbers
+
+
+# --- arrays -----------------------------------------------------------------------------------------------------------
+# Arrays of .npz and .npy files, checked for kind and shape. Nothing is unpickled.
+
+
+ARRAY = "the array"
+Shape = Sequence[int | None]  # that is expected; None is any length
+
+
+class Archive:
+    """The arrays of an .npz file by their keys, each read when it is requested; or arrays of a file by other keys.
+
+    The array of an .npy file has the key "the array".
+    """
+
+    def __init__(self, source: Source, arrays: Mapping[str, Any] | None = None):
+        if arrays is None and source.kind not in ("zip", "npy"):
+            raise source.error("expected an .npz file, found none")
+        self.source, names = source, None
+        if arrays is None:
+            with _damage(source, "the archive" if source.kind == "zip" else ARRAY):
+                loaded: Any = np.load(io.BytesIO(source.data), allow_pickle=False)
+            arrays = {ARRAY: loaded} if source.kind == "npy" else loaded
+            names = loaded.zip.namelist() if source.kind == "zip" else None
+            if names and sum(member.file_size for member in loaded.zip.infolist()) > LARGEST:
+                raise source.error(f"the archive unpacks to more than {LARGEST >> 30} GB")
+        self._arrays = arrays
+        self.keys = {key for key in arrays if names is None or f"{key}.npy" in names}  # an archive may have other files
+
+    def list_keys(self) -> str:
+        return ", ".join(sorted(self.keys)[:12]) + (" and others" if len(self.keys) > 12 else "") or "none"
+
+    def numbers(self, key: str, *shapes: Shape, finite: bool = True) -> np.ndarray:
+        """An array of numbers as float64, if its shape is one of these, and all are finite or need not be."""
+        array = self._read(key)
+        _check(self.source, key, array, "fiu", shapes)
+        with np.errstate(over="ignore", invalid="ignore"):
+            array = array.astype(np.float64)
+        if finite and not np.isfinite(array).all():
+            raise self.source.error(f"{key}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
+        return array
+
+    def texts(self, key: str, *shapes: Shape) -> list[str]:
+        """All texts of an array, of characters or of bytes, if its shape is one of these."""
+        array = self._read(key)
+        _check(self.source, key, array, "SU", shapes)
+        with _damage(self.source, key):
+            values = array.ravel().tolist()
+            return [value.decode() if isinstance(value, bytes) else value for value in values]
+
+    def _read(self, key: str) -> np.ndarray:
+        if key not in self.keys:
+            raise self.source.error(f"expected the key {key!r}, found {self.list_keys()}")
+        with _damage(self.source, key):
+            return np.asarray(self._arrays[key])
+
+
+def _check(source: Source, key: str, array: Any, kinds: str, shapes: Sequence[Shape]) -> None:
+    if array.dtype.kind not in kinds:
+        what = "numbers" if "f" in kinds else "texts"
+        raise source.error(f"{key}: expected {what}, found an array of dtype {array.dtype}")
+    possible = [shape for shape in shapes if len(shape) == array.ndim]
+    if not any(all(n in (None, m) for n, m in zip(shape, array.shape, strict=True)) for shape in possible):
+        expected = " or ".join(str(tuple(n or "n" for n in shape)).replace("'", "") for shape in shapes)
+        raise source.error(f"{key}: expected shape {expected}, found {array.shape}")
+
+
+@contextmanager
+def _damage(source: Source, key: str) -> Iterator[None]:
+    """Turn all errors of numpy, zipfile and decompression, of a dozen types, into one that names file and entry."""
+    try:
+        yield
+    except MocapFormatError:
+        raise
+    except Exception as error:
+        reason = "a pickled object, which is never read" if "allow_pickle" in str(error) else f"damage: {error}"
+        raise source.error(f"{key}: expected an array, found {reason}") from None

@@ -11,7 +11,7 @@ import pytest
 from conftest import DATA
 
 from skpose.io import MocapFormatError, _source, load_amc, load_bvh, load_keypoints, load_motion
-from skpose.io._amc import asf_path
+from skpose.io._acclaim import asf_path
 from skpose.io._formats import FORMATS, format_of
 
 BVH, AMC, ASF = DATA / "biped.bvh", DATA / "arm.amc", DATA / "arm.asf"
