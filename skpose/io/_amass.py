@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.warnings import warn
 from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._keypoints_json import is_json, parse_json
-from skpose.io._source import ARRAY, Archive, PathLike, Readable, Source, drop_not_finite, open_source
+from skpose.io._source import ARRAY, Archive, PathLike, Readable, Source, drop_not_finite, last_number, open_source
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 from skpose.skeleton._rotations import continuous_triples
@@ -383,6 +383,8 @@ def _open(source: Source) -> Archive:
         return Archive(source, {key: table[:, columns] for key, columns in COLUMNS.items()})
     if source.kind == "text":
         document = parse_json(source)
+        if len({*np.diff([last_number(part.name) for part in source.parts])}) > 1:
+            raise source.error("expected a file for each frame, found gaps in their numbers")
         stated = {key: document[key] for key in RATES if isinstance(document, dict) and key in document}
         frames = _frames(source, document)
         common = set(frames[0]).intersection(*frames) if frames else set()

@@ -1,9 +1,7 @@
 """Keypoints that a program has stored as arrays of numpy, as JSON or as CSV."""
 
-import os
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from skpose.io._conventions import Up, Zeros, check_options, choose_rate, choose
 from skpose.io._exports import is_motive, is_mvnx, is_qualisys, read_motive, read_mvnx, read_qualisys
 from skpose.io._humanml import N_NUMBERS, NAMES, RATE, joints_of
 from skpose.io._keypoints_csv import is_csv, read_csv
-from skpose.io._keypoints_json import is_json, read_folder, read_json
+from skpose.io._keypoints_json import is_json, read_json
 from skpose.io._source import ARRAY, Archive, Readable, Source, open_source
 from skpose.io._stored import Stored, as_confidences
 from skpose.keypoints import Keypoints
@@ -124,8 +122,7 @@ def load_keypoints(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
+    >>>     >>> from tempfile import TemporaryDirectory
     >>> import numpy as np
     >>> from skpose.io import load_keypoints
     >>> with TemporaryDirectory() as folder:
@@ -144,11 +141,8 @@ def load_keypoints(
     of_layout = None if layout is None else list(layout.names)
     given = None if names is None else list(names)
     n_points = len(given or of_layout or ()) or None
-    if isinstance(path, str | os.PathLike) and Path(path).is_dir():
-        source, stored = read_folder(path, n_points)
-    else:
-        source = open_source(path, EXPECTED, binary=True)
-        stored = _read(source, n_points)
+    source = open_source(path, EXPECTED, binary=True)
+    stored = _read(source, n_points)
     if scale is not None and stored.scale is not None:
         choose_scale(source, scale, stored.scale, "the header")
     scale = scale or stored.scale or 1.0

@@ -6,13 +6,12 @@ or is the points themselves.
 
 import json
 from operator import itemgetter
-from pathlib import Path
 from reprlib import repr  # abbreviates
 from typing import Any
 
 import numpy as np
 
-from skpose.io._source import MocapFormatError, PathLike, Source, last_number
+from skpose.io._source import MocapFormatError, Source, last_number
 from skpose.io._stored import (
     Stored,
     Times,
@@ -54,29 +53,19 @@ def read_json(source: Source, n_points: int | None) -> Stored:
     whole = document if isinstance(document, dict) else {}
     names = _category_names(whole)
     n_points = len(names) if names else n_points
-    stored = _read_entries(source, _list_entries(source, document, n_points), names, n_points, whole)
+    parts = zip(source.parts, document, strict=True) if source.parts else [(source, document)]
+    frames = [_list_entries(part, content, n_points) for part, content in parts]
+    numbers = [last_number(part.name) for part in source.parts]
+    if max(map(len, frames)) == 1 and min(numbers, default=-1) >= 0:
+        frames = [[(frame, number)] for ((frame, _),), number in zip(frames, numbers, strict=True)]
+    stored = _read_entries(source, [entry for part in frames for entry in part], names, n_points, whole)
     return stored._replace(frame_rate=whole.get("fps", whole.get("frame_rate")))
 
 
-def read_folder(folder: PathLike, n_points: int | None) -> tuple[Source, Stored]:
-    """The positions of the JSON files of a folder, a frame or a part of the frames in each.
-
-    The order is that of the last number of their names, as OpenPose counts frames. The source is for errors.
-    """
-    files = sorted(path for path in Path(folder).iterdir() if path.suffix.lower() == ".json")
-    if not files:
-        raise MocapFormatError(folder, None, "expected a JSON file for each frame in the folder, found none")
-    files.sort(key=last_number)
-    sources = [Source(path, "a JSON file") for path in files]
-    parts = [_list_entries(one, parse_json(one), n_points) for one in sources]
-    if all(len(part) == 1 for part in parts) and last_number(files[0]) >= 0:
-        parts = [[(part[0][0], last_number(path))] for part, path in zip(parts, files, strict=True)]
-    source = sources[0]
-    source.name = str(folder)
-    return source, _read_entries(source, [entry for part in parts for entry in part], None, n_points, {})
-
-
 def parse_json(source: Source) -> Any:
+    """The document of a file, or the list of those of the files of a folder."""
+    if source.parts:
+        return [parse_json(part) for part in source.parts]
     try:
         return json.loads(source.data.decode(errors="replace"))
     except json.JSONDecodeError as error:

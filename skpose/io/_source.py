@@ -195,14 +195,16 @@ class Source:
     """
 
     def __init__(self, file: Readable, expected: str, *, binary: bool = False):
+        self.parts = list[Source]()  # the files of a folder, in the order of the last number of their names
         if isinstance(file, str | os.PathLike):
             self.name, path = os.fspath(file), Path(file)
-            parts = sorted(path.glob("*.json"), key=last_number) if path.is_dir() else []
-            if path.is_dir() and not parts:
-                raise IsADirectoryError(f"{file} is a folder: load each of its files, or use load_motions")
-            if len({*np.diff([last_number(part) for part in parts])}) > 1:
-                raise MocapFormatError(self.name, None, "expected a file for each frame, found gaps in their numbers")
-            data = b"[" + b",".join(part.read_bytes() for part in parts) + b"]" if parts else path.read_bytes()
+            if path.is_dir():
+                self.parts = [
+                    Source(part, "a JSON file") for part in sorted(sorted(path.glob("*.json")), key=last_number)
+                ]
+                if not self.parts:
+                    raise IsADirectoryError(f"{file} is a folder: load each of its files, or use load_motions")
+            data = b"[" + b",".join(one.data for one in self.parts) + b"]" if self.parts else path.read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()
         else:
@@ -295,9 +297,9 @@ def open_source(file: Readable | Source, expected: str, *, binary: bool = False)
     return file if isinstance(file, Source) else Source(file, expected, binary=binary)
 
 
-def last_number(path: Path) -> int:
+def last_number(path: PathLike) -> int:
     """The last number of the name of a file, by which programs count frames; -1 if there is none."""
-    return int((re.findall(r"\d{1,15}", path.stem) or ["-1"])[-1])
+    return int((re.findall(r"\d{1,15}", Path(path).stem) or ["-1"])[-1])
 
 
 def complaint(token: str) -> str:
