@@ -35,15 +35,15 @@ def run(args: argparse.Namespace) -> None:
 
     import numpy as np
 
-    from skpose._cli import inputs
+    from skpose._cli import files
     from skpose._utils.files import new_file
     from skpose.datasets._folder import find_files
 
-    files = find_files(args.files, inputs.MOVING)
-    if len(files) > 1 and not args.cycles:
-        raise ValueError(f"one file has rows of frames, got {len(files)} files: pass --cycles")
+    paths = find_files(args.files, files.MOVING)
+    if len(paths) > 1 and not args.cycles:
+        raise ValueError(f"one file has rows of frames, got {len(paths)} files: pass --cycles")
     standing = [args.zero] if isinstance(args.zero, Path) else []
-    contents = [content for _, content in inputs.read(args, [*files, *standing], inputs.load_moving)]
+    contents = [content for _, content in files.read(args, [*paths, *standing], files.load_moving)]
     if standing:
         *motions, zero = _fit(contents, args.layout)
     else:
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> None:
     found = [skpose.biomechanics.joint_angles(motion, zero=zero) for motion in motions]
     with new_file(args.out) as new, new.open("w", encoding="utf-8", newline="") as file:
         if args.cycles:
-            _tabulate(files, motions, found, args.file_frame_rate is None).to_csv(
+            _tabulate(paths, motions, found, args.file_frame_rate is None).to_csv(
                 file, index=False, float_format="%.6g"
             )
         else:
@@ -65,13 +65,13 @@ def run(args: argparse.Namespace) -> None:
         print(f"not in all frames: {', '.join(sorted(name for name, why in missing if why == reason))}: {reason}")
 
 
-def _tabulate(files: list[Path], motions: list["skpose.Motion"], found: list[Any], has_rates: bool) -> Any:
+def _tabulate(paths: list[Path], motions: list["skpose.Motion"], found: list[Any], has_rates: bool) -> Any:
     """The strides of all files as a dataframe, by the events of C3D files that have them, in the time of the file."""
     import pandas
 
     from skpose.datasets._folder import rows_of
 
-    tables, rows = [], rows_of(files)
+    tables, rows = [], rows_of(paths)
     for row, motion, angles in zip(rows, motions, found, strict=True):
         path = row["file"]
         is_c3d = has_rates and ".c3d" in [suffix.lower() for suffix in path.suffixes]

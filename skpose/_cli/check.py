@@ -29,21 +29,21 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs
+    from skpose._cli import files
     from skpose.checks._check import check_all
     from skpose.checks._findings import Finding
     from skpose.checks._report import report
     from skpose.datasets._folder import MOTIONS, RATE, find_files
 
-    rows = inputs.describe(find_files(args.files, MOTIONS))
-    names = inputs.shorten([str(row["file"]) for row in rows])
+    rows = files.describe(find_files(args.files, MOTIONS))
+    names = files.shorten([str(row["file"]) for row in rows])
     unread: list[Finding] = []
     numbers: list[int] = []  # of the files of motions
     frame_numbers: dict[int, Any] = {}  # in each file, without those left out
 
     def read(i: int) -> skpose.Motion:
-        options = {"on_nan": "drop", "frame_rate": rows[i].get(RATE)} | inputs.reading_options(args)
-        return inputs.load_poses(rows[i]["file"], options)
+        options = {"on_nan": "drop", "frame_rate": rows[i].get(RATE)} | files.reading_options(args)
+        return files.load_poses(rows[i]["file"], options)
 
     def motions() -> Iterator[skpose.Motion]:
         for i in range(len(rows)):

@@ -40,7 +40,7 @@ def add_folder(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     import numpy as np
 
-    from skpose._cli.inputs import read_labelled
+    from skpose._cli.files import read_labelled
     from skpose._cli.studies.compare import FRAME_RATE, PAPER, compare, prepare
     from skpose.datasets._motions import Rotations
 

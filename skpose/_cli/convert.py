@@ -28,18 +28,18 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs, outputs
+    from skpose._cli import files
 
-    ((_, content),) = inputs.read(args, [args.file], inputs.load_moving)
+    ((_, content),) = files.read(args, [args.file], files.load_moving)
     if args.begins is not None or args.ends is not None:
-        content = content[inputs.rows_between(content, args.begins, args.ends)]
+        content = content[files.rows_between(content, args.begins, args.ends)]
     if not isinstance(content, skpose.Motion) and (args.rotations or args.cycle):
         raise ValueError("--rotations and --cycle need a skeleton, got keypoints")
     if args.rotations:
         content = content.to_rotvec()
-    content = inputs.resample(content, args.frame_rate)
+    content = files.resample(content, args.frame_rate)
     if args.endpoint and not args.cycle:
         raise ValueError("--endpoint needs --cycle")
     if args.cycle:
         content = content.to_cycle(endpoint=args.endpoint)
-    outputs.save_motion(content, args.out, args.out_scale or 1.0, args.smpl)
+    files.save_motion(content, args.out, args.out_scale or 1.0, args.smpl)

@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> None:
 
     import numpy as np
 
-    from skpose._cli.inputs import read_dataset
+    from skpose._cli.files import read_dataset
     from skpose._utils.files import new_file
 
     names, dataset = read_dataset(args, args.files)

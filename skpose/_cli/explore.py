@@ -1,7 +1,6 @@
 """`skpose explore`: a page of all poses as points."""
 
 import argparse
-from pathlib import Path
 
 import skpose
 from skpose._cli import options
@@ -42,21 +41,18 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs, outputs
-    from skpose.datasets._folder import labels_of
+    from skpose._cli import files
 
     if not (args.out or args.open):
         raise ValueError("pass --out or --open")
-    names, dataset = inputs.read_dataset(args, args.files)
-    known = labels_of(inputs.describe([Path(name) for name in names]))
-    is_labelled = all(all(known.get(key, [""])) for key in ("subjects", "actions"))
+    names, dataset = files.read_dataset(args, args.files)
     page = skpose.view.explorer(
-        skpose.datasets.MotionDataset(dataset.motions, **known, rotations="file"),
+        dataset,
         metrics=args.metric,
         embeddings=args.embedding,
         frame_rate=None,  # resampled before
-        labels=None if is_labelled else inputs.shorten(names),
+        labels=None if files.is_labelled(dataset) else files.shorten(names),
         n_jobs=args.jobs,
         verbose=1,
     )
-    outputs.save_page(page, args.out, args.open)
+    files.save_page(page, args.out, args.open)

@@ -30,11 +30,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs
+    from skpose._cli import files
 
-    (name, *names), dataset = inputs.read_dataset(args, [args.query, *args.files], required=1)
+    (name, *names), dataset = files.read_dataset(args, [args.query, *args.files], required=1)
     whole, *recordings = dataset.motions
-    here = inputs.rows_between(whole, args.begins, args.ends)
+    here = files.rows_between(whole, args.begins, args.ends)
     parts = []  # (index of the file, first row, frames): the query's own file before and after the query only
     for i, recording in enumerate(recordings):
         own = args.exclude_query and Path(names[i]).resolve() == Path(name).resolve()

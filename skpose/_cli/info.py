@@ -21,7 +21,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli.inputs import MOVING, read
+    from skpose._cli.files import MOVING, read
 
     contents = read(args, args.files, suffixes=(*MOVING, ".asf"))
     for i, (name, content) in enumerate(contents):

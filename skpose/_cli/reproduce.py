@@ -36,7 +36,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli.inputs import read_labelled
+    from skpose._cli.files import read_labelled
     from skpose._cli.studies import reproduce as study
     from skpose._utils.files import check_new, new_file
 

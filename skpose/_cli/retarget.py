@@ -49,21 +49,21 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs, outputs
+    from skpose._cli import files
     from skpose.datasets._folder import find_files
 
-    files = find_files(args.files)
-    if args.out is not None and len(files) > 1:
-        raise ValueError(f"--out is for one motion, got {len(files)} files")
-    ((name, target),) = inputs.read(args, [args.onto], required=1)
+    paths = find_files(args.files)
+    if args.out is not None and len(paths) > 1:
+        raise ValueError(f"--out is for one motion, got {len(paths)} files")
+    ((name, target),) = files.read(args, [args.onto], required=1)
     if isinstance(target, skpose.Keypoints):
         raise ValueError(f"{name} has points but no skeleton")
-    for name, motion in inputs.read(args, files, inputs.load_poses):
-        moved, report = _retarget(inputs.resample(motion, args.frame_rate), target, args)
+    for name, motion in files.read(args, paths, files.load_poses):
+        moved, report = _retarget(files.resample(motion, args.frame_rate), target, args)
         print(f"{name}: by {report}")
         if args.out is not None:
             unit = args.scale if args.onto.suffix.lower() == ".bvh" and args.scale != "auto" else None  # the target's
-            outputs.save_motion(moved, args.out, args.out_scale or unit or 1.0, args.smpl)
+            files.save_motion(moved, args.out, args.out_scale or unit or 1.0, args.smpl)
 
 
 def _retarget(

@@ -28,13 +28,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    from skpose._cli import inputs, outputs
+    from skpose._cli import files
 
     if not (args.out or args.open or args.png):
         raise ValueError("pass --out, --open or --png")
-    contents = inputs.read(args, args.files, inputs.load_moving)
-    labels = inputs.shorten([name for name, _ in contents])
-    shown = [inputs.resample(content, args.frame_rate) for _, content in contents]
+    contents = files.read(args, args.files, files.load_moving)
+    labels = files.shorten([name for name, _ in contents])
+    shown = [files.resample(content, args.frame_rate) for _, content in contents]
     if args.png:
         if any(isinstance(one, skpose.Keypoints) for one in shown):
             raise ValueError("--png draws motions, got keypoints, which the page shows")
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> None:
     if args.out or args.open:
         alignment = skpose.motions.align_motions(*shown) if args.align else None
         page = skpose.view.player(shown, labels=labels, alignment=alignment, layout=args.layout, overlay=args.overlay)
-        outputs.save_page(page, args.out, args.open)
+        files.save_page(page, args.out, args.open)
 
 
 def _draw(shown: list, labels: list[str], png: Path) -> None:

@@ -16,7 +16,7 @@ from skpose.io._keypoints import TEXTS, is_array, load_keypoints
 from skpose.io._keypoints_json import is_json
 from skpose.io._save_npz import is_npz, load_npz
 from skpose.io._source import UNREAD as UNREAD
-from skpose.io._source import Readable, Source
+from skpose.io._source import Readable, Source, open_source
 from skpose.io._trc import load_trc
 from skpose.skeleton import Motion
 
@@ -78,14 +78,14 @@ def format_of(path: Readable | Source) -> Format:
     OSError
         If it cannot be read.
     """
-    source = path if isinstance(path, Source) else Source(path, EXPECTED, binary=True)
+    source = open_source(path, EXPECTED, binary=True)
     for one in FORMATS:
         if one.recognizes(source):
             return one
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")
 
 
-def load_motion(path: Readable, **options: Any) -> Motion:
+def load_motion(path: Readable | Source, **options: Any) -> Motion:
     """Read a motion from a BVH, AMC or SMPL file, or from one that `save_npz` wrote.
 
     The format is recognised by the content of the file, not by its name.
@@ -140,7 +140,7 @@ def load_motion(path: Readable, **options: Any) -> Motion:
         raise TypeError(
             f"load_motion has no option {sorted(unknown)[0]!r}: expected some of {', '.join(sorted(known))}"
         )
-    source = Source(path, EXPECTED, binary=True)
+    source = open_source(path, EXPECTED, binary=True)
     found = format_of(source)
     if found.content != "motion":
         raise source.error(f"expected a motion, found {found.name}: {found.load.__name__} reads it")

@@ -1,8 +1,8 @@
-"""Reading the files of a command, with their subjects, actions, trials and frame rates."""
+"""The files of a command: reading them, with their subjects, actions, trials and frame rates, and writing results."""
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from inspect import signature
 from io import BytesIO
 from pathlib import Path
@@ -12,14 +12,16 @@ import numpy as np
 
 from skpose._utils.warnings import warn
 from skpose.datasets import MotionDataset, load_motions
-from skpose.datasets._folder import INDEX, MOTIONS, RATE, Row, find_files, rows_of
+from skpose.datasets._folder import INDEX, MOTIONS, RATE, Row, find_files, labels_of, rows_of
 from skpose.datasets._motions import Rotations
-from skpose.io import load_motion
-from skpose.io._formats import FORMATS, format_of
+from skpose.io import load_motion, save_bvh, save_csv, save_npz, save_smpl
+from skpose.io._formats import EXPECTED, FORMATS, format_of
+from skpose.io._source import Source, open_source
 from skpose.keypoints import Keypoints
 from skpose.robots import load_robot
 from skpose.robots._load import is_robot
 from skpose.skeleton import Motion, Skeleton
+from skpose.view import Page
 
 Content = Motion | Skeleton | Keypoints
 STDIN = "-"
@@ -34,19 +36,26 @@ def reading_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def load(file: Path | BytesIO, options: dict[str, Any]) -> Content:
-    """Load a file of any format."""
-    if is_robot(_rewind(file)):
-        return _call(load_robot, file, options)
-    found = format_of(_rewind(file))
-    return load_poses(file, options) if found.content == "motion" else _call(found.load, file, options)
+    """Load a file of any format, with those options that its loader has."""
+    is_a_robot = is_robot(file)
+    if isinstance(file, BytesIO):
+        file.seek(0)
+    if is_a_robot:
+        return load_robot(file, **_some(options, signature(load_robot).parameters))
+    source = Source(file, EXPECTED, binary=True)
+    found = format_of(source)
+    return (
+        load_poses(source, options)
+        if found.content == "motion"
+        else found.load(source, **_some(options, found.options))
+    )
 
 
-def load_poses(file: Path | BytesIO, options: dict[str, Any]) -> Motion:
+def load_poses(file: Path | BytesIO | Source, options: dict[str, Any]) -> Motion:
     """Load a motion with a skeleton; the scale of other files of the command is not for files in metres."""
+    source = open_source(file, EXPECTED, binary=True)
     known = {name for one in FORMATS if one.content == "motion" for name in one.options}
-    if "scale" in options and "scale" not in format_of(_rewind(file)).options:
-        known.remove("scale")
-    return load_motion(_rewind(file), **{name: value for name, value in options.items() if name in known})
+    return load_motion(source, **_some(options, known - ({"scale"} - {*format_of(source).options})))
 
 
 def load_moving(file: Path | BytesIO, options: dict[str, Any]) -> Motion | Keypoints:
@@ -57,16 +66,8 @@ def load_moving(file: Path | BytesIO, options: dict[str, Any]) -> Motion | Keypo
     return content
 
 
-def _call(loader: Callable[..., Any], file: Path | BytesIO, options: dict[str, Any]) -> Any:
-    """Call a loader with those options that it has."""
-    known = signature(loader).parameters
-    return loader(_rewind(file), **{name: value for name, value in options.items() if name in known})
-
-
-def _rewind(file: Path | BytesIO) -> Path | BytesIO:
-    if isinstance(file, BytesIO):
-        file.seek(0)
-    return file
+def _some(options: dict[str, Any], names: Collection[str]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if name in names}
 
 
 def read(
@@ -112,7 +113,8 @@ def read_dataset(
     """The names of files, and their motions, prepared as the options ask for, on one skeleton."""
     contents = read(args, paths, load_poses, MOTIONS, required=required)
     names = [name for name, _ in contents]
-    dataset = MotionDataset([motion for _, motion in contents], rotations=args.rotations)
+    labels = labels_of(rows_of([Path(name) for name in names]))
+    dataset = MotionDataset([motion for _, motion in contents], **labels, rotations=args.rotations)
     if args.retarget != "numbers":
         dataset = dataset.retarget(dataset.motions[0].skeleton, method=args.retarget)
         for name, report in zip(names, dataset.retargeting, strict=True):
@@ -121,16 +123,22 @@ def read_dataset(
         dataset = dataset.with_root(args.with_root)
     dataset = dataset.retarget(dataset.skeleton, method="numbers")
     if args.frame_rate is not None:
-        dataset = MotionDataset([motion.resample(args.frame_rate) for motion in dataset], rotations="file")
+        motions = [motion.resample(args.frame_rate) for motion in dataset]
+        dataset = MotionDataset(motions, **labels, rotations="file")
     return names, dataset
 
 
 def read_labelled(args: argparse.Namespace, rotations: Rotations) -> MotionDataset:
     """The motions of a folder with their subjects, actions and trials, by an index.csv or by their names."""
     dataset = load_motions(args.folder, on_error="raise", rotations=rotations, **reading_options(args))
-    if not all(all(getattr(dataset, name, [""])) for name in ("subjects", "actions")):
+    if not is_labelled(dataset):
         raise ValueError(f"files must be named SUBJECT_ACTION_TRIAL.bvh, or be in an {INDEX}")
     return dataset
+
+
+def is_labelled(dataset: MotionDataset) -> bool:
+    """Whether the subject and the action of every motion are known."""
+    return all(all(getattr(dataset, name, [""])) for name in ("subjects", "actions"))
 
 
 def describe(files: Sequence[Path]) -> list[Row]:
@@ -166,3 +174,31 @@ def shorten(names: Sequence[str]) -> list[str]:
     """The names of files without their folders, unless two are equal then."""
     short = [Path(name).name for name in names]
     return short if len(set(short)) == len(short) else list(names)
+
+
+def save_motion(content: Motion | Keypoints, out: Path, scale: float, smpl: bool) -> None:
+    """Write a motion or keypoints in the format of the suffix; `scale` is metres per unit of a BVH file."""
+    suffix = out.suffix.lower()
+    on_smpl = suffix == ".npy" or (smpl and suffix == ".npz")
+    if suffix != ".bvh" and not on_smpl:
+        (save_npz if suffix == ".npz" else save_csv)(out, content)
+    elif isinstance(content, Keypoints):
+        raise ValueError("keypoints have no skeleton, as BVH and SMPL files need: choose .npz or .csv")
+    elif on_smpl:
+        save_smpl(out, content, content="joints" if suffix == ".npy" else "poses")
+    else:
+        save_bvh(out, content, scale=scale)
+        if content.fitted:
+            print("BVH files do not state that poses were fitted to positions; .npz files do")
+        if scale != 1.0:
+            print(f"BVH files do not state their unit: read this one with --scale {scale:g}")
+    print(f"{out}: {'22 joints at 20 Hz' if suffix == '.npy' else repr(content)}")
+
+
+def save_page(page: Page, out: Path | None, show: bool) -> None:
+    """Write a page, and show it in the browser, from a temporary file if there is no `out`."""
+    if out is not None:
+        page.save(out)
+        print(f"{out}: {page.note}, {page.n_bytes / 1e6:.2g} MB")
+    if show:
+        print(f"{page.open()}: open this file if no browser shows it")
