@@ -16,10 +16,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from skpose.io._conventions import number_names, read_unit
+from skpose.io._conventions import Stored, number_names, read_unit
 from skpose.io._keypoints_csv import split_rows
 from skpose.io._source import Source, parse, read_cells
-from skpose.io._stored import Stored
 
 LAST = "MARKER_NAMES", "TRAJECTORY_TYPES", "Frame"  # how the last lines of Qualisys before the frames begin
 USUAL = "normal"  # MVN: frames of another type are poses of the calibration

@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._utils.files import check_new, new_file
-from skpose.io._conventions import METRES
-from skpose.io._source import NUMBER, PathLike, Row, Source, read_cells
-from skpose.io._stored import (
+from skpose.io._conventions import (
+    METRES,
     Stored,
     Times,
     as_confidences,
@@ -21,6 +20,7 @@ from skpose.io._stored import (
     positions_only,
     time_key,
 )
+from skpose.io._source import NUMBER, PathLike, Row, Source, read_cells
 from skpose.keypoints import Keypoints
 from skpose.keypoints._checks import REMEDY
 from skpose.skeleton import Motion

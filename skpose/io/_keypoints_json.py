@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose.io._source import MocapFormatError, Source, last_number
-from skpose.io._stored import (
+from skpose.io._conventions import (
     Stored,
     Times,
     as_confidences,
@@ -23,6 +22,7 @@ from skpose.io._stored import (
     positions_only,
     time_key,
 )
+from skpose.io._source import MocapFormatError, Source, last_number
 from skpose.keypoints._checks import REMEDY
 
 # Keys of a frame: of its people in OpenPose, MMPose and COCO; of points in three dimensions in OpenPose, MediaPipe and

@@ -85,7 +85,8 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     check_new(path)
     check_positive("scale", scale)
     check_choice("up", up, ("x", "y", "z"))
-    motion, turn = _stand(_at_points(motion) if is_of_layout(motion.skeleton) else motion, up)
+    is_own = motion.skeleton.offset_frame == "own"
+    motion, turn = _stand(at_joints(motion), up)
     skeleton = motion.skeleton
     if slides := [bone.name for bone in skeleton.bones if bone.is_slide]:
         raise ValueError(
@@ -95,12 +96,27 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
         if name != name.strip() or set(name) & set("{}\r\n"):
             raise ValueError(f"joint {name!r} cannot be written: BVH has names of one line, without braces")
     check_even(motion, "BVH has")
-    lines, columns = _hierarchy(motion, turn, scale)
+    lines, columns = _hierarchy(motion, turn, scale, is_own)
     lines += ["MOTION", f"Frames: {len(motion)}"]
     lines += [f"Frame Time: {np.format_float_positional(1.0 / motion.frame_rate, trim='-')}", ""]
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(lines))
         np.savetxt(file, np.concatenate(columns, axis=1), fmt=f"%.{DIGITS}f")
+
+
+def at_joints(motion: Motion) -> Motion:
+    """The motion with its joints where they rotate, as in BVH and SMPL, and with the ends of the last bones."""
+    skeleton = motion.skeleton
+    if is_of_layout(skeleton):
+        return _at_points(motion)
+    if skeleton.offset_frame == "parent":
+        return motion
+    offsets = dict(zip([None, *skeleton.joint_names], np.insert(skeleton.offsets, 0, 0.0, axis=0), strict=True))
+    bones = [bone._replace(offset=offsets[bone.parent]) for bone in skeleton.bones]
+    for name in skeleton.joint_names:
+        if all(bone.parent != name for bone in skeleton.bones):
+            bones.append(Bone(unused_name(f"{name}_end", skeleton.joint_names, ()), name, offsets[name]))
+    return replace(motion, skeleton=Skeleton(bones, "parent"), seen=None)
 
 
 def _at_points(motion: Motion) -> Motion:
@@ -155,12 +171,13 @@ def _stand(motion: Motion, up: Literal["x", "y", "z"]) -> tuple[Motion, np.ndarr
     return replace(motion, root_positions=positions, root_angles=angles, root_axes=axes, up=up), own
 
 
-def _hierarchy(motion: Motion, turn: np.ndarray, scale: float) -> tuple[list[str], list[np.ndarray]]:
+def _hierarchy(motion: Motion, turn: np.ndarray, scale: float, is_full: bool) -> tuple[list[str], list[np.ndarray]]:
     """The lines of the hierarchy, and the columns of its channels.
 
     `turn`, a rotation matrix of zeros and ones, is what the own axes of the root and of all joints are turned by.
+    `is_full` is whether rigid joints have channels.
     """
-    skeleton, own = motion.skeleton, motion.skeleton.offset_frame == "own"
+    skeleton = motion.skeleton
     bones: dict[str | None, Bone] = dict(zip(skeleton.joint_names, skeleton.bones, strict=True))
     children: dict[str | None, list[str]] = {name: [] for name in (None, *bones)}
     first = dict(zip(bones, np.cumsum([0, *(bone.n_dofs for bone in bones.values())]), strict=False))
@@ -169,13 +186,6 @@ def _hierarchy(motion: Motion, turn: np.ndarray, scale: float) -> tuple[list[str
     for bone, rotation in zip(skeleton.bones, skeleton.rest_rotations, strict=True):
         children[bone.parent].append(bone.name)
         rest[bone.name] = rest[bone.parent] @ rotation
-
-    def offset(bone: Bone | None) -> str:
-        """The offset of a bone's far end, in axes that are parallel to the root's at angle zero."""
-        if bone is None:
-            return "OFFSET 0 0 0"
-        vector = rest[bone.name if own else bone.parent] @ bone.offset / scale
-        return "OFFSET " + " ".join(f"{x:.{DIGITS}f}" for x in vector)
 
     def write(depth: int, *texts: str) -> None:
         lines.extend("\t" * depth + text for text in texts)
@@ -186,7 +196,7 @@ def _hierarchy(motion: Motion, turn: np.ndarray, scale: float) -> tuple[list[str
     axes, angles = _intrinsic(motion.root_axes, motion.root_angles)
     columns = [motion.root_positions / scale, np.degrees(angles)]
     write(0, f"ROOT {root}", "{")
-    write(1, offset(None), _channels(["Xposition", "Yposition", "Zposition"], axes))
+    write(1, "OFFSET 0 0 0", _channels(["Xposition", "Yposition", "Zposition"], axes))
     stack: list[tuple[int, str | None]] = [(0, None), *((1, name) for name in reversed(children[None]))]
     while stack:  # no recursion: a chain may be longer than Python's stack
         depth, name = stack.pop()
@@ -195,20 +205,19 @@ def _hierarchy(motion: Motion, turn: np.ndarray, scale: float) -> tuple[list[str
             continue
         bone = bones[name]
         # A joint that the reader makes of an End Site.
-        is_end = not own and not bone.dofs and not children[name] and name.startswith(f"{bone.parent}_end")
+        is_end = not bone.dofs and not children[name] and name.startswith(f"{bone.parent}_end")
         write(depth, "End Site" if is_end else f"JOINT {name}", "{")
-        write(depth + 1, offset(bones.get(bone.parent) if own else bone))
+        offset = rest[bone.parent] @ bone.offset / scale  # in axes that are parallel to the root's at angle zero
+        write(depth + 1, "OFFSET " + " ".join(f"{x:.{DIGITS}f}" for x in offset))
         if not is_end:
             angles = motion.angles[:, first[name] : first[name] + bone.n_dofs]
             about_axes = is_axes(bone.dofs) and np.allclose(rest[name], turn, rtol=0, atol=PARALLEL)
-            if not own and about_axes:
+            if about_axes and (bone.dofs or not is_full):
                 axes, angles = _turn_axes(*_intrinsic(bone.dofs, angles), turn)
             else:
                 axes, angles = _about_root(bone, angles, rest[name])
             write(depth + 1, _channels([], axes))
             columns.append(np.degrees(angles))
-        if own and not children[name]:
-            write(depth + 1, "End Site", "{", f"\t{offset(bone)}", "}")
         stack += [(depth, None), *((depth + 1, child) for child in reversed(children[name]))]
     return lines, columns
 
