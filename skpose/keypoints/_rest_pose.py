@@ -1,12 +1,14 @@
 """The rest pose: bones where the person of a layout stands, and otherwise where they point in the mean."""
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
 from skpose.keypoints._layout import Layout
-from skpose.skeleton._sides import sides, without_side
+from skpose.skeleton._sides import split_sides
 
 OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
 LARGEST_CORRECTION = 0.9  # of the square of the length, beyond which the bone is as short as the noise
@@ -198,23 +200,17 @@ def _vectors(points: Points, layout: Layout, names: list[str], up: str) -> tuple
 
     Where a point is not seen its vector is zero, and its weight.
     """
-    root, sure = points[layout.root], points.confidences[layout.root]
-    rigid = rigid_with(layout.root, layout)
-    vectors, weights = [], []
-    for name in names:
-        vectors.append(points[name] - root if name else np.tile(np.eye(3)["xyz".index(up)], (len(root), 1)))
-        weights.append(points.confidences[name] * sure * (1.0 if name in rigid else TRUNK) if name else TRUNK * sure)
-    lengths = [np.linalg.norm(vector, axis=1) for vector in vectors]
-    sizes = [length[length > 0.0] for length, name in zip(lengths, names, strict=True) if name in rigid]
-    size = max((float(np.median(length)) for length in sizes if len(length)), default=1.0)
-    for i, name in enumerate(names):
-        if name not in rigid:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                vectors[i] = vectors[i] * (size / lengths[i])[:, None]
-    array, weight = np.stack(vectors, axis=1), np.stack(weights, axis=1)
-    unseen = np.isnan(array).any(axis=2) | (weight == 0.0)
-    array[unseen], weight[unseen] = 0.0, 0.0
-    return array, weight
+    rigid, sure = np.isin(names, rigid_with(layout.root, layout)), points.confidences[layout.root][:, None]
+    up_again = np.tile(np.eye(3)["xyz".index(up)], (len(sure), 1))
+    vectors = np.stack([points[name] - points[layout.root] if name else up_again for name in names], axis=1)
+    confidences = np.stack([points.confidences[name] if name else np.ones(len(sure)) for name in names], axis=1)
+    weights, lengths = confidences * sure * np.where(rigid, 1.0, TRUNK), np.linalg.norm(vectors, axis=2)
+    sizes = [np.median(length[length > 0.0]) for length in lengths.T[rigid] if (length > 0.0).any()]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        vectors[:, ~rigid] *= (max(sizes, default=1.0) / lengths[:, ~rigid])[:, :, None]
+    unseen = np.isnan(vectors).any(axis=2) | (weights == 0.0)
+    vectors[unseen], weights[unseen] = 0.0, 0.0
+    return vectors, weights
 
 
 def _orthonormal(vectors: np.ndarray, left: list[tuple[int, int]], upward: list[int]) -> np.ndarray:
@@ -318,19 +314,12 @@ _POSITIONS = {
 
 def standing_directions(layout: Layout) -> dict[str, np.ndarray]:
     """The directions (3,) of bones at rest, in the axes of the root; of those alone whose points are known."""
-    positions = {}
+    at = {}
     for name, (plain, side) in _plain_names(layout).items():
-        point = _POSITIONS["left" if side else ""].get(plain)
-        if point is not None:
-            positions[name] = np.array(point) * [-1.0 if side == "right" else 1.0, 1.0, 1.0]
-    directions = {}
-    for name, parent in layout.parents.items():
-        if parent in positions and name in positions:
-            bone = positions[name] - positions[parent]
-            size = np.linalg.norm(bone)
-            if size > 0.0:
-                directions[name] = bone / size
-    return directions
+        if (point := _POSITIONS["left" if side else ""].get(plain)) is not None:
+            at[name] = np.array(point) * (MIRROR if side == "right" else 1.0)
+    bones = {name: at[name] - at[parent] for name, parent in layout.parents.items() if name in at and parent in at}
+    return {name: bone / np.linalg.norm(bone) for name, bone in bones.items() if bone.any()}
 
 
 def in_front(layout: Layout) -> list[str]:
@@ -340,10 +329,9 @@ def in_front(layout: Layout) -> list[str]:
 
 def _plain_names(layout: Layout) -> dict[str, tuple[str, str]]:
     """The name of each point without the side, in lower case, and the side."""
-    found = zip(layout.points, sides(layout.points), strict=True)
-    words = {name: (without_side(name) if side else name, side) for name, side in found}
-    plain = {name: "".join(filter(str.isalnum, word)).lower() for name, (word, _) in words.items()}
-    return {name: (plain[name].removesuffix("study"), side) for name, (_, side) in words.items()}  # OpenCap's names
+    found = zip(layout.points, split_sides(layout.points), strict=True)
+    words = {name: ("".join(filter(str.isalnum, word)).lower(), side) for name, (side, word) in found}
+    return {name: (word.removesuffix("study"), side) for name, (word, side) in words.items()}  # OpenCap's names
 
 
 # --- rest pose --------------------------------------------------------------------------------------------------------
@@ -434,17 +422,10 @@ def partners_of(layout: Layout) -> dict[str, str]:
 
 def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """The rotations (n, 3, 3) by the least angle that turn a unit vector (3,) into unit vectors (n, 3)."""
-    cosine = ends @ start
-    opposite = cosine < -1.0 + 1e-12  # half a turn, about any axis across
-    across = np.cross(start, np.eye(3)[np.abs(start).argmin()])
-    across /= np.linalg.norm(across)
-    x, y, z = np.cross(start, ends).T
-    zero = np.zeros_like(x)
-    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
-    divisor = np.where(opposite, 1.0, 1.0 + cosine)
-    rotations = np.eye(3) + cross + cross @ cross / divisor[:, None, None]
-    rotations[opposite] = 2.0 * np.outer(across, across) - np.eye(3)
-    return rotations
+    cosine, across = ends @ start, np.cross(start, np.eye(3)[np.abs(start).argmin()])
+    quaternions = np.column_stack([np.cross(start, ends), 1.0 + cosine])
+    quaternions[cosine < -1.0 + 1e-12] = [*across, 0.0]  # half a turn, about any axis across
+    return Rotation.from_quat(quaternions).as_matrix()
 
 
 def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> tuple[dict[str, np.ndarray], float]:
@@ -453,40 +434,37 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> tuple[dict
     Mean positions in axes that follow the trunk a little do not form one rigid shape. So the shape is found from
     unbiased lengths between all of its points, by classical scaling, and rotated onto the mean positions.
     """
-    names = rigid_with(layout.root, layout)
-    if not names:
+    everyone = [layout.root, *rigid_with(layout.root, layout)]
+    n, known = len(everyone), ~np.isnan(axes[:, 0, 0])
+    if n == 1:
         return {}, 0.0
-    known = ~np.isnan(axes[:, 0, 0])
-    means = np.zeros((len(names), 3))
-    squares = np.zeros((len(names) + 1, len(names) + 1))
-    everyone, noise, n_frames = [layout.root, *names], 0.0, 1  # noise of a length in one frame, m
+    means, squares, noise, n_frames = np.zeros((n, 3)), np.zeros((n, n)), 0.0, 1  # noise of a length in one frame, m
     for i, one in enumerate(everyone):
         sure = points.confidences[one] * points.confidences[layout.root] * known
-        if i and sure.any():
+        if sure.any():
             vectors = np.einsum("nab,na->nb", axes, points[one] - points[layout.root])
-            means[i - 1] = sure @ np.where(sure[:, None] > 0.0, vectors, 0.0) / sure.sum()
-    for i, one in enumerate(everyone):
-        for j, other in enumerate(everyone[:i]):
-            together = points.confidences[one] * points.confidences[other]
-            length = float(np.linalg.norm((means[i - 1] if i else 0.0) - (means[j - 1] if j else 0.0)))
-            if together.any():
-                lengths = np.linalg.norm(points[one] - points[other], axis=1)
-                length = bone_length(lengths, together).value
-                if np.std(lengths[together > 0.0]) > noise:
-                    noise, n_frames = float(np.std(lengths[together > 0.0])), int(np.count_nonzero(together))
-            squares[i, j] = squares[j, i] = length**2
+            means[i] = sure @ np.where(sure[:, None] > 0.0, vectors, 0.0) / sure.sum()
+    for i, j in combinations(range(n), 2):
+        one, other = everyone[i], everyone[j]
+        together = points.confidences[one] * points.confidences[other]
+        length = float(np.linalg.norm(means[i] - means[j]))
+        if together.any():
+            lengths = np.linalg.norm(points[one] - points[other], axis=1)
+            length, spread = bone_length(lengths, together).value, float(np.std(lengths[together > 0.0]))
+            if spread > noise:
+                noise, n_frames = spread, int(np.count_nonzero(together))
+        squares[i, j] = squares[j, i] = length**2
     products = (squares[1:, :1] + squares[:1, 1:] - squares[1:, 1:]) / 2.0
     values, vectors = np.linalg.eigh(products)
     # A bend below the noise of one frame cannot show a rotation, and one below the error of all frames may not exist.
     error = SURE * noise * np.sqrt(max(values[-1], 0.0) / n_frames)
     sizes = np.sqrt(np.where(values > max(ROUNDING * values[-1], noise**2, error), values, 0.0))
     sizes[-1] = np.sqrt(max(values[-1], 0.0))
-    flat = np.zeros((len(names), 3))
-    flat[:, : len(names)] = (vectors * sizes)[:, ::-1][:, :3]
-    u, _, vh = np.linalg.svd(flat.T @ means)
-    shape = flat @ u @ vh
-    off = float(np.linalg.norm(shape - means, axis=1).max())
-    return {layout.root: np.zeros(3)} | dict(zip(names, shape, strict=True)), off
+    flat = np.zeros((n - 1, 3))
+    flat[:, : n - 1] = (vectors * sizes)[:, ::-1][:, :3]
+    u, _, vh = np.linalg.svd(flat.T @ means[1:])
+    shape = np.insert(flat @ u @ vh, 0, 0.0, axis=0)  # with the root
+    return dict(zip(everyone, shape, strict=True)), float(np.linalg.norm(shape - means, axis=1).max())
 
 
 def _levels(layout: Layout) -> list[list[tuple[str, str]]]:
