@@ -129,16 +129,15 @@ class AsfFile:
 
 def _read_scale(source: Source, units: dict[str, list[Token]], given: float | None) -> float:
     """Metres per unit of length."""
-    if "length" not in units:
-        if given is None:
-            raise source.error("expected a length under :units, found none: pass scale=")
-        return given
-    (length,) = _numbers(source, units["length"], 1, "length")
-    if 0.0 < length < np.inf:
-        return INCH / length if given is None else choose_scale(source, given, INCH / length, ":units")
+    length, at = np.nan, None
+    if tokens := units.get("length"):
+        (length,), at = _numbers(source, tokens, 1, "length"), tokens[-1]
+    is_known = 0.0 < length < np.inf
+    if given is None and not is_known:
+        raise source.error(f"length under :units: expected a positive number, found {length:g}: pass scale=", at)
     if given is None:
-        raise source.error(f"length: expected a positive number, found {length:g}", units["length"][1])
-    return given
+        return INCH / length
+    return choose_scale(source, given, INCH / length, ":units") if is_known else given
 
 
 def load_asf(path: Readable, *, scale: float | None = None) -> Skeleton:
@@ -232,8 +231,6 @@ def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str,
             given[key] = [*given.get(key, ()), *tokens]
         else:
             key, given[word] = word, tokens
-    if not bones:
-        raise source.error("expected begin … end of each bone; is the file cut short?")
     return bones
 
 

@@ -401,10 +401,10 @@ def _frames(source: Source, document: Any) -> list[dict[str, Any]]:
     values = {key: value for key, value in document.items() if "incam" not in key} if isinstance(document, dict) else {}
     listed = document if isinstance(document, list) else []
     inside = [found for value in [*values.values(), *listed] if (found := _frames(source, value))]
-    if listed and 0 < len(inside) < len(listed):
-        raise source.error(f"expected a person in each of {len(listed)} frames, found {len(inside)}")
-    if (values and len(inside) > 1) or (listed and any(len(found) > 1 for found in inside)):
-        raise source.error("expected one person in each frame, found several")
+    counts = [len(found) for found in inside]  # of people
+    if (values and len(counts) > 1) or (listed and counts and counts != [1] * len(listed)):
+        found = f"{sum(counts)} people in {len(listed) or 1} frames"
+        raise source.error(f"expected one person in each frame, found {found}")
     return [frame for found in inside for frame in found]
 
 

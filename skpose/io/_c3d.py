@@ -67,7 +67,7 @@ class Parameters:
         for group, name, record in records:
             self._records.setdefault(f"{groups.get(group, '')}:{name}".upper(), []).append(record)
 
-    def _decode(self, name: str) -> tuple[int, tuple[int, ...], bytes] | None:
+    def _decode(self, name: str, what: str) -> tuple[int, tuple[int, ...], bytes] | None:
         """Kind, shape (the first dimension is the fastest) and bytes of a parameter; None if there is none."""
         records = self._records.get(name)
         if records is None:
@@ -79,8 +79,9 @@ class Parameters:
         shape = tuple(record[2 : 2 + max(n_dims, 0)])
         n_bytes = math.prod(shape) * SIZES.get(kind, 0)
         data = record[2 + len(shape) :][:n_bytes]
-        if kind not in SIZES or len(shape) != n_dims or len(data) != n_bytes:
-            raise self._source.error(f"{name}: expected values of kind {kind} and shape {shape}, found fewer")
+        is_whole = kind in SIZES and len(shape) == n_dims and len(data) == n_bytes
+        if not is_whole or (kind == -1) != (what == "texts"):
+            raise self._source.error(f"{name}: expected {what}, found {len(data)} bytes of kind {kind}, shape {shape}")
         return kind, shape, data
 
     def number(self, name: str, default: float) -> float:
@@ -94,18 +95,14 @@ class Parameters:
 
     def numbers(self, name: str) -> np.ndarray:
         """All numbers of a parameter, integers as signed ones; none where there is none."""
-        kind, _, data = self._decode(name) or (4, (), b"")
-        if kind == -1:
-            raise self._source.error(f"{name}: expected numbers, found {data[:20]!r}")
+        kind, _, data = self._decode(name, "numbers") or (4, (), b"")
         return self.floats(data) if kind == 4 else np.frombuffer(data, f"{self.order}i{kind}").astype(float)
 
     def texts(self, name: str) -> list[str]:
         """All texts of a parameter and its continuations, NAME2 and so on, without the blanks around them."""
         texts, i = list[str](), 1
-        while found := self._decode(name if i == 1 else f"{name}{i}"):
-            kind, shape, data = found
-            if kind != -1:
-                raise self._source.error(f"{name}: expected text, found numbers")
+        while found := self._decode(name if i == 1 else f"{name}{i}", "texts"):
+            _, shape, data = found
             width = max(shape[0], 1) if shape else 1
             pieces = (data[at : at + width] for at in range(0, len(data), width))
             texts += [piece.split(b"\0")[0].decode("utf-8", errors="replace").strip() for piece in pieces]

@@ -61,14 +61,12 @@ def read_unit(source: Source, where: str, unit: str, scale: float | None, at: An
     """The metres of one unit: the scale, or else by the name of the unit in any case, also if it is cut off."""
     word = unit.strip().lower()
     names = [name for name in (*METRES, *ANGLES) if name == word or (len(word) >= FEWEST and name.startswith(word))]
-    if any(name in ANGLES for name in names):
-        raise source.error(f"{where}: expected a unit of length, found {unit[:40]!r}: these are angles", at)
-    metres = {METRES[name] for name in names}
-    if scale is not None:
-        return choose_scale(source, scale, metres.pop() if len(metres) == 1 else scale, where)
-    if len(metres) != 1:
-        raise source.error(f"{where}: expected a unit such as mm, cm or m, found {unit[:40]!r}: pass scale=", at)
-    return metres.pop()
+    metres = {METRES.get(name, 0.0) for name in names}  # 0.0 of angles
+    if 0.0 in metres or (scale is None and len(metres) != 1):
+        advice = "" if 0.0 in metres else ": pass scale="
+        raise source.error(f"{where}: expected a unit of length such as mm, cm or m, found {unit[:40]!r}{advice}", at)
+    stated = metres.pop() if len(metres) == 1 else scale
+    return stated if scale is None else choose_scale(source, scale, stated, where)
 
 
 def choose_scale(source: Source, given: float, stated: float, where: str) -> float:

@@ -52,14 +52,6 @@ def split_sides(names: Sequence[str]) -> list[tuple[str, str]]:
     return found
 
 
-def without_side(name: str) -> str:
-    """A name without the word or letter for its side."""
-    for pattern in PATTERNS:
-        if pattern.search(name):
-            return pattern.sub("", name, count=1)
-    return name
-
-
 def others(name: str) -> list[str]:
     """The name with the other side, in several readings."""
     names = dict.fromkeys(pattern.sub(_other, name) for pattern in PATTERNS)
