@@ -11,6 +11,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "angles",
         "write the joint angles of a person in degrees as a table",
         "Write flexion, adduction and rotation of each joint, in degrees, see skpose.biomechanics.joint_angles: a row "
@@ -27,7 +28,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--cycles", action="store_true", help="strides over per cent, of one or more files")
     options.add_reading(parser, skip=False)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -16,6 +16,7 @@ COLUMNS = "severity", "kind", "file", "first_frame", "last_frame", "joints", "si
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "check",
         "find faults of motions: units, rates, jumps, feet, duplicates",
         "Print what is wrong with motions, worst first: errors, warnings, notes, see skpose.checks.check_motion. "
@@ -25,7 +26,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_files(parser, "motions")
     options.add_out(parser, ".csv", ".html", required=False)
     options.add_reading(parser, skip=False)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

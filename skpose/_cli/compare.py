@@ -16,6 +16,7 @@ FOLDER = (
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "compare",
         "compare the accuracy of action recognition under all metrics",
         "Print for each metric: 1-NN accuracy of frames and of whole motions (DTW); the median share of variance in "
@@ -28,7 +29,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument("--paper", action="store_true", help="the paper's protocol: walks and runs")
     options.add_jobs(parser)
     options.add_reading(parser, skip=False)
-    parser.set_defaults(func=run)
 
 
 def add_folder(parser: argparse.ArgumentParser) -> None:

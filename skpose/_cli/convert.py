@@ -9,6 +9,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "convert",
         "convert a motion or keypoints to another format",
         "Write a motion as .bvh for other programs, as .npz without loss, with --smpl as .npz of AMASS, as .npy of "
@@ -24,7 +25,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     group.add_argument("--cycle", action="store_true", help="make a loop that ends with its first pose")
     group.add_argument("--endpoint", action="store_true", help="the loop already ends with its first pose")
     options.add_reading(parser, skip=False)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

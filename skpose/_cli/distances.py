@@ -11,6 +11,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "distances",
         "write the distances between all poses of files",
         "Write the matrix of distances between all poses. Poses of several skeletons are compared on their "
@@ -25,7 +26,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_jobs(parser)
     options.add_preparing(parser)
     options.add_reading(parser)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

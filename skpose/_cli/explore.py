@@ -9,6 +9,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "explore",
         "show all poses of files as points in the browser",
         "Write an HTML page that shows all poses as points, with similar poses close together. Subjects "
@@ -37,7 +38,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_jobs(parser)
     options.add_preparing(parser, frame_rate=12.0)
     options.add_reading(parser)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -10,6 +10,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "find",
         "search files for a motion",
         "Print the places most similar to a motion, best first. Motions of several skeletons are "
@@ -26,7 +27,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_jobs(parser)
     options.add_preparing(parser)
     options.add_reading(parser)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

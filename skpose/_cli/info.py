@@ -9,6 +9,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "info",
         "print the contents of files",
         "Print frames, frame rate, joints and degrees of freedom of motions, skeletons and robots, or "
@@ -17,7 +18,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     options.add_files(parser, "motions, skeletons, robots, markers or keypoints")
     options.add_reading(parser)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -10,16 +10,23 @@ MOTION_SUFFIXES = ".bvh", ".npz", ".csv", ".npy"
 
 
 def add_command(
-    subparsers: argparse._SubParsersAction, name: str, summary: str, description: str, arguments: str
+    subparsers: argparse._SubParsersAction,
+    run: Callable[[argparse.Namespace], None],
+    name: str,
+    summary: str,
+    description: str,
+    arguments: str,
 ) -> argparse.ArgumentParser:
     """A command whose help has a short usage and options in one line each."""
-    return subparsers.add_parser(
+    parser: argparse.ArgumentParser = subparsers.add_parser(
         name,
         help=summary,
         description=description,
         usage=f"%(prog)s {arguments} [options]",
         formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=32),
     )
+    parser.set_defaults(func=run)
+    return parser
 
 
 def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:

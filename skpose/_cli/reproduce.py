@@ -14,6 +14,7 @@ FIGURES = "figure_3.png", "figure_4.png"
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "reproduce",
         "repeat section 3 of the paper",
         "Print every number of section 3 next to the paper's, and write figures 3 and 4. The "
@@ -32,7 +33,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all random draws; default: 0")
     options.add_jobs(parser)
     options.add_reading(parser, skip=False)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

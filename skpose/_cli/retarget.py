@@ -9,6 +9,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "retarget",
         "retarget a motion to the skeleton of another file",
         "Retarget a motion to another skeleton. Print the method, the number of matched joints and the "
@@ -45,7 +46,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_frame_rate(parser)
     options.add_jobs(parser)
     options.add_reading(parser)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -10,6 +10,7 @@ from skpose._cli import options
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = options.add_command(
         subparsers,
+        run,
         "view",
         "play motions in the browser, or draw them as PNG",
         "Write an HTML page that plays motions offline, and makes pictures, videos and GIFs of them; or a PNG picture.",
@@ -24,7 +25,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     options.add_frame_rate(parser)
     add("--png", type=options.file_named(".png"), metavar="FILE", help="picture: eight poses of each motion")
     options.add_reading(parser)
-    parser.set_defaults(func=run)
 
 
 def run(args: argparse.Namespace) -> None:
