@@ -42,7 +42,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         metavar="OTHER=FILE",
         help="target=source, such as left_knee=LeftLeg; left_hand= stays at rest",
     )
-    add("--factor", type=_factor, metavar="F", help="scale positions by F; lengths: by bone lengths; default: by legs")
+    add(
+        "--factor",
+        type=lambda text: text if text == "lengths" else options.positive(text),
+        metavar="F",
+        help="scale positions by F; lengths: by bone lengths; default: by legs",
+    )
     options.add_frame_rate(parser)
     options.add_jobs(parser)
     options.add_reading(parser)
@@ -87,7 +92,3 @@ def _pair(text: str) -> tuple[str, str | None]:
     if not (name and sign):
         raise argparse.ArgumentTypeError(f"expected two joints, as left_knee=LeftLeg, got {text!r}")
     return name, counterpart or None
-
-
-def _factor(text: str) -> float | str:
-    return text if text == "lengths" else options.positive(text)

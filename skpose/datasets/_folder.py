@@ -157,7 +157,11 @@ def find_files(paths: Iterable[PathLike], suffixes: Sequence[str] = MOTIONS) -> 
     files, ends = [], (*suffixes, *(f"{suffix}.gz" for suffix in suffixes))
     for path in map(Path, paths):
         if not path.is_dir():
-            found = [path] if path.exists() or not glob.has_magic(str(path)) else _matching(path)
+            found = (
+                [path]
+                if path.exists() or not glob.has_magic(str(path))
+                else sorted(map(Path, glob.glob(str(path), recursive=True)))
+            )
         else:
             inside = [one for one in sorted(path.rglob("[!.]*")) if one.is_file()]
             found = [one for one in inside if one.name.lower().endswith(ends)] or [
@@ -167,10 +171,6 @@ def find_files(paths: Iterable[PathLike], suffixes: Sequence[str] = MOTIONS) -> 
             raise FileNotFoundError(f"no files in {path}: expected {', '.join(suffixes)} or .npz")
         files += found
     return files
-
-
-def _matching(path: Path) -> list[Path]:
-    return [Path(name) for name in sorted(glob.glob(str(path), recursive=True))]
 
 
 def rows_of(files: Iterable[Path], pattern: str | None = None) -> list[Row]:

@@ -297,10 +297,6 @@ def _read_hierarchy(source: Source, section: Statements, bones: dict[str, Acclai
     return parents
 
 
-def is_asf(source: Source) -> bool:
-    return source.first_word in KEYWORDS
-
-
 # --- motions ----------------------------------------------------------------------------------------------------------
 # A frame is a line for its number, and one for the name and the numbers of each bone.
 

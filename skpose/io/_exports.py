@@ -24,10 +24,6 @@ LAST = "MARKER_NAMES", "TRAJECTORY_TYPES", "Frame"  # how the last lines of Qual
 USUAL = "normal"  # MVN: frames of another type are poses of the calibration
 
 
-def is_motive(source: Source) -> bool:
-    return source.head.startswith("Format Version,")
-
-
 def read_motive(source: Source) -> Stored:
     (_, first), *rows = split_rows(source.lines)
     stated = dict(zip(first[::2], first[1::2], strict=False))
@@ -51,10 +47,6 @@ def read_motive(source: Source) -> Stored:
     return Stored(numbers.reshape(-1, len(names), 3), None, names, rate, "y", scale=scale, why="as in Motive")
 
 
-def is_qualisys(source: Source) -> bool:
-    return source.first_word == "no_of_frames"
-
-
 def read_qualisys(source: Source) -> Stored:
     rows = split_rows(source.lines)
     n_head = max((i + 1 for i, (_, cells) in enumerate(rows) if cells[0] in LAST), default=0)
@@ -68,10 +60,6 @@ def read_qualisys(source: Source) -> Stored:
     numbers = read_cells(source, frames, range(n_before, width), width)
     rate = source.number(next(iter(stated.get("FREQUENCY", [])), ""), "FREQUENCY")
     return Stored(numbers.reshape(-1, len(names), 3), None, names, rate, "z", scale=0.001, why="as in QTM")
-
-
-def is_mvnx(source: Source) -> bool:
-    return source.kind == "text" and "<mvnx" in source.head[:2000].lower()
 
 
 def read_mvnx(source: Source) -> Stored:

@@ -8,15 +8,15 @@ import inspect
 from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
-from skpose.io._acclaim import is_amc, is_asf, load_amc, load_asf
+from skpose.io._acclaim import KEYWORDS, is_amc, load_amc, load_asf
 from skpose.io._amass import is_smpl, load_amass
 from skpose.io._bvh import load_bvh
 from skpose.io._c3d import load_c3d
 from skpose.io._keypoints import TEXTS, is_array, load_keypoints
 from skpose.io._keypoints_json import is_json
-from skpose.io._save_npz import is_npz, load_npz
+from skpose.io._save_npz import VERSION, load_npz
 from skpose.io._source import UNREAD as UNREAD
-from skpose.io._source import Readable, Source, open_source
+from skpose.io._source import Archive, Readable, Source, open_source
 from skpose.io._trc import load_trc
 from skpose.skeleton import Motion
 
@@ -56,8 +56,10 @@ class Format(NamedTuple):
 # The first that recognises a file is its format.
 FORMATS = (
     Format("BVH", "motion", (".bvh",), lambda source: source.first_word == "hierarchy", load_bvh),
-    Format("ASF", "skeleton", (".asf",), is_asf, load_asf),
-    Format("NPZ", "motion", (".npz",), is_npz, load_npz),
+    Format("ASF", "skeleton", (".asf",), lambda source: source.first_word in KEYWORDS, load_asf),
+    Format(
+        "NPZ", "motion", (".npz",), lambda source: source.kind == "zip" and VERSION in Archive(source).keys, load_npz
+    ),
     Format("TRC", "points", (".trc",), lambda source: source.first_word.startswith("pathfiletype"), load_trc),
     Format("C3D", "points", (".c3d",), lambda source: source.kind == "C3D", load_c3d),
     Format("arrays", "points", (".npz", ".npy"), is_array, load_keypoints),

@@ -10,7 +10,7 @@ from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._amass import is_smpl
 from skpose.io._conventions import Stored, Up, Zeros, as_confidences, check_options, choose_rate, choose_scale
-from skpose.io._exports import is_motive, is_mvnx, is_qualisys, read_motive, read_mvnx, read_qualisys
+from skpose.io._exports import read_motive, read_mvnx, read_qualisys
 from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_json
 from skpose.io._save_smpl import N_NUMBERS, NAMES, RATE, joints_of
@@ -24,9 +24,9 @@ SHAPES = (None, None, 3), (None, None, 4), (None, None, 2), (None, N_NUMBERS)
 EXPECTED = "keypoints as JSON, CSV with a header, MVNX, Qualisys TSV, .npz or .npy"
 # Formats of text: names, suffixes, functions that recognise and read them. The first that does is the format.
 TEXTS = (
-    ("MVNX", (".mvnx",), is_mvnx, read_mvnx),
-    ("Motive CSV", (".csv",), is_motive, read_motive),
-    ("Qualisys TSV", (".tsv",), is_qualisys, read_qualisys),
+    ("MVNX", (".mvnx",), lambda source: "<mvnx" in source.head[:2000].lower(), read_mvnx),
+    ("Motive CSV", (".csv",), lambda source: source.head.startswith("Format Version,"), read_motive),
+    ("Qualisys TSV", (".tsv",), lambda source: source.first_word == "no_of_frames", read_qualisys),
     ("CSV", (".csv", ".tsv"), is_csv, read_csv),
 )
 

@@ -181,8 +181,3 @@ def _skeleton(file: Archive) -> Skeleton:
 def _text(file: Archive, key: str) -> Any:
     """A text, which Motion and Skeleton check."""
     return file.texts(key, ())[0]
-
-
-def is_npz(source: Source) -> bool:
-    """Whether a file is an archive that `save_npz` wrote."""
-    return source.kind == "zip" and VERSION in Archive(source).keys

@@ -398,7 +398,7 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
             swings = shortest_rotations(still, np.where(known[name][:, None], seen[name][0], still))
             axes[name] = axes[parent] @ swings @ rest.axes[parent].T @ rest.axes[name]
             twists = _twists(points, layout, name, axes[name], known[name], rest.axes[name])
-            axes[name] = axes[name] @ _about_x(twists)
+            axes[name] = axes[name] @ Rotation.from_euler("x", twists[:, None]).as_matrix()
     return rest
 
 
@@ -540,9 +540,3 @@ def _twists(
     if abs(across) > ACROSS * np.abs(shape).max() and abs(left) > ACROSS:
         middle = left / across
     return np.where(shown, np.angle(turns * middle.conjugate()), 0.0)
-
-
-def _about_x(angles: np.ndarray) -> np.ndarray:
-    """Rotations (n, 3, 3) about x by angles (n,), rad."""
-    one, zero, cos, sin = np.ones_like(angles), np.zeros_like(angles), np.cos(angles), np.sin(angles)
-    return np.array([[one, zero, zero], [zero, cos, -sin], [zero, sin, cos]]).transpose(2, 0, 1)
