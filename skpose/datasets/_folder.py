@@ -12,7 +12,8 @@ from skpose._utils.progress import progress
 from skpose._utils.validation import check_choice
 from skpose._utils.warnings import warn
 from skpose.datasets._motions import LABELS, MotionDataset, Rotations
-from skpose.io import MocapFormatError, load_motion
+from skpose.io import load_motion
+from skpose.io._source import Source
 
 PathLike = str | os.PathLike
 Row = dict[str, Any]
@@ -211,24 +212,19 @@ def _named(path: Path, pattern: str | None) -> Row:
 
 def read_index(path: Path) -> list[Row]:
     """The rows of an index with frame rates as numbers, None if blank, and files as paths."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise MocapFormatError(path, None, f"expected UTF-8: {error}") from None
-    reader, rows = csv.DictReader(text.splitlines(keepends=True)), list[Row]()
+    source, rows = Source(path, "an index of motions"), list[Row]()
+    with source.format_errors():
+        reader = csv.DictReader(source.data.decode().splitlines(keepends=True))
     for row in reader:
         if not row.get("file") or None in row.values():
-            raise MocapFormatError(path, reader.line_num, "expected a column 'file', and a value in each column")
+            raise source.error("expected a column 'file', and a value in each column", reader.line_num)
         rate = (row.get(RATE) or "").strip()
-        try:
-            value = float(rate) if rate else None
-        except ValueError:
-            value = -1.0
-        if value is not None and not 0.0 < value < float("inf"):
-            raise MocapFormatError(path, reader.line_num, f"{RATE}: expected a positive number, found {rate!r}")
+        value = source.number(rate, RATE, reader.line_num) if rate else None
+        if value is not None and value <= 0.0:
+            raise source.error(f"{RATE}: expected a positive number, found {rate!r}", reader.line_num)
         rows.append(row | {RATE: value, "file": path.parent / row["file"]})
     if not rows:
-        raise MocapFormatError(path, None, "the index lists no motions")
+        raise source.error("the index lists no motions")
     return rows
 
 

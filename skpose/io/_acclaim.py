@@ -9,11 +9,11 @@ the bone's `axis` line.
 
 import os
 import re
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,11 +30,13 @@ ROTATIONS = ("rx", "ry", "rz")
 CHANNELS = ("tx", "ty", "tz", *ROTATIONS)
 KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
+# The statements of a root that states nothing.
+ROOT = {"order": ("order", *CHANNELS), "axis": ("axis", "xyz"), **{k: (k, *"000") for k in ("position", "orientation")}}
+
 Statements = list[list[Token]]
 
 
-@dataclass
-class AcclaimBone:
+class AcclaimBone(NamedTuple):
     """One begin … end block of :bonedata."""
 
     direction: np.ndarray  # of length 1
@@ -45,14 +47,13 @@ class AcclaimBone:
     limits: list[float]  # low and high of each dof, in the file's unit of angles
 
 
-@dataclass
-class AcclaimRoot:
+class AcclaimRoot(NamedTuple):
     """The :root section."""
 
-    channels: list[str] = field(default_factory=lambda: list(CHANNELS))  # in the order of the AMC file's numbers
-    axes: str = "xyz"  # of its rotations
-    position: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in the file's unit
-    orientation: np.ndarray = field(default_factory=lambda: np.zeros(3))  # about x, y, z, in the file's unit
+    channels: list[str]  # in the order of the AMC file's numbers
+    axes: str  # of its rotations
+    position: np.ndarray  # in the file's unit
+    orientation: np.ndarray  # about x, y, z, in the file's unit
 
 
 class AsfFile:
@@ -105,7 +106,7 @@ class AsfFile:
         for name, bone in self.bones.items():
             more = [dof for dof in ROTATIONS if dof not in bone.dofs] if bone.dofs else []
             limits = bone.limits + [-np.inf, np.inf] * len(more) if bone.limits else []
-            new_bones[name] = replace(bone, dofs=bone.dofs + more, limits=limits)
+            new_bones[name] = bone._replace(dofs=bone.dofs + more, limits=limits)
         new.bones = new_bones
         new.skeleton = new._skeleton()
         return new
@@ -203,17 +204,11 @@ def _sections(source: Source) -> dict[str, Statements]:
 
 
 def _read_root(source: Source, section: Statements) -> AcclaimRoot:
-    root = AcclaimRoot()
-    for tokens in section:
-        key = tokens[0].lower()
-        if key == "order":
-            root.channels = _some_of(source, CHANNELS, tokens, "order of the root")
-        elif key == "axis":
-            root.axes = _axis_order(source, tokens, "axis of the root")
-        elif key in ("position", "orientation"):
-            setattr(root, key, np.array(_numbers(source, tokens, 3, f"{key} of the root")))
-    root.axes = "".join(axis for axis in root.axes if f"r{axis}" in root.channels)
-    return root
+    given: dict[str, Sequence[Any]] = ROOT | {tokens[0].lower(): tokens for tokens in section}
+    channels = _some_of(source, CHANNELS, given["order"], "order of the root")
+    axes = _axis_order(source, given["axis"], "axis of the root")
+    place = (np.array(_numbers(source, given[key], 3, f"{key} of the root")) for key in ("position", "orientation"))
+    return AcclaimRoot(channels, "".join(axis for axis in axes if f"r{axis}" in channels), *place)
 
 
 def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str, AcclaimBone]:
@@ -247,11 +242,10 @@ def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radian
     norm = np.linalg.norm(direction)
     if not np.isfinite(norm) or (norm == 0 and length != 0):
         raise source.error(f"bone {name!r} has a length but no direction", given["direction"][0])
-    axis, order = Rotation.identity(), "xyz"
-    if tokens := given.get("axis"):
-        order = _axis_order(source, tokens, f"axis of bone {name!r}")
-        angles = dict(zip("xyz", _numbers(source, tokens[:-1], 3, f"axis of bone {name!r}"), strict=True))
-        axis = Rotation.from_euler(order, [angles[letter] for letter in order], degrees=not radians)
+    tokens = given.get("axis", ["axis", "0", "0", "0", "xyz"])
+    order = _axis_order(source, tokens, f"axis of bone {name!r}")
+    angles = dict(zip("xyz", _numbers(source, tokens[:-1], 3, f"axis of bone {name!r}"), strict=True))
+    axis = Rotation.from_euler(order, [angles[letter] for letter in order], degrees=not radians)
     dofs = _some_of(source, ROTATIONS, given.get("dof", []), f"dof of bone {name!r}")
     limits = [source.number(token, f"limits of bone {name!r}", finite=False) for token in given.get("limits", [])[1:]]
     if limits and len(limits) != 2 * len(dofs):
@@ -260,14 +254,14 @@ def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radian
     return name, AcclaimBone(direction / (norm or 1.0), length, axis, order, dofs, limits)
 
 
-def _numbers(source: Source, tokens: list[Token], n: int, what: str) -> list[float]:
+def _numbers(source: Source, tokens: Sequence[Any], n: int, what: str) -> list[float]:
     """The n numbers after a keyword."""
     if len(tokens) != n + 1:
         raise source.error(f"{what}: expected {n} numbers, found {len(tokens) - 1}", tokens[-1] if tokens else None)
     return [source.number(token, what) for token in tokens[1:]]
 
 
-def _some_of(source: Source, choices: tuple[str, ...], tokens: list[Token], what: str) -> list[str]:
+def _some_of(source: Source, choices: tuple[str, ...], tokens: Sequence[Any], what: str) -> list[str]:
     """The words after a keyword, each one of the choices and none twice."""
     found: list[str] = []
     for token in tokens[1:]:
@@ -277,7 +271,7 @@ def _some_of(source: Source, choices: tuple[str, ...], tokens: list[Token], what
     return found
 
 
-def _axis_order(source: Source, tokens: list[Token], what: str) -> str:
+def _axis_order(source: Source, tokens: Sequence[Any], what: str) -> str:
     order = tokens[-1].lower()
     if sorted(order) != ["x", "y", "z"]:
         raise source.error(f"{what}: expected an order such as XYZ, found {tokens[-1][:40]!r}", tokens[-1])

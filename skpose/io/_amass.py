@@ -403,8 +403,7 @@ def _frames(source: Source, document: Any) -> list[dict[str, Any]]:
     inside = [found for value in [*values.values(), *listed] if (found := _frames(source, value))]
     counts = [len(found) for found in inside]  # of people
     if (values and len(counts) > 1) or (listed and counts and counts != [1] * len(listed)):
-        found = f"{sum(counts)} people in {len(listed) or 1} frames"
-        raise source.error(f"expected one person in each frame, found {found}")
+        raise source.error(f"expected one person in each frame, found {sum(counts)} in {len(listed) or 1} frames")
     return [frame for found in inside for frame in found]
 
 

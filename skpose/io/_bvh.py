@@ -90,7 +90,7 @@ def _find_reference_chain(joints: list[Joint], numbers: np.ndarray) -> list[Join
     if len(joints) < 2 or len(numbers) < 2 or not _is_still(joints[0], numbers, np.inf):
         return root
     n_children = Counter(joint.parent for joint in joints)
-    longest = _longest(*_mean_offsets(joints[1:], numbers))
+    *_, longest = _mean_offsets(joints[1:], numbers)
     for i, (joint, child) in enumerate(pairwise(joints)):
         if n_children[joint] != 1 or not child.name or not _is_still(joint, numbers, longest):
             return root
@@ -111,25 +111,20 @@ def _varies(values: np.ndarray, tolerance: float) -> bool:
     return bool((np.ptp(values, axis=0) > tolerance).any())
 
 
-def _mean_offsets(joints: list[Joint], numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """OFFSETs (n_joints, 3), and the same with the means of position channels in their place."""
+def _mean_offsets(joints: list[Joint], numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """OFFSETs (n_joints, 3), the same with the means of position channels in their place, and the longest of both."""
     stated = np.array([joint.offset for joint in joints]).reshape(-1, 3)
     offsets = stated.copy()
     for i, joint in enumerate(joints):
         for axis, column in joint.columns("position").items():
             if len(numbers):
                 offsets[i, "xyz".index(axis)] = numbers[:, column].mean()
-    return stated, offsets
-
-
-def _longest(stated: np.ndarray, offsets: np.ndarray) -> float:
-    return float(np.linalg.norm([*stated, *offsets], axis=1).max(initial=0.0))
+    return stated, offsets, float(np.linalg.norm([*stated, *offsets], axis=1).max(initial=0.0))
 
 
 def bone_offsets(joints: list[Joint], numbers: np.ndarray, source: Source, stretch: str) -> tuple[np.ndarray, float]:
     """The bones' offsets (n_joints, 3), OFFSET or the mean of the position channels, and the longest bone."""
-    stated, offsets = _mean_offsets(joints, numbers)
-    longest = _longest(stated, offsets)
+    stated, offsets, longest = _mean_offsets(joints, numbers)
     if not len(numbers):
         return offsets, longest
     positions = [joint.numbers("position", numbers) for joint in joints]

@@ -65,8 +65,9 @@ def read_unit(source: Source, where: str, unit: str, scale: float | None, at: An
     if 0.0 in metres or (scale is None and len(metres) != 1):
         advice = "" if 0.0 in metres else ": pass scale="
         raise source.error(f"{where}: expected a unit of length such as mm, cm or m, found {unit[:40]!r}{advice}", at)
-    stated = metres.pop() if len(metres) == 1 else scale
-    return stated if scale is None else choose_scale(source, scale, stated, where)
+    if scale is None:
+        return metres.pop()
+    return choose_scale(source, scale, metres.pop() if len(metres) == 1 else scale, where)
 
 
 def choose_scale(source: Source, given: float, stated: float, where: str) -> float:

@@ -217,7 +217,8 @@ class Source:
         is_text = self.kind == "text"
         if is_text and b"\r" in data[:HEAD] and b"\n" not in data[:HEAD]:  # the line ends of an old Macintosh
             data = data.replace(b"\r", b"\n")
-        self.data, self.head = data, data[:HEAD].decode(errors="replace") if is_text else ""
+        self.data: bytes = data
+        self.head = data[:HEAD].decode(errors="replace") if is_text else ""
         if self.kind == "binary" or not (binary or is_text):
             raise self.error(f"expected {expected}, found {self.describe()}")
 
