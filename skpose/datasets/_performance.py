@@ -76,7 +76,7 @@ def perform(
         joints |= {f"{side}_{name}": values for name, values in solved.items()}
         stands, free = (foot.contact >= 0)[:, None], np.clip(solved["foot"], *np.radians(ANKLE))
         joints[f"{side}_foot"] = np.where(stands, solved["foot"], free)
-        joints[f"{side}_toes"] = np.where(stands, -_heel(foot.rotation), own[f"{side}_toes"])
+        joints[f"{side}_toes"] = np.where(stands, solved["toes"], own[f"{side}_toes"])
 
     share = np.array([key.time for key in keys])
     at = duration * (share + late * 4.0 * share * (1.0 - share))
@@ -102,8 +102,7 @@ def perform(
     position = _within_reach(position, pelvis, tracks, legs)
     for side, foot in tracks.items():
         stands = (foot.contact >= 0)[:, None]
-        solved = solve_leg(legs[side], position, pelvis, foot.ball, foot.rotation) | {"toes": -_heel(foot.rotation)}
-        for name, values in solved.items():
+        for name, values in solve_leg(legs[side], position, pelvis, foot.ball, foot.rotation).items():
             others = moving[f"{side}_{name}"]
             if isinstance(values, Rotation) and isinstance(others, Rotation):
                 moving[f"{side}_{name}"] = Rotation.from_quat(np.where(stands, values.as_quat(), others.as_quat()))
@@ -191,11 +190,6 @@ def _within_reach(position: np.ndarray, pelvis: Rotation, feet: dict[str, Track]
     return position + np.outer(move, [0.0, 1.0, 0.0])
 
 
-def _heel(rotation: Rotation) -> np.ndarray:
-    """The rotation (n, 1) of feet about their balls, heel up, rad."""
-    return np.arcsin(np.clip(-rotation.apply([0.0, 0.0, 1.0])[:, 1:2], -1.0, 1.0))
-
-
 def _upper_joints(keys: Sequence[Key], own: dict[str, np.ndarray]) -> dict[str, Rotation | np.ndarray]:
     """The joints of trunk and arms: rotations (n_keys,), or angles (n_keys, n_dofs), rad."""
     trunk = np.array([(key.lean, key.twist, key.bend) for key in keys])
@@ -263,7 +257,8 @@ def solve_leg(
     hip = Rotation.from_rotvec(about[:, None] * direction) * in_front
     R = ((hip * bent).inv() * pelvis.inv() * foot).as_matrix()
     ankle = np.stack([np.arctan2(R[:, 2, 1], R[:, 2, 2]), np.arctan2(R[:, 1, 0], R[:, 0, 0])], axis=1)
-    return {"thigh": hip, "shank": knee[:, None], "foot": ankle}
+    toes = -np.arcsin(np.clip(-foot.apply([0.0, 0.0, 1.0])[:, 1:2], -1.0, 1.0))  # flat while the heel is up
+    return {"thigh": hip, "shank": knee[:, None], "foot": ankle, "toes": toes}
 
 
 def _frames(along: np.ndarray) -> Rotation:

@@ -2,7 +2,6 @@
 
 import os
 from dataclasses import replace
-from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -91,14 +90,12 @@ def save_smpl(
     check_choice("content", content, ("poses", "joints", "vectors"))
     check_new(path)
     check_even(motion, "SMPL has")
-    write: Any
-    if content == "poses":
-        write = partial(np.savez, **_poses(motion, model))
-    else:
-        joints = _joints(motion if motion.frame_rate == RATE else motion.resample(RATE), model)
-        write = partial(np.save, arr=joints if content == "joints" else vectors_of(joints))
     with new_file(path) as new, new.open("wb") as file:
-        write(file)
+        if content == "poses":
+            np.savez(file, **_poses(motion, model))
+        else:
+            joints = _joints(motion if motion.frame_rate == RATE else motion.resample(RATE), model)
+            np.save(file, joints if content == "joints" else vectors_of(joints))
 
 
 def _poses(motion: Motion, model: PathLike | None) -> dict[str, Any]:
@@ -142,11 +139,10 @@ def _on_smpl(motion: Motion, model: PathLike | None) -> tuple[Motion, Tree, np.n
     names = {"pelvis", *motion.skeleton.joint_names}
     for tree in (MODELS[SMPL_H], *MODELS.values()):
         if names <= tree.keys() and _is_of_model(motion, tree):
-            joints = mean_joints(tree)
-            zero, own = positions_at_zero(motion.skeleton), motion.skeleton.joint_names
-            joints = np.array(
-                [zero[own.index(name)] if name in own else at for name, at in zip(tree, joints, strict=True)]
-            )
+            at = dict(
+                zip(motion.skeleton.joint_names, positions_at_zero(motion.skeleton), strict=False)
+            )  # then the root
+            joints = np.array([at.get(name, mean) for name, mean in zip(tree, mean_joints(tree), strict=True)])
             return motion.to_rotvec(), tree, joints
     motion = at_joints(motion)
     tree = MODELS[SMPL_H]

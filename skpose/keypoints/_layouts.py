@@ -1,6 +1,6 @@
 """The layouts that come with the library, made from their tables."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -595,11 +595,8 @@ LAYOUTS = (
 )
 
 
-_BY_NAME = {layout.name: layout for layout in LAYOUTS}
-
-
-class _Layouts(Mapping[str, Layout]):
-    """The layouts that come with the library, by name; a read-only mapping.
+class _Layouts(dict[str, Layout]):
+    """The layouts that come with the library, by name.
 
     ================== ======================================== ====== ===========================================
     name               keypoints of                             up     added midpoints
@@ -642,20 +639,8 @@ class _Layouts(Mapping[str, Layout]):
     ('left_eye', 'right_eye')
     """
 
-    def __getitem__(self, name: str) -> Layout:
-        return _BY_NAME[name]
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(_BY_NAME)
-
-    def __len__(self) -> int:
-        return len(_BY_NAME)
-
-    def __repr__(self) -> str:
-        return f"layouts({', '.join(self)})"
-
-
-layouts = _Layouts()
+layouts = _Layouts({layout.name: layout for layout in LAYOUTS})
 
 
 def check_layout(layout: Any) -> Layout:
