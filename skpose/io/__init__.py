@@ -8,13 +8,12 @@ its format raises `MocapFormatError`.
 from skpose.io._acclaim import AsfFile as AsfFile
 from skpose.io._acclaim import load_amc, load_asf
 from skpose.io._amass import load_amass
-from skpose.io._bvh import load_bvh
+from skpose.io._bvh import load_bvh, save_bvh
 from skpose.io._c3d import C3DQuantity as C3DQuantity
 from skpose.io._c3d import load_c3d, load_c3d_quantities
 from skpose.io._formats import load_motion
 from skpose.io._keypoints import load_keypoints
 from skpose.io._keypoints_csv import save_csv
-from skpose.io._save import save_bvh
 from skpose.io._save_npz import save_npz
 from skpose.io._save_smpl import save_smpl
 from skpose.io._source import MocapFormatError

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.files import check_new, new_file
 from skpose._utils.validation import check_choice, check_kind
 from skpose.io._amass import AT_REST, BODY, BY_SIZE, MODELS, SMPL_H, Tree, mean_joints, read_model, smpl_skeleton
+from skpose.io._bvh import at_joints
 from skpose.io._conventions import check_even, quarter_turn
-from skpose.io._save import at_joints
 from skpose.io._source import PathLike
 from skpose.keypoints._rest_pose import shortest_rotations
 from skpose.kinematics import retarget
