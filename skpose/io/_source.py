@@ -139,9 +139,8 @@ class MocapFormatError(ValueError):
 
     def __init__(self, filename: PathLike, line: int | None, message: str, column: int | None = None):
         self.filename, self.line, self.message, self.column = str(filename), line, message, column
-        position = Path(self.filename).name
-        position += f", line {line}" if line is not None else ""
-        position += f", column {column}" if column is not None else ""
+        parts = {"line": line, "column": column}.items()
+        position = ", ".join([Path(self.filename).name, *(f"{name} {n}" for name, n in parts if n is not None)])
         super().__init__(f"{position}: {message}")
 
     def __reduce__(self) -> tuple:

@@ -29,10 +29,8 @@ REMEDY = "Lift keypoints to 3-D first: a picture does not show lengths of bones"
 
 def refuse_pictures(positions: np.ndarray, names: Sequence[str], what: str) -> None:
     """Refuse positions (n, points, 3), NaN if not seen, that are keypoints in two dimensions."""
-    step = -(-len(positions) // LOOKED_AT)
-    if step > 1 and is_spatial(_find_seen(positions[::step])) and not _sign(positions[::step]):
-        return  # a sign in all frames is one in some
-    if _is_person(positions, names) and (sign := _sign(positions)):
+    few = positions[:: max(1, len(positions) // LOOKED_AT)]  # a sign in all frames is one in some
+    if _is_person(few, names) and _sign(few) and (sign := _sign(positions)):
         raise ValueError(f"{what} look like keypoints in two dimensions, {sign}: lift them to 3-D first")
 
 
