@@ -14,7 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from skpose._utils.files import check_new, new_file
+from skpose._utils.files import new_file
 from skpose._utils.units import complaint_of_size, likely_scale
 from skpose._utils.validation import check_choice, check_kind, check_positive, list_names
 from skpose.io._conventions import (
@@ -495,7 +495,6 @@ def save_bvh(path: PathLike, motion: Motion, *, scale: float = 1.0, up: Literal[
     >>> save_bvh("reach.bvh", Motion(arm, path, frame_rate=10))  # doctest: +SKIP
     """
     check_kind(motion, Motion, "motion", "Motion(skeleton, poses, frame_rate) makes one of poses")
-    check_new(path)
     check_positive("scale", scale)
     check_choice("up", up, ("x", "y", "z"))
     is_own = motion.skeleton.offset_frame == "own"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skpose._utils.files import check_new, new_file
+from skpose._utils.files import new_file
 from skpose.io._conventions import (
     METRES,
     Stored,
@@ -236,13 +236,9 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     >>> Motion(walk.skeleton, angles, table["frame_rate"][0], table[["root_x", "root_y", "root_z"]], up=table["up"][0])
     Motion(180 frames at 60 Hz, 3.0 s, y up, Skeleton(n_joints=22, n_dofs=48))
     """
-    if isinstance(content, Motion):
-        header, same, numbers, columns = _of_motion(content)
-    elif isinstance(content, Keypoints):
-        header, same, numbers, columns = _of_keypoints(content)
-    else:
+    if not isinstance(content, Motion | Keypoints):
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
-    check_new(path)
+    header, same, numbers, columns = _of_motion(content) if isinstance(content, Motion) else _of_keypoints(content)
     with new_file(path) as new, new.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(f"'{cell}" if FORMULA.match(cell) else cell for cell in header)

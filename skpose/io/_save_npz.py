@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from skpose._utils.files import check_new, new_file
+from skpose._utils.files import new_file
 from skpose.io._conventions import Up, check_options, choose_rate, stand
 from skpose.io._source import Archive, PathLike, Readable, Source, open_source
 from skpose.keypoints import Keypoints
@@ -88,7 +88,6 @@ def save_npz(path: PathLike, content: Motion | Keypoints) -> None:
         arrays = {name: np.asarray(getattr(content, name)) for name in names}
     else:
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
-    check_new(path)
     with new_file(path) as new, new.open("wb") as file:  # to a path numpy adds .npz where it is missing
         np.savez(file, **arrays)
 

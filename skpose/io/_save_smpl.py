@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from skpose._utils.files import check_new, new_file
+from skpose._utils.files import new_file
 from skpose._utils.validation import check_choice, check_kind
 from skpose.io._amass import AT_REST, BODY, BY_SIZE, MODELS, SMPL_H, Tree, mean_joints, read_model, smpl_skeleton
 from skpose.io._bvh import at_joints
@@ -88,7 +88,6 @@ def save_smpl(
     """
     check_kind(motion, Motion, "motion", "Motion(skeleton, poses, frame_rate) makes one of poses")
     check_choice("content", content, ("poses", "joints", "vectors"))
-    check_new(path)
     check_even(motion, "SMPL has")
     with new_file(path) as new, new.open("wb") as file:
         if content == "poses":
