@@ -527,8 +527,7 @@ def _twists(
     shape = numbers[fullest]
     for _ in range(ROUNDS):
         overlaps = (weights * shape.conj() * numbers).sum(axis=1)
-        shown = overlaps != 0.0
-        turns = np.where(shown, overlaps / np.where(shown, np.abs(overlaps), 1.0), 1.0)
+        turns = np.exp(1j * np.angle(overlaps))
         before, total = shape, np.maximum(weights.sum(axis=0), 1e-300)
         shape = (weights * turns.conj()[:, None] * numbers).sum(axis=0) / total
         if np.abs(shape - before).max() <= SETTLED * np.abs(shape).max():
@@ -536,6 +535,7 @@ def _twists(
     pairs = [(rigid.index(one), rigid.index(other)) for one, other in layout.pairs if {one, other} <= set(rigid)]
     across = sum((shape[one] - shape[other] for one, other in pairs), start=0j)
     left = complex(at_rest[0, 1], at_rest[0, 2])
+    shown = overlaps != 0.0
     middle = turns[shown].sum()
     if abs(across) > ACROSS * np.abs(shape).max() and abs(left) > ACROSS:
         middle = left / across

@@ -193,37 +193,46 @@ def _components(
     findings.rows.append(Row("3.2, fig. 4 (c)", quantity, "< 1e-6", f"{test.pvalue:.1e}", "", statistic))
 
 
-def _gait_distances(gait: MotionDataset, metric: str, n_jobs: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """The distances between all poses of walks and runs, and the index of each pose's sequence."""
-    X, sequence = gait.poses(FRAME_RATE)
-    return pose_distances(X, skeleton=gait.skeleton, metric=metric, n_jobs=n_jobs), sequence
-
-
-def _classification(
+def _separation(
     findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
 ) -> None:
-    """3.3: does the nearest neighbour separate walking and running?"""
-    draws = [np.concatenate(list(draw.values())) for draw in findings.draws]
-    by_draw: dict[str, list[np.ndarray]] = {metric: [] for metric in METRICS}
-    by_subject: dict[str, np.ndarray] = {}
+    """3.3 and 3.4: do the nearest neighbour and medoid shift separate walking and running?"""
+    X, sequence = gait.poses(FRAME_RATE)
+    y, subject = gait.actions[sequence], gait.subjects[sequence]
+    of_draws = [list(product(draw["walk"], draw["run"])) for draw in findings.draws]
+    pairs = sorted({pair for of_draw in of_draws for pair in of_draw})
+    right: dict[str, list[np.ndarray]] = {metric: [] for metric in METRICS}
+    right_of_people, clustered = dict[str, np.ndarray](), dict[str, list[np.floating]]()
     for metric in METRICS:
-        D, sequence = _gait_distances(gait, metric, n_jobs)
-        y, subject = gait.actions[sequence], gait.subjects[sequence]
-        for chosen in draws:
-            of = np.flatnonzero(np.isin(sequence, chosen))
-            by_draw[metric].append(classify(D[np.ix_(of, of)], y[of], sequence[of]))
-        by_subject[metric] = classify(D, y, subject)
-    test = _mcnemar({metric: values[0] for metric, values in by_draw.items()})
+        D = pose_distances(X, skeleton=gait.skeleton, metric=metric, n_jobs=n_jobs)
+        for draw in findings.draws:
+            of = np.flatnonzero(np.isin(sequence, np.concatenate(list(draw.values()))))
+            right[metric].append(classify(D[np.ix_(of, of)], y[of], sequence[of]))
+        right_of_people[metric] = classify(D, y, subject)
+
+        def cluster(pair: tuple, D: np.ndarray = D) -> float:
+            of = np.flatnonzero(np.isin(sequence, pair))
+            labels = MedoidShift(n_clusters=2, metric="precomputed").fit_predict(D[np.ix_(of, of)])
+            same = np.mean(labels == (sequence[of] == pair[1]))
+            return max(same, 1 - same) if labels.max() == 1 else np.nan  # no bandwidth gives two clusters: NaN
+
+        shares = dict(zip(pairs, _in_threads(cluster, pairs, n_jobs), strict=True))
+        clustered[metric] = [np.nanmean([shares[pair] for pair in of_draw]) for of_draw in of_draws]
+    test = _mcnemar({metric: values[0] for metric, values in right.items()})
     for metric, paper in zip(METRICS, ("90 %", "100 %"), strict=True):
         quantity = f"poses classified right, leave one sequence out, {metric}"
-        findings.add("3.3", quantity, paper, [values.mean() for values in by_draw[metric]], ".1%", test)
-    people = np.unique(subject)
-    test = _mcnemar(by_subject)
-    for metric, right in by_subject.items():
-        means = [right[subject == person].mean() for person in people]
+        findings.add("3.3", quantity, paper, [values.mean() for values in right[metric]], ".1%", test)
+    people, test = np.unique(subject), _mcnemar(right_of_people)
+    for metric, values in right_of_people.items():
+        means = [values[subject == person].mean() for person in people]
         by_person = f"{len(people)} people: {_spread(means, '.1%')}"
         quantity = f"poses classified right, leave one person out, {metric}"
-        findings.rows.append(Row("3.3", quantity, "", f"{right.mean():.1%}", by_person, test))
+        findings.rows.append(Row("3.3", quantity, "", f"{values.mean():.1%}", by_person, test))
+    for metric, paper in zip(METRICS, ("60 %", "65 %"), strict=True):
+        findings.add("3.4", f"poses in the right cluster, {metric}", paper, clustered[metric], ".1%")
+    n_poses = np.bincount(sequence)
+    alone = [np.mean(n_poses[of_draw].max(axis=1) / n_poses[of_draw].sum(axis=1)) for of_draw in of_draws]
+    findings.add("3.4", "poses in the larger class, as if all were one cluster", "", alone, ".1%")
 
 
 def _mcnemar(right: dict[str, np.ndarray]) -> str:
@@ -234,33 +243,7 @@ def _mcnemar(right: dict[str, np.ndarray]) -> str:
     return f"McNemar, exact: only {METRICS[0]} right {only[0]}, only {METRICS[1]} {only[1]}{p}"
 
 
-def _clustering(
-    findings: Findings, dataset: MotionDataset, gait: MotionDataset, rng: np.random.Generator, n_jobs: int | None
-) -> None:
-    """3.4: does medoid shift separate them?"""
-    of_draws = [list(product(draw["walk"], draw["run"])) for draw in findings.draws]
-    pairs = sorted({pair for of_draw in of_draws for pair in of_draw})
-    by_draw: dict[str, list[np.ndarray]] = {}
-    for metric in METRICS:
-        D, sequence = _gait_distances(gait, metric, n_jobs)
-
-        def cluster(pair: tuple, D: np.ndarray = D, sequence: np.ndarray = sequence) -> float:
-            of = np.flatnonzero(np.isin(sequence, pair))
-            labels = MedoidShift(n_clusters=2, metric="precomputed").fit_predict(D[np.ix_(of, of)])
-            same = np.mean(labels == (sequence[of] == pair[1]))
-            return max(same, 1 - same) if labels.max() == 1 else np.nan  # no bandwidth gives two clusters: NaN
-
-        shares = dict(zip(pairs, _in_threads(cluster, pairs, n_jobs), strict=True))
-        by_draw[metric] = [np.array([shares[pair] for pair in of_draw]) for of_draw in of_draws]
-    n_poses = np.bincount(sequence)
-    for metric, paper in zip(METRICS, ("60 %", "65 %"), strict=True):
-        means = [np.nanmean(values) for values in by_draw[metric]]
-        findings.add("3.4", f"poses in the right cluster, {metric}", paper, means, ".1%")
-    alone = [np.mean(n_poses[of_draw].max(axis=1) / n_poses[of_draw].sum(axis=1)) for of_draw in of_draws]
-    findings.add("3.4", "poses in the larger class, as if all were one cluster", "", alone, ".1%")
-
-
-STUDIES = _ratios, _walkers, _components, _classification, _clustering
+STUDIES = _ratios, _walkers, _components, _separation
 
 
 def table(findings: Findings) -> str:
