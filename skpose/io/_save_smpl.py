@@ -252,9 +252,11 @@ def _rotations(headings: np.ndarray, joints: np.ndarray) -> np.ndarray:
     for name, parent in list(MODELS[BODY].items())[1:]:
         part = name.split("_")[-1]
         rest = np.array(DIRECTIONS.get(part, UP if part.startswith("spine") else -UP), dtype=float)
+        rest = rest * [-1, 1, 1] if name.startswith("right") else rest
         bone = joints[:, NAMES.index(name)] - joints[:, NAMES.index(str(parent))]
-        ends = bone / np.linalg.norm(bone, axis=1, keepdims=True)
-        world[name] = shortest_rotations(rest * [-1, 1, 1] if name.startswith("right") else rest, ends)
+        size = np.linalg.norm(bone, axis=1, keepdims=True)
+        # A bone without a length is at rest.
+        world[name] = shortest_rotations(rest, np.where(size > 0.0, bone, rest) / np.where(size > 0.0, size, 1.0))
         before = headings if part == "collar" else world[str(parent)]  # limbs begin at the heading
         found.append((before.swapaxes(1, 2) @ world[name])[:, :, :2].swapaxes(1, 2).reshape(-1, 6))
     return np.stack(found, axis=1)
