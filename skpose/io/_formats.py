@@ -1,7 +1,7 @@
 """The formats of files: one entry for each, which `load_motion`, the command line and the documentation use.
 
 To add a format, write a module with its loader and a function that recognises it by its content, and add an entry here.
-The options of a format are the keyword arguments of its loader. Formats that are known and not read are in `UNREAD`.
+The options of a format are the keyword arguments of its loader. Formats that are known and not read are in `_source`.
 """
 
 import inspect
@@ -15,7 +15,6 @@ from skpose.io._c3d import load_c3d
 from skpose.io._keypoints import TEXTS, is_array, load_keypoints
 from skpose.io._keypoints_json import is_json
 from skpose.io._save_npz import VERSION, load_npz
-from skpose.io._source import UNREAD as UNREAD
 from skpose.io._source import Archive, Readable, Source, open_source
 from skpose.io._trc import load_trc
 from skpose.skeleton import Motion

@@ -225,13 +225,12 @@ def _from_archive(source: Source) -> Stored:
             raise source.error(f"expected confidences once, found {found} and a fourth number of each point")
         scores = file.numbers(found, stored.positions.shape[:2], finite=False)
         stored = stored._replace(confidences=as_confidences(source, scores))
-    if found := _one_of(file, RATES):
-        stored = stored._replace(frame_rate=float(file.numbers(found, (), (1,)).item()))
-    if "names" in file.keys:
-        stored = stored._replace(names=file.texts("names", (None,)))
-    if "up" in file.keys:
-        stored = stored._replace(up=file.texts("up", ())[0])
-    return stored
+    rate = _one_of(file, RATES)
+    return stored._replace(
+        frame_rate=float(file.numbers(rate, (), (1,)).item()) if rate else stored.frame_rate,
+        names=file.texts("names", (None,)) if "names" in file.keys else stored.names,
+        up=file.texts("up", ())[0] if "up" in file.keys else None,
+    )
 
 
 def _one_of(file: Archive, keys: tuple[str, str]) -> str | None:
