@@ -13,10 +13,10 @@ from skpose.io._c3d import C3DQuantity as C3DQuantity
 from skpose.io._c3d import load_c3d, load_c3d_quantities
 from skpose.io._formats import load_motion
 from skpose.io._keypoints import load_keypoints
-from skpose.io._keypoints_csv import save_csv
 from skpose.io._save_npz import save_npz
 from skpose.io._save_smpl import save_smpl
 from skpose.io._source import MocapFormatError
+from skpose.io._tables import save_csv
 from skpose.io._trc import load_trc
 
 __all__ = [

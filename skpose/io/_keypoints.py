@@ -10,11 +10,10 @@ from skpose._utils.units import complaint_of_extent
 from skpose._utils.validation import refuse_infinite
 from skpose.io._amass import is_smpl
 from skpose.io._conventions import Stored, Up, Zeros, as_confidences, check_options, choose_rate, choose_scale
-from skpose.io._exports import read_motive, read_mvnx, read_qualisys
-from skpose.io._keypoints_csv import is_csv, read_csv
 from skpose.io._keypoints_json import is_json, read_json
 from skpose.io._save_smpl import N_NUMBERS, NAMES, RATE, joints_of
 from skpose.io._source import ARRAY, Archive, Readable, Source, open_source
+from skpose.io._tables import is_csv, read_csv, read_motive, read_mvnx, read_qualisys
 from skpose.keypoints import Keypoints
 from skpose.keypoints._checks import REMEDY, complaints_of, refuse_pictures, settle_up, turn_up
 from skpose.keypoints._layouts import check_layout
