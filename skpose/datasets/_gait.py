@@ -25,9 +25,8 @@ import numpy as np
 from sklearn.utils import check_random_state
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
-from skpose.datasets._key_poses import ACTIONS
 from skpose.datasets._motions import MotionDataset, Rotations
-from skpose.datasets._performance import perform
+from skpose.datasets._performance import ACTIONS, perform
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._proportions import MEAN_HEIGHT, PROPORTIONS
 

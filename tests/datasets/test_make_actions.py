@@ -6,8 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import forward_kinematics
 from skpose.datasets import humanoid, make_actions
-from skpose.datasets._key_poses import ACTIONS
-from skpose.datasets._performance import Leg, solve_leg
+from skpose.datasets._performance import ACTIONS, Leg, solve_leg
 
 DOFS = humanoid().dof_names
 BOTH_FEET = ["lift", "reach", "sit down", "squat", "wave"]  # on which people stand all the time
