@@ -16,8 +16,7 @@ from skpose.io._keypoints import load_keypoints
 from skpose.io._save_npz import save_npz
 from skpose.io._save_smpl import save_smpl
 from skpose.io._source import MocapFormatError
-from skpose.io._tables import save_csv
-from skpose.io._trc import load_trc
+from skpose.io._tables import load_trc, save_csv
 
 __all__ = [
     "MocapFormatError",

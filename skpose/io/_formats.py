@@ -16,7 +16,7 @@ from skpose.io._keypoints import TEXTS, is_array, load_keypoints
 from skpose.io._keypoints_json import is_json
 from skpose.io._save_npz import VERSION, load_npz
 from skpose.io._source import Archive, Readable, Source, open_source
-from skpose.io._trc import load_trc
+from skpose.io._tables import load_trc
 from skpose.skeleton import Motion
 
 DECISIVE = "root", "scale"  # options without which the result is another

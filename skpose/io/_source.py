@@ -100,7 +100,6 @@ UNREAD = (
 
 
 PathLike = str | os.PathLike
-Row = tuple[int, list[str]]  # of a table: the number of its line, and its cells without blanks around them
 Readable = PathLike | IO
 
 
@@ -334,23 +333,6 @@ def read_numbers(source: Source, start: int, *, finite: bool) -> np.ndarray:
         parts.append(numbers)
         start = stop
     return np.concatenate(parts) if parts else np.empty(0)
-
-
-NOTHING = "", "NULL"  # cells without a number
-
-
-def read_cells(source: Source, rows: Sequence[Row], columns: Sequence[int], width: int) -> np.ndarray:
-    """The numbers (n_rows, n_columns) in some columns of a table, NaN where a cell is empty."""
-    words = list[str]()
-    for line, cells in rows:
-        if len(cells) != width:
-            raise source.error(f"expected {width} cells, found {len(cells)}", line)
-        words += ["nan" if cells[i] in NOTHING else cells[i] for i in columns]
-    numbers = parse(" ".join(words).encode())
-    if numbers is None or len(numbers) != len(words):
-        i = next(i for i, word in enumerate(words) if not NUMBER.fullmatch(word))
-        raise source.error(f"column {columns[i % len(columns)] + 1}: {complaint(words[i])}", rows[i // len(columns)][0])
-    return numbers.reshape(len(rows), len(columns))
 
 
 def drop_not_finite(rows: np.ndarray, frames: np.ndarray, source: Source) -> tuple[np.ndarray, np.ndarray]:
