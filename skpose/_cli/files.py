@@ -53,7 +53,7 @@ def load(file: Path | BytesIO, options: dict[str, Any]) -> Content:
 
 def load_poses(file: Path | BytesIO | Source, options: dict[str, Any]) -> Motion:
     """Load a motion with a skeleton; the scale of other files of the command is not for files in metres."""
-    source = open_source(file, EXPECTED, binary=True)
+    source: Any = open_source(file, EXPECTED, binary=True)
     known = {name for one in FORMATS if one.content == "motion" for name in one.options}
     return load_motion(source, **_some(options, known - ({"scale"} - {*format_of(source).options})))
 

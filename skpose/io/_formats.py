@@ -86,7 +86,7 @@ def format_of(path: Readable | Source) -> Format:
     raise source.error(f"expected {EXPECTED}, found {source.describe()}")
 
 
-def load_motion(path: Readable | Source, **options: Any) -> Motion:
+def load_motion(path: Readable, **options: Any) -> Motion:
     """Read a motion from a BVH, AMC or SMPL file, or from one that `save_npz` wrote.
 
     The format is recognised by the content of the file, not by its name.

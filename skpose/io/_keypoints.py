@@ -120,7 +120,8 @@ def load_keypoints(
 
     Examples
     --------
-    >>>     >>> from tempfile import TemporaryDirectory
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
     >>> import numpy as np
     >>> from skpose.io import load_keypoints
     >>> with TemporaryDirectory() as folder:

@@ -76,7 +76,9 @@ def save_smpl(
 
     Examples
     --------
-    >>>     >>>     >>> from skpose.datasets import make_gait
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from skpose.datasets import make_gait
     >>> from skpose.io import load_motion, save_smpl
     >>> walk = make_gait(1, 1, random_state=0)[0]
     >>> with TemporaryDirectory() as folder:

@@ -33,6 +33,7 @@ from skpose.io._conventions import (
 from skpose.io._source import NUMBER, WHOLE, PathLike, Readable, Source, complaint, open_source, parse
 from skpose.keypoints import Keypoints
 from skpose.keypoints._checks import REMEDY
+from skpose.keypoints._keypoints import columns_of
 from skpose.skeleton import Motion
 
 # The first columns of the tables that `save_csv` writes, of positions and of angles.
@@ -294,14 +295,10 @@ def _of_motion(motion: Motion) -> Table:
 
 def _of_keypoints(points: Keypoints) -> Table:
     """The same of keypoints."""
-    axes: tuple[str, ...] = ("x", "y", "z")
-    array = points.positions
-    if not len(array):
+    if not len(points):
         raise ValueError("a CSV file needs at least one frame, got none: write an .npz file")
-    if not np.isin(points.confidences, [0.0, 1.0]).all():
-        axes += ("confidence",)
-        array = np.concatenate([array, points.confidences[:, :, None]], axis=2)
-    header = [*POINTS_HEAD, *(f"{name}_{axis}" for name in points.names for axis in axes)]
+    columns, array = columns_of(points)
+    header = [*POINTS_HEAD, *columns]
     found = list(find_points([cell.strip() for cell in header]))
     if found != list(points.names):
         name = next((name for name in points.names if name not in found), points.names[0])
@@ -309,7 +306,7 @@ def _of_keypoints(points: Keypoints) -> Table:
             f"point {name[:100]!r} would have another name in a CSV file: rename it, or write an .npz file"
         )
     same = [float(points.frame_rate), points.up]
-    return header, same, np.arange(len(points)), (row.ravel().tolist() for row in array)
+    return header, same, np.arange(len(points)), (row.tolist() for row in array)
 
 
 # --- exports of Motive, Qualisys and MVN ------------------------------------------------------------------------------

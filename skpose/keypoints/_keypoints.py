@@ -289,12 +289,18 @@ class Keypoints:
         """
         import pandas
 
-        values, parts = self.positions, ["x", "y", "z"]
-        if ((self.confidences > 0.0) & (self.confidences < 1.0)).any():
-            values = np.concatenate([values, self.confidences[..., None]], axis=2)
-            parts = [*parts, "confidence"]
-        columns = [f"{name}_{part}" for name in self.names for part in parts]
+        columns, values = columns_of(self)
         index = pandas.Index(self.times, name="time")
-        table = pandas.DataFrame(values.reshape(len(self), len(columns)), index, columns, copy=True)
+        table = pandas.DataFrame(values, index, columns, copy=True)
         table.attrs.update(unit="m", frame_rate=self.frame_rate, up=self.up)
         return table
+
+
+def columns_of(points: Keypoints) -> tuple[list[str], np.ndarray]:
+    """The names and numbers (n_frames, n_columns) of a table, with confidences if any is between 0 and 1."""
+    values, parts = points.positions, ["x", "y", "z"]
+    if ((points.confidences > 0.0) & (points.confidences < 1.0)).any():
+        values = np.concatenate([values, points.confidences[..., None]], axis=2)
+        parts = [*parts, "confidence"]
+    columns = [f"{name}_{part}" for name in points.names for part in parts]
+    return columns, values.reshape(len(points), len(columns))

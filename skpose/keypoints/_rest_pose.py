@@ -438,7 +438,8 @@ def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> tuple[dict
     n, known = len(everyone), ~np.isnan(axes[:, 0, 0])
     if n == 1:
         return {}, 0.0
-    means, squares, noise, n_frames = np.zeros((n, 3)), np.zeros((n, n)), 0.0, 1  # noise of a length in one frame, m
+    means, squares = np.zeros((n, 3)), np.zeros((n, n))
+    noise, n_frames = 0.0, 1  # of a length in one frame, m
     for i, one in enumerate(everyone):
         sure = points.confidences[one] * points.confidences[layout.root] * known
         if sure.any():
