@@ -19,54 +19,32 @@ from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, VECTOR
 
 ROOT = np.int64(1)  # frame that turns the root; not a literal: numba would compile its users once more
 TIE = 1e-6  # of a rotation's products: smaller rotations fit better by this share
+NOTHING = 1e-100  # m²
 NO_LEVER = 1e-2  # of a hinge whose bone lies along its axis
 REACHED = 1e-7  # distance of all joints together that is none, m
 OFF, MAX_HINGES = 2.0, 3  # times the mean square, for hinges to be tried; so many of them after one ball joint
-MAX_SWEEPS = 20  # a 4 × 4 matrix takes four to six
-NO_ELEMENT = 1e-17  # element off the diagonal that no rounding shows, relative to the two on it
+SQUARINGS = 30  # of a matrix whose largest eigenvalues may differ by 1e-6 only
 
 
 @internal
 def _greatest_eigenvector(A):
-    """Find the eigenvector of the greatest eigenvalue of a symmetric matrix, which is destroyed.
+    """Find the eigenvector of the greatest eigenvalue of a matrix that is symmetric and positive definite.
 
+    Powers of the matrix have the same eigenvectors; the greatest eigenvalue of a high one exceeds all others by far.
     LAPACK's rounding depends on the number of threads that it may use.
-
-    Jacobi's rotations: each makes one pair of elements off the diagonal zero, until all are.
     """
     n = A.shape[0]
-    V = np.zeros((n, n))  # its rows are the eigenvectors
-    for i in range(n):
-        V[i, i] = 1.0
-    for _ in range(MAX_SWEEPS):
-        is_diagonal = True
-        for p in range(n):
-            for q in range(p + 1, n):
-                if abs(A[p, q]) > NO_ELEMENT * (abs(A[p, p]) + abs(A[q, q])):
-                    is_diagonal = False
-                    _rotate(A, V, p, q)
-        if is_diagonal:
-            break
+    for _ in range(SQUARINGS):
+        A, before = np.zeros((n, n)), A / np.trace(A)
+        for i in range(n):
+            for j in range(n):
+                for k in range(n):
+                    A[i, j] += before[i, k] * before[k, j]
     best = 0
     for i in range(1, n):
         if A[i, i] > A[best, best]:
             best = i
-    return V[best]
-
-
-@internal
-def _rotate(A, V, p, q):
-    """Rotate rows and columns p and q so that A[p, q] is zero; the same rows of V."""
-    slope = (A[q, q] - A[p, p]) / (2.0 * A[p, q])
-    tan = math.copysign(1.0 / (abs(slope) + math.hypot(slope, 1.0)), slope)
-    cos = 1.0 / math.hypot(tan, 1.0)
-    sin = tan * cos
-    for k in range(A.shape[0]):
-        A[k, p], A[k, q] = cos * A[k, p] - sin * A[k, q], sin * A[k, p] + cos * A[k, q]
-    for k in range(A.shape[0]):
-        A[p, k], A[q, k] = cos * A[p, k] - sin * A[q, k], sin * A[p, k] + cos * A[q, k]
-        V[p, k], V[q, k] = cos * V[p, k] - sin * V[q, k], sin * V[p, k] + cos * V[q, k]
-    A[p, q] = A[q, p] = 0.0
+    return A[best] / math.sqrt((A[best] ** 2).sum())
 
 
 @internal
@@ -82,12 +60,12 @@ def _rotation_of(S):
             size += abs(S[i, k])
     for i in range(3):
         S[i, i] += TIE * size
-    N = np.zeros((4, 4))
-    N[0, 0] = S[0, 0] + S[1, 1] + S[2, 2]
+    trace, least = S[0, 0] + S[1, 1] + S[2, 2], 4.0 * size + NOTHING  # less than any eigenvalue
+    N = (trace + least) * np.eye(4)
     for i in range(3):
         following, last = (i + 1) % 3, (i + 2) % 3
         N[0, i + 1] = N[i + 1, 0] = S[following, last] - S[last, following]
-        N[i + 1, i + 1] = 2.0 * S[i, i] - N[0, 0]
+        N[i + 1, i + 1] = 2.0 * S[i, i] - trace + least
         for k in range(i):
             N[k + 1, i + 1] = N[i + 1, k + 1] = S[i, k] + S[k, i]
     best = _greatest_eigenvector(N)
