@@ -19,7 +19,7 @@ from skpose import (
     pose_distances,
 )
 from skpose.neighbors import PoseRadiusNeighborsTransformer, _search
-from skpose.neighbors._queries import Request, find
+from skpose.neighbors._graph import Request, find
 
 KS = (1, 5, 15, 50)
 QUANTILES = (0.001, 0.01, 0.1)  # of all distances, as radii

@@ -12,9 +12,8 @@ from skpose.metrics import Metric
 from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import resolve, warn_of_no_skeleton
 from skpose.motions._distances import COMPARED_CONSTRAINTS, check_of_windows
-from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import check_motions, check_single_motions, rates_differ
-from skpose.motions._search import WindowSearch
+from skpose.motions._search import SequenceIndex, WindowSearch
 from skpose.skeleton import Skeleton
 
 

@@ -8,9 +8,8 @@ from skpose._utils.sklearn import fit_context
 from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import OF_MOTIONS
 from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
-from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import MotionEstimatorMixin
-from skpose.motions._search import Request, find
+from skpose.motions._search import Request, SequenceIndex, find
 from skpose.neighbors import PoseKNeighborsTransformer
 from skpose.neighbors._index import Neighbors
 

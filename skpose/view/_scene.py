@@ -16,8 +16,7 @@ from skpose.kinematics._ground import find_ground
 from skpose.skeleton import Motion
 from skpose.skeleton._root import heading, root_orientations
 from skpose.skeleton._sides import sides
-from skpose.view._person_shape import Part, Sphere
-from skpose.view._shape import OF_POINT, THICKEST, Shape, find_shape
+from skpose.view._shape import OF_POINT, THICKEST, Part, Shape, Sphere, find_shape
 
 LEVELS = 2**16 - 1
 MOST = 2**32 - 1

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from numba import config
 
-from skpose._compiled.simd import announce
+from skpose._compiled.simd import cache
 
 MESSAGE = "skpose compiles for this machine, once: 5 s to a minute"
 
@@ -16,9 +16,9 @@ MESSAGE = "skpose compiles for this machine, once: 5 s to a minute"
 @pytest.fixture
 def compile_for(monkeypatch):
     """A function that compiles a function of a module for so many seconds."""
-    clock, announcer = SimpleNamespace(now=100.0), announce.Announcer()
-    monkeypatch.setattr(announce, "time", SimpleNamespace(monotonic=lambda: clock.now))
-    monkeypatch.setattr(announce, "CACHED", True)
+    clock, announcer = SimpleNamespace(now=100.0), cache.Announcer()
+    monkeypatch.setattr(cache, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    monkeypatch.setattr(cache, "CACHED", True)
 
     def compile_one(module, seconds):
         function = SimpleNamespace(py_func=SimpleNamespace(__module__=module))
@@ -48,7 +48,7 @@ def test_functions_of_others_are_not_announced(compile_for, caplog):
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 def test_a_first_call_says_it_on_stderr(tmp_path):
     program = (
-        "from skpose._compiled.simd import announce; announce.PATIENCE = 0.0\n"
+        "from skpose._compiled.simd import cache; cache.PATIENCE = 0.0\n"
         "from skpose import Skeleton, pose_distances\n"
         "for X in ([[0.0, 1.0]], [[1.0, 0.0], [2.0, 1.0]]): pose_distances(X, skeleton=Skeleton.chain(2))\n"
     )

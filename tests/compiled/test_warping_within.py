@@ -11,9 +11,8 @@ from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Paths, accumulate, path_to
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Spatial
-from skpose.motions._index import Bounds, SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._search import Aligner
+from skpose.motions._search import Aligner, Bounds, SequenceIndex
 
 TREE = random_tree(0, n=4)
 METRIC = Spatial(4)

@@ -9,9 +9,8 @@ from skpose.datasets import MotionDataset, make_gait
 from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS
 from skpose.motions import MotionIndex, MotionMatch, find_motion
-from skpose.motions._index import SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._search import WindowSearch
+from skpose.motions._search import SequenceIndex, WindowSearch
 
 ARM = Skeleton.chain(3)
 

@@ -14,9 +14,8 @@ from skpose.datasets import make_gait
 from skpose.metrics import Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.motions import MotionKNeighborsTransformer
-from skpose.motions._index import CLOSED, Bounds, SequenceIndex
 from skpose.motions._inputs import Sequences
-from skpose.motions._search import FIRST_MOTIONS, Aligner, MotionSearch
+from skpose.motions._search import CLOSED, FIRST_MOTIONS, Aligner, Bounds, MotionSearch, SequenceIndex
 
 ARM = Skeleton.chain(3)
 

@@ -7,7 +7,7 @@ from conftest import SKELETONS
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.metrics import Spatial
 from skpose.neighbors import PoseRadiusNeighborsTransformer, _search
-from skpose.neighbors._queries import Request, find
+from skpose.neighbors._graph import Request, find
 
 RNG = np.random.default_rng(0)
 

@@ -9,7 +9,7 @@ from skpose._utils import parallel
 from skpose.datasets import make_gait
 from skpose.metrics import Angle, Spatial
 from skpose.metrics._registry import METRICS, resolve
-from skpose.neighbors import _queries, _search
+from skpose.neighbors import _graph, _search
 from skpose.neighbors._index import PoseIndex
 
 HUMANOID = SKELETONS["humanoid"]
@@ -33,7 +33,7 @@ def always_filter(request, monkeypatch):
 def search_of(poses, skeleton, metric, *, brute=False, n_jobs=1):
     index = PoseIndex(poses, skeleton, resolve(metric, skeleton), brute=brute)
     index.sort_groups()
-    return _queries.search_of(index, n_jobs)
+    return _graph.search_of(index, n_jobs)
 
 
 def nearest(search, queries, k):

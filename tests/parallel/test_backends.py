@@ -108,7 +108,7 @@ def test_results_are_the_same_to_the_last_bit(backend, monkeypatch):
         sent.append(len(tasks))
         return from_workers(function, shared, tasks, n_jobs)
 
-    for module in ("skpose.metrics._matrix", "skpose.neighbors._queries"):
+    for module in ("skpose.metrics._matrix", "skpose.neighbors._graph"):
         monkeypatch.setattr(f"{module}.from_workers", counted)
         monkeypatch.setattr(f"{module}.WORTH_SENDING", 0)
     monkeypatch.setattr("skpose.metrics._matrix.ENCODED_AT_ONCE", 64)

@@ -13,8 +13,8 @@ import joblib, numpy as np, ray
 from ray.util.joblib import register_ray
 from skpose import PoseKNeighborsTransformer, pose_distances
 from skpose.datasets import humanoid
-import skpose._utils.parallel, skpose.metrics._matrix, skpose.metrics._matrix, skpose.neighbors._queries
-skpose.metrics._matrix.WORTH_SENDING = skpose.neighbors._queries.WORTH_SENDING = 0
+import skpose._utils.parallel, skpose.metrics._matrix, skpose.metrics._matrix, skpose.neighbors._graph
+skpose.metrics._matrix.WORTH_SENDING = skpose.neighbors._graph.WORTH_SENDING = 0
 skpose.metrics._matrix.ENCODED_AT_ONCE = 64
 skeleton = humanoid()
 X = np.random.default_rng(0).normal(0, 0.3, size=(200, skeleton.n_dofs))

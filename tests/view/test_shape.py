@@ -14,8 +14,7 @@ from skpose.kinematics._anatomy import find_anatomy
 from skpose.kinematics._mass import ARM_SEGMENTS as ARM
 from skpose.kinematics._mass import LEG_SEGMENTS as LEG
 from skpose.skeleton._proportions import PROPORTIONS
-from skpose.view._person_shape import R_SKULL
-from skpose.view._shape import find_shape, outline
+from skpose.view._shape import R_SKULL, find_shape, outline
 
 # Of the people of de Leva's table: kg, g/cm³ and m give the volume of a person of height 1.
 

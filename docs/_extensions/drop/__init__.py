@@ -11,7 +11,7 @@ from skpose.kinematics._ground import LEVEL, LOW, SHORT, SLOW, WINDOW
 from skpose.metrics._registry import METRICS
 from skpose.skeleton import _sides
 from skpose.skeleton._rest import LARGEST_DIFFERENCE
-from skpose.view import _person_shape
+from skpose.view import _shape
 from skpose.view._explorer import NUMBERS
 from skpose.view._page import Page, page_of
 from skpose.view._player import page as player_page
@@ -78,7 +78,7 @@ def page():
             "link": {"thickest": THICKEST, "ofLength": OF_LENGTH, "thinnest": THINNEST, "ofPoint": OF_POINT},
             "sides": constants_of(_sides, "PATTERNS"),
             "anatomy": constants_of(_anatomy, "NONE"),
-            "person": constants_of(_person_shape),
+            "person": constants_of(_shape),
             "degrees": LARGEST_DIFFERENCE,
             "units": {name: metric.unit for name, metric in METRICS.items()},
         },

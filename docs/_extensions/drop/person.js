@@ -1,5 +1,5 @@
 // The shape of a person: head, trunk, limbs, hands and feet, as hulls of spheres. The rules are those of
-// skpose/view/_person_shape.py, and names and numbers come from there.
+// skpose/view/_shape.py, and names and numbers come from there.
 
 const SHAPE = data.constants.person;
 const SHARES = SHAPE.PROPORTIONS;

@@ -8,7 +8,6 @@ What calls what::
        |
      step                                                   the search for the pose of a frame
        |
-     energy                                                 energy, gradient and Hessian of a pose
-       |
-    equations                                               its steps
+     energy                                                 energy, gradient and Hessian of a pose, and the equations
+                                                            of a step
 """

@@ -12,16 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.inverse.energy import (
+    N_ORIGIN,
     TARGET,
     WORKSPACE,
     add_second_derivatives_of_pose,
     copy_state,
     evaluate_pose,
+    factorise,
     fill_gradient,
     fill_matrix,
     half_square_away,
+    solve,
 )
-from skpose._compiled.inverse.equations import N_ORIGIN, factorise, solve
 from skpose._compiled.pose.rotation import product, quaternion_of
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, tuple_type

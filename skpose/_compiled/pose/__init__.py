@@ -14,7 +14,7 @@ What calls what, from the loops over poses at the top to one frame at the bottom
           |                |          |
           +---- forward ---+----------+                     orientations of all frames
                    |
-    rotation, tree, results, signatures                     quaternions; the arrays, and their types for numba
+    rotation, tree, signatures                              quaternions; the arrays, and their types for numba
 
 The skeleton as compiled code sees it
 -------------------------------------

@@ -21,8 +21,7 @@ from skpose._compiled.pose.nearest import (
     make_heap,
     sift_down,
 )
-from skpose._compiled.pose.results import add_gaps, results_of
-from skpose._compiled.pose.signatures import Loop
+from skpose._compiled.pose.signatures import Loop, add_gaps, results_of
 from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import VECTOR_BYTES, empty_aligned, flat, least, rows
 

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.results import add_gaps, results_of, skip_outside
-from skpose._compiled.pose.signatures import Loop
+from skpose._compiled.pose.signatures import Loop, add_gaps, results_of, skip_outside
 from skpose._compiled.simd.lanes import empty_aligned, lanes
 
 GROUPS_IN_CACHE = 16  # groups of lanes that are used on one row after the other

@@ -18,8 +18,7 @@ import numpy as np
 from skpose._compiled.pose.forward import size_of, workspace_rows
 from skpose._compiled.pose.loops import GROUPS_IN_CACHE
 from skpose._compiled.pose.measure import to_points
-from skpose._compiled.pose.results import results_of
-from skpose._compiled.pose.signatures import Loop
+from skpose._compiled.pose.signatures import Loop, results_of
 from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import any_greater, empty_aligned, flat, least, rows
 

@@ -13,8 +13,7 @@ from numba import config, types
 from numba.extending import intrinsic
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.results import Results
-from skpose._compiled.pose.signatures import shared_types
+from skpose._compiled.pose.signatures import Results, shared_types
 from skpose._compiled.simd.jit import by_address, jit
 from skpose._compiled.simd.lanes import PAIR, empty_aligned, empty_pairs
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, array_type, tuple_type

@@ -6,10 +6,10 @@ What calls what::
          |
         jit                                                 the decorators of all compiled functions
          |
-         +------------+----------+------------+
-         |            |          |            |
-      lanes      by_address    cache      announce          vectors; functions with an address of their own; compiled
-         |                                                  functions on disk; a message where compilation takes long
+         +------------+
+         |            |
+      lanes         cache                                   vectors; compiled functions on disk, and a message where
+         |                                                  compilation takes long
      lanes_llvm                                             what numba writes for lanes
 
 `shared` makes a named tuple of arrays one address; `signatures` has numba's types, spelled out.
@@ -25,8 +25,8 @@ numbers, which every call would copy. What `lanes` has is not compiled at all: n
 caller (`lanes_llvm`), like its own operators.
 
 Public in numba are `njit` and `numba.extending`, which are used where they suffice. Beyond them, `lanes_llvm` and
-`shared` use numba's tools for LLVM (`numba.core.cgutils`), `by_address` its calling convention, `announce` its events
-and `cache` its files of compiled functions.
+`shared` use numba's tools for LLVM (`numba.core.cgutils`), `jit` its calling convention, and `cache` its events and
+its files of compiled functions.
 
 Lanes
 -----

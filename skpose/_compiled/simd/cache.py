@@ -5,12 +5,16 @@ It rests on private parts of numba.
 
 import glob
 import hashlib
+import logging
+import multiprocessing
 import pickle
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from skpose._utils.warnings import warn
@@ -83,3 +87,41 @@ class Cache(FunctionCache):
             super().save_overload(sig, data)
         except OSError as error:
             warn(f"the compile cache cannot be written ({error.strerror}), so every process compiles skpose anew")
+
+
+# --- announce ---------------------------------------------------------------------------------------------------------
+# A message where calls compile for long, by the logger "skpose": on stderr, unless the user configures logging.
+#
+# It appears once, and not in worker processes, which compile what the process that started them compiles.
+
+
+PATIENCE = 2.0  # seconds of compilation without a message
+
+logger = logging.getLogger("skpose")
+
+
+class Announcer(event.Listener):
+    """Times what numba compiles of skpose; one thread at a time compiles."""
+
+    def __init__(self) -> None:
+        self.depth, self.began, self.spent, self.announced = 0, 0.0, 0.0, False
+
+    def on_start(self, event: Any) -> None:
+        if self.depth == 0:
+            self.began = time.monotonic()
+        self.depth += 1
+
+    def on_end(self, event: Any) -> None:
+        self.depth -= 1
+        if not (event.data["dispatcher"].py_func.__module__ or "").startswith("skpose."):
+            return
+        spent = self.spent + time.monotonic() - self.began
+        if self.depth == 0:
+            self.spent = spent
+        if spent > PATIENCE and not self.announced and multiprocessing.parent_process() is None:
+            self.announced = True
+            often = "once" if CACHED else "in every process"
+            logger.warning("skpose compiles for this machine, %s: 5 s to a minute", often)
+
+
+event.register("numba:compile", Announcer())

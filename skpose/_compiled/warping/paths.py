@@ -24,8 +24,7 @@ import numpy as np
 
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.loops import GROUPS_IN_CACHE
-from skpose._compiled.pose.results import add_gaps, results_of, skip_outside
-from skpose._compiled.pose.signatures import Loop
+from skpose._compiled.pose.signatures import Loop, add_gaps, results_of, skip_outside
 from skpose._compiled.simd.jit import inlined, jit
 from skpose._compiled.simd.lanes import empty_aligned
 

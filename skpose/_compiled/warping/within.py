@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skpose._compiled.pose.forward import workspace_rows
-from skpose._compiled.pose.results import add_gaps, results_of
-from skpose._compiled.pose.signatures import Loop
+from skpose._compiled.pose.signatures import Loop, add_gaps, results_of
 from skpose._compiled.simd.lanes import empty_aligned
 from skpose._compiled.warping.paths import band, reach_of
 
