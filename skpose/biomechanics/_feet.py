@@ -13,11 +13,11 @@ from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from skpose._utils.validation import check_kind
 from skpose._utils.warnings import warn
-from skpose.biomechanics._measure import degrees_between
 from skpose.biomechanics._segments import find_person, find_shown, require
 from skpose.kinematics._anatomy import SIDES
 from skpose.motions._phases import LONGEST_GAP
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._rest import degrees_between
 from skpose.skeleton._upright import describe_up, find_up
 
 PARTS = ("hip", "ankle", "toe")

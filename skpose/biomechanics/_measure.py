@@ -14,6 +14,7 @@ from skpose.kinematics._body import find_bends, flexion_axis
 from skpose.kinematics._lines import ROOT, unit
 from skpose.motions._phases import without_jumps
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._rest import degrees_between
 from skpose.skeleton._upright import describe_up, find_up
 
 # Bend of a joint, degrees, that shows the rotation of the segment before it, fully and at all. In
@@ -77,11 +78,6 @@ def hinge_rotations(axes: np.ndarray, distal: np.ndarray, sign: float) -> tuple[
     hinge = sign * np.cross(y, distal)
     rotation = np.arctan2((hinge * axes[:, :, 0]).sum(axis=1), (hinge * axes[:, :, 2]).sum(axis=1))
     return rotation, degrees_between(y, distal)
-
-
-def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The angles between vectors (..., 3), degrees."""
-    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))))
 
 
 def partly(bend: np.ndarray) -> np.ndarray:

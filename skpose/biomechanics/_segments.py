@@ -15,10 +15,10 @@ from skpose._utils.validation import near_names
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._anatomy import ENDS_OF, SIDES, Anatomy, find_anatomy, find_misplaced, pair_of
 from skpose.kinematics._body import find_segments as find_axes
-from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
+from skpose.kinematics._lines import ROOT, unit
 from skpose.kinematics._orientations import rotations_since_zero
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._rest import positions_at_zero
+from skpose.skeleton._rest import find_carriers, find_movers, positions_at_zero
 from skpose.skeleton._root import root_orientations
 
 # Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.

@@ -7,14 +7,13 @@ import numpy as np
 
 from skpose._utils.validation import check_choice, check_kind
 from skpose._utils.warnings import warn
-from skpose.biomechanics._measure import degrees_between
 from skpose.biomechanics._segments import find_shown
 from skpose.kinematics import forward_kinematics
 from skpose.kinematics._anatomy import joint_places, rotation_places
 from skpose.motions._alignment import joint_rotations
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import interpolate_poses
-from skpose.skeleton._rest import NO_DIRECTION
+from skpose.skeleton._rest import NO_DIRECTION, degrees_between
 from skpose.skeleton._sides import partners
 
 if TYPE_CHECKING:

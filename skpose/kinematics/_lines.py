@@ -13,7 +13,7 @@ import numpy as np
 from skpose.kinematics._anatomy import COLLAR, HIP, SHOULDER, SIDES, Anatomy, pair_of
 from skpose.kinematics._forward import joint_positions
 from skpose.skeleton import Skeleton
-from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero
+from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero, find_carriers, find_movers
 
 ROOT = -1
 MIDDLE = -2  # the middle between the hips, in people: roots are higher up in some rigs
@@ -78,20 +78,6 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     """Normalise vectors (..., 3); zeros stay zero, and NaN stays NaN."""
     sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, sizes, out=np.zeros_like(vectors), where=sizes != 0.0)
-
-
-def find_carriers(skeleton: Skeleton) -> list[int]:
-    """The joint with which each bone rotates; -1 is the root."""
-    movers = find_movers(skeleton)
-    return movers[:-1] if skeleton.offset_frame == "own" else [movers[int(parent)] for parent in skeleton.parents]
-
-
-def find_movers(skeleton: Skeleton) -> list[int]:
-    """The last joint with dofs from the root to each joint, and last to the root itself; -1 is the root."""
-    movers = [ROOT] * (skeleton.n_joints + 1)
-    for j, bone in enumerate(skeleton.bones):
-        movers[j] = j if bone.dofs else movers[int(skeleton.parents[j])]
-    return movers
 
 
 def _keep_straight(

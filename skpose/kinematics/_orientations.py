@@ -26,10 +26,10 @@ from skpose.kinematics._body import Poses, find_bends, find_segments, flexion_ax
 from skpose.kinematics._counterparts import Counterparts
 from skpose.kinematics._floor import STRAIGHT, Steps, find_steps, move_ankle
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._lines import MIDDLE, ROOT, Lines, find_carriers, source_lines, unit, with_root
+from skpose.kinematics._lines import MIDDLE, ROOT, Lines, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import axes_of, with_columns
-from skpose.skeleton._rest import LARGEST_DIFFERENCE, axes_at_zero
+from skpose.skeleton._rest import LARGEST_DIFFERENCE, axes_at_zero, degrees_between, find_carriers
 from skpose.skeleton._root import root_angles_of, root_orientations
 from skpose.skeleton._rotations import TWO_PI, columns_of, continuous_columns, rotations_of
 
@@ -152,7 +152,7 @@ def _plant_feet(
         moved = [turn.apply(bone) for turn, bone in zip(turns, (u, v), strict=True)]
         missed.append(steps.feet[:, i] - (moved[0] - u) - (moved[1] - v))
         for bone, after in zip((u, v), moved, strict=True):
-            angles.append(float(_degrees_between(unit(bone), unit(after)).max()))
+            angles.append(float(degrees_between(unit(bone), unit(after)).max()))
         for turn, joints in zip(turns, (thigh, shank), strict=True):
             for joint in joints & rotations.keys():
                 rotations[joint] = turn * rotations[joint]
@@ -302,7 +302,7 @@ def _fit_joint(
         fit = _fit(now, wished)
         predicted = fit * predicted
         now = np.stack([fit.apply(now[:, i]) for i in range(len(carried))], axis=1)
-    return predicted, _degrees_between(now, wished)
+    return predicted, degrees_between(now, wished)
 
 
 def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
@@ -351,7 +351,7 @@ def _angles(
         axes[j] = axes[j] * rotations_of(bone, columns[-1])
         for k in bones.carried[j] if bone.n_dofs < 3 else ():
             along = zero[j].T @ bones.directions[k]
-            apart = _degrees_between(axes[j].apply(along), wished.apply(along))
+            apart = degrees_between(axes[j].apply(along), wished.apply(along))
             worst = max(worst, float(apart.max()))
             if k not in toes and apart.max() > np.degrees(ROUNDING):
                 names = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r}"
@@ -389,8 +389,3 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
         angles = np.where(is_zero, triples[:, :2], triples[:, :2] * [1.0, -1.0] + np.pi)
     angles -= TWO_PI * np.rint((angles - (0.0 if near is None else near)) / TWO_PI)
     return np.unwrap(angles, axis=0) if near is None else angles
-
-
-def _degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The angles (...), degrees, between unit vectors (..., 3)."""
-    return np.degrees(2.0 * np.arcsin(np.minimum(np.linalg.norm(a - b, axis=-1) / 2.0, 1.0)))

@@ -13,11 +13,11 @@ from skpose.kinematics._anatomy import ANKLE, HEAD, SIDES, WRIST, Anatomy, find_
 from skpose.kinematics._counterparts import Counterparts, check_limbs, counterparts, ratio_of_lengths
 from skpose.kinematics._floor import keep_feet, leg_length
 from skpose.kinematics._inverse import inverse_kinematics
-from skpose.kinematics._lines import ROOT, find_carriers, find_lines, find_movers
+from skpose.kinematics._lines import ROOT, find_lines
 from skpose.kinematics._orientations import by_orientations
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import seen_of
-from skpose.skeleton._rest import check_rest_poses, directions_at_zero, mismatch
+from skpose.skeleton._rest import check_rest_poses, directions_at_zero, find_carriers, find_movers, mismatch
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")

@@ -31,12 +31,12 @@ from skpose.kinematics._anatomy import (
 )
 from skpose.kinematics._body import body_axes, foot_axes, is_standing
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._lines import ROOT, find_carriers, find_movers, unit
+from skpose.kinematics._lines import ROOT, unit
 from skpose.robots._contacts import Sole
 from skpose.robots._tables import HEEL, ROBOTS, TIP, Robot, places_of
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import axes_of
-from skpose.skeleton._rest import axes_at_zero, positions_at_zero
+from skpose.skeleton._rest import axes_at_zero, find_carriers, find_movers, positions_at_zero
 from skpose.skeleton._sides import split_sides
 
 EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import check_choice
 from skpose.skeleton._bone import Bone, axes_of, with_columns
-from skpose.skeleton._rest import directions_at_zero
+from skpose.skeleton._rest import axes_at_zero, degrees_between, directions_at_zero, find_carriers
 from skpose.skeleton._root import root_orientations
 from skpose.skeleton._rotations import continuous_columns, fit_columns, rotations_of
 from skpose.skeleton._sides import partners
@@ -26,7 +26,7 @@ PARALLEL = 1e-12  # axes that differ by less are one
 MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 LINE = 2e-2  # second singular value over the first; directions with less are on one line
-ROOT = -1
+ROOT, NOWHERE = -1, -2
 SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
 REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
 
@@ -46,7 +46,7 @@ def mirror_poses(
             raise ValueError(
                 f"left and right must be mirror images, but {names[0]!r} and {names[1]!r} differ in parents"
             )
-    rest = _rest_axes(skeleton)
+    rest = axes_at_zero(skeleton)
     world = axis if axis != up else next(letter for letter in "xyz" if letter != up)  # not upside down
     reflections = _reflections(skeleton, poses, other, rest, axis, world)
 
@@ -108,21 +108,12 @@ def _reflect(partner: Bone, bone: Bone, given: np.ndarray, before: np.ndarray, a
     return columns
 
 
-def _rest_axes(skeleton: Skeleton) -> np.ndarray:
-    """Each joint's axes at angle zero in the axes of the root, (n_joints, 3, 3)."""
-    rest = Rotation.from_matrix(skeleton.rest_rotations.copy()).as_matrix()  # exactly orthonormal
-    for j, parent in enumerate(skeleton.parents):
-        if parent >= 0:
-            rest[j] = rest[parent] @ rest[j]
-    return rest
-
-
 def _reflections(
     skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, axis: str, world: str
 ) -> np.ndarray:
     """The S of each joint, and the root's as the last, (n_joints + 1, 3, 3)."""
     directions = directions_at_zero(skeleton)
-    apart = {letter: _degrees_apart(directions, directions[other] * _mirror_of(letter)).max() for letter in "xyz"}
+    apart = {letter: degrees_between(directions, directions[other] * _mirror_of(letter)).max() for letter in "xyz"}
     if apart[axis] < ASYMMETRY:
         return np.tile(np.diag(_mirror_of(axis)), (skeleton.n_joints + 1, 1, 1))
     fitting = [letter for letter in "xyz" if apart[letter] < ASYMMETRY]
@@ -131,17 +122,12 @@ def _reflections(
     return _fitted_reflections(skeleton, poses, other, rest, directions, world)
 
 
-def _degrees_apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The angles (n,) between unit vectors (n, 3), degrees; zero if one of them is zero."""
-    angles = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))
-    return np.where(a.any(axis=1) & b.any(axis=1), angles, 0.0)
-
-
 def _fitted_reflections(
     skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, directions: np.ndarray, world: str
 ) -> np.ndarray:
     """The S of each joint, and the root's as the last, if the skeleton is not its own mirror image."""
-    carried = _find_carried(skeleton, directions)
+    carriers = np.where(directions.any(axis=1), find_carriers(skeleton), NOWHERE)
+    carried = {j: np.flatnonzero(carriers == j).tolist() for j in (ROOT, *range(skeleton.n_joints))}
     means = np.empty_like(rest)  # of each joint's rotation relative to its parent, in the axes of the root
     for j, (bone, columns) in enumerate(with_columns(skeleton.bones)):
         own = rotations_of(bone, poses[:, columns]).mean().as_matrix() if bone.n_dofs and len(poses) else np.eye(3)
@@ -151,32 +137,17 @@ def _fitted_reflections(
         k = other[j] if j >= 0 else ROOT
         parent = int(skeleton.parents[j]) if j >= 0 else ROOT
         expected = np.diag(_mirror_of(world)) if j == ROOT else means[k].T @ found[parent] @ means[j]
-        bones = [b for b in carried.get(j, []) if other[b] in carried.get(k, [])]
+        bones = [b for b in carried[j] if other[b] in carried[k]]
         if j >= 0 and min(skeleton.bones[j].n_dofs, skeleton.bones[k].n_dofs) < 3:
             found[j] = found[parent]  # joints with few dofs keep their axes
-        elif bones or j != ROOT:
-            found[j] = _fit(directions[bones], directions[[other[b] for b in bones]], expected, j == k)
         else:
-            found[j] = expected
+            found[j] = _fit(directions[bones], directions[[other[b] for b in bones]], expected, j == k)
     for j, bones in carried.items():
-        apart = _degrees_apart(directions[bones] @ found[j].T, directions[[other[b] for b in bones]])
+        apart = degrees_between(directions[bones] @ found[j].T, directions[[other[b] for b in bones]])
         if len(bones) and apart.max() >= ASYMMETRY:
             name = skeleton.joint_names[bones[apart.argmax()]]
             raise ValueError(f"the bone of {name!r} misses the mirror image of its partner by {apart.max():.0f}°")
     return found
-
-
-def _find_carried(skeleton: Skeleton, directions: np.ndarray) -> dict[int, list[int]]:
-    """The bones with a direction that rotate with the root and with each joint that has dofs."""
-    mover = {ROOT: ROOT}
-    carried: dict[int, list[int]] = {ROOT: []}
-    for j, bone in enumerate(skeleton.bones):
-        parent = int(skeleton.parents[j])
-        mover[j] = j if bone.dofs else mover[parent]
-        carried.setdefault(mover[j], [])
-        if directions[j].any():
-            carried[mover[j if skeleton.offset_frame == "own" else parent]].append(j)
-    return carried
 
 
 def _fit(start: np.ndarray, end: np.ndarray, expected: np.ndarray, in_the_middle: bool) -> np.ndarray:
@@ -193,10 +164,4 @@ def _fit(start: np.ndarray, end: np.ndarray, expected: np.ndarray, in_the_middle
     near = [s for s in choices if not len(start) or end @ s @ start > np.cos(np.radians(ASYMMETRY))]
     simple = [s for s in near if np.abs(s.diagonal()).sum() == 3.0]
     best = max(simple or near or choices, key=lambda s: (s * expected).sum() + (0.0 if near else 9.0 * end @ s @ start))
-    if not len(start):
-        return best
-    axis = np.cross(best @ start, end)
-    sine, cosine = np.linalg.norm(axis), end @ best @ start
-    if sine == 0.0:
-        return best
-    return Rotation.from_rotvec(axis / sine * np.arctan2(sine, cosine)).as_matrix() @ best
+    return Rotation.align_vectors(end, best @ start)[0].as_matrix() @ best if len(start) else best

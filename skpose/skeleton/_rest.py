@@ -9,6 +9,12 @@ from skpose._utils.validation import SkeletonLike
 NO_DIRECTION = 1e-3  # share of the longest bone: a shorter one, or none, has no direction
 
 
+def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The angles between vectors (..., 3), degrees; zero if one of them is zero."""
+    cosines = (a * b).sum(axis=-1) + 0.0  # no −0
+    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), cosines)))
+
+
 def axes_at_zero(skeleton: SkeletonLike) -> np.ndarray:
     """The axes (n_joints, 3, 3) of each joint at angle zero, in the root's axes."""
     axes = np.empty((skeleton.n_joints + 1, 3, 3))  # the last is the root's, whose index is -1
@@ -45,6 +51,20 @@ def positions_at_zero(skeleton: SkeletonLike) -> np.ndarray:
     for j, parent in enumerate(skeleton.parents):
         positions[j] = positions[parent] + bones[j]
     return positions
+
+
+def find_carriers(skeleton: SkeletonLike) -> list[int]:
+    """The joint with which each bone rotates; -1 is the root."""
+    movers = find_movers(skeleton)
+    return movers[:-1] if skeleton.offset_frame == "own" else [movers[int(parent)] for parent in skeleton.parents]
+
+
+def find_movers(skeleton: SkeletonLike) -> list[int]:
+    """The last joint with dofs from the root to each joint, and last to the root itself; -1 is the root."""
+    movers = [-1] * (skeleton.n_joints + 1)
+    for j, bone in enumerate(skeleton.bones):
+        movers[j] = j if bone.dofs else movers[int(skeleton.parents[j])]
+    return movers
 
 
 # --- comparison -------------------------------------------------------------------------------------------------------
