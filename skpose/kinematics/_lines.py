@@ -13,7 +13,7 @@ import numpy as np
 from skpose.kinematics._anatomy import COLLAR, HIP, SHOULDER, SIDES, Anatomy, pair_of
 from skpose.kinematics._forward import joint_positions
 from skpose.skeleton import Skeleton
-from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero, find_carriers, find_movers
+from skpose.skeleton._rest import NO_DIRECTION, directions_at_zero, find_carriers
 
 ROOT = -1
 MIDDLE = -2  # the middle between the hips, in people: roots are higher up in some rigs
