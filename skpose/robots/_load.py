@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -46,8 +47,6 @@ FIRST_ELEMENT = re.compile(
 )
 MJCF, URDF = "mujoco", "robot"  # the first element
 HEAD = 1 << 18  # bytes, at most, before the end of the first element
-COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-TAG = re.compile(rb"""<(?:"[^"]*"|'[^']*'|[^'">])*>""")
 # Elements that are cut from the text: deleting them one by one from MuJoCo's model takes quadratic time.
 CUT = (
     *("asset", "sensor", "actuator", "contact", "keyframe", "custom", "deformable", "flexcomp"),
@@ -206,11 +205,15 @@ def read_robot(path: Any) -> RobotFile:
         constraints = [path.equality(i).name or f"number {i}" for i in active]
         tendons = [path.tendon(i).name or f"number {i}" for i in range(path.ntendon)]
         return RobotFile("the model", path, False, _notes(constraints, tendons))
-    name, text = _read_text(path)
-    is_urdf = _is_urdf(name, text)
+    if hasattr(path, "read"):
+        name, content = str(getattr(path, "name", "the open file")), path.read()
+    else:
+        name, content = os.fspath(path), Path(path).read_bytes()
+    text = _Text(name, path)
+    simple = text.simplify(content)
+    is_urdf = text.root == URDF
     if is_urdf and tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:2])) < READS_URDF:
         raise ImportError(f"URDF files need MuJoCo 4.0 or later, found {mujoco.__version__}")
-    simple = _Text(name, path).simplify(text).decode()
     with _collect_warnings(mujoco) as said:
         try:
             spec = mujoco.MjSpec.from_string(simple)
@@ -224,100 +227,81 @@ def read_robot(path: Any) -> RobotFile:
     return RobotFile(name, model, is_urdf, (*notes, *dict.fromkeys(said)))
 
 
-def _read_text(path: Any) -> tuple[str, str]:
-    """Read the name of a file and its text."""
-    if hasattr(path, "read"):
-        name, content = str(getattr(path, "name", "the open file")), path.read()
-    else:
-        with Path(path).open("rb") as file:
-            name, content = os.fspath(path), file.read()
-    return name, content if isinstance(content, str) else content.decode("utf-8", errors="replace")
-
-
 class _Text:
     """The text of a robot without geometry, motors and sensors, and with the files that it includes."""
 
     def __init__(self, name: str, path: Any):
-        self.name = name
+        self.name, self.root = name, ""  # the first element
         self.folder = Path(path).resolve().parent if isinstance(path, str | os.PathLike) else None
         self.size, self.seen = 0, set[Path]()
 
-    def simplify(self, text: str, times: int = 1, is_included: bool = False) -> bytes:
-        """Cut elements, each for its line breaks, so that MuJoCo's messages have the lines of the file."""
-        data = text.removeprefix("\ufeff").encode()
-        parser = expat.ParserCreate("utf-8")
-        pieces: list[bytes] = []
+    def simplify(self, content: bytes | str, times: int = 1, is_included: bool = False) -> str:
+        """Write elements in the lines of the file, which MuJoCo's messages have, those of included files in one."""
+        text = content if isinstance(content, str) else content.decode("utf-8", errors="replace")
+        parser = expat.ParserCreate()
+        pieces: list[str] = []
         open_elements: list[tuple[str, int]] = []  # and how often MuJoCo repeats their content
-        done = inside = cut_to = 0  # bytes in the pieces or cut; open elements around a cut; its end if it is empty
+        line, inside = 1, 0  # the last line, and the number of open elements around a cut
 
         def start(tag: str, attributes: dict[str, str]) -> None:
-            nonlocal done, inside, cut_to
+            nonlocal line, inside
             repeats = open_elements[-1][1] if open_elements else times
-            begin = parser.CurrentByteIndex
-            tag_end = TAG.match(data, begin).end()  # type: ignore[union-attr]  # expat has read it
-            if is_included and not open_elements:
-                done = tag_end
-            if not inside and (
-                tag == "include" or (tag in CUT and all(one[0] != "composite" for one in open_elements))
-            ):
-                pieces.append(data[done:begin])
-                done, inside = begin, len(open_elements) + 1
-                cut_to = tag_end if data.endswith(b"/>", begin, tag_end) else 0
+            is_part = tag in CUT and all(one[0] != "composite" for one in open_elements)
+            if not inside and (tag == "include" or is_part):
+                inside = len(open_elements) + 1
                 if tag == "include":
                     pieces.append(self._included(attributes.get("file", ""), repeats))
             if tag in EXPANDED:
                 repeats *= math.prod(map(int, re.findall(r"\d+", attributes.get("count", ""))))
-            open_elements.append((tag, repeats))
             self.size += 0 if inside else repeats
             if self.size > MOST:
-                raise MocapFormatError(self.name, parser.CurrentLineNumber, f"the robot has more than {MOST} elements")
+                raise self.error(f"the robot has more than {MOST} elements", parser.CurrentLineNumber)
+            self.root = self.root or tag
+            if self.root not in (MJCF, URDF):
+                raise self.error(f"expected <mujoco> (MJCF) or <robot> (URDF), found <{tag}>")
+            if self.root == URDF and tag.startswith("xacro:"):
+                raise self.error("expected URDF, found a xacro template: expand it with xacro")
+            if not (inside or (is_included and not open_elements)):
+                before = "" if is_included else "\n" * (parser.CurrentLineNumber - line)
+                pieces.append(f"{before}<{tag}{''.join(f' {k}={quoteattr(v)}' for k, v in attributes.items())}>")
+                line = parser.CurrentLineNumber
+            open_elements.append((tag, repeats))
 
         def end(tag: str) -> None:
-            nonlocal done, inside
-            begin = parser.CurrentByteIndex  # of an empty element its end
-            if inside == len(open_elements):
-                after = cut_to or TAG.match(data, begin).end()  # type: ignore[union-attr]
-                pieces.append(b"\n" * data.count(b"\n", done, after))
-                done, inside = after, 0
+            nonlocal inside
+            if not (inside or (is_included and len(open_elements) == 1)):
+                pieces.append(f"</{tag}>")
+            inside = 0 if inside == len(open_elements) else inside
             open_elements.pop()
-            if is_included and not open_elements:
-                pieces.append(data[done : max(done, begin)])
 
         def refuse(*_: object) -> None:
-            raise MocapFormatError(self.name, parser.CurrentLineNumber, "expected no declarations of entities")
+            raise self.error("expected no declarations of entities", parser.CurrentLineNumber)
 
         parser.StartElementHandler, parser.EndElementHandler, parser.EntityDeclHandler = start, end, refuse
         try:
-            parser.Parse(data, True)
+            parser.Parse(text, True)
         except expat.ExpatError as error:
-            raise MocapFormatError(self.name, error.lineno, f"expected XML: {expat.ErrorString(error.code)}") from None
-        return b"".join(pieces).replace(b"\n", b" ") if is_included else b"".join([*pieces, data[done:]])
+            raise self.error(f"expected XML: {expat.ErrorString(error.code)}", error.lineno) from None
+        return "".join(pieces)
 
-    def _included(self, file: str, times: int) -> bytes:
+    def error(self, message: str, line: int | None = None) -> MocapFormatError:
+        return MocapFormatError(self.name, line, message)
+
+    def _included(self, file: str, times: int) -> str:
         """The content of an included file, in one line."""
         if self.folder is None:
-            raise MocapFormatError(self.name, None, f"an open file cannot include {file!r}: pass its path")
+            raise self.error(f"an open file cannot include {file!r}: pass its path")
         path = (self.folder / file).resolve()
         if not path.is_relative_to(self.folder):
-            raise MocapFormatError(self.name, None, f"expected included files in the folder of this file, got {file!r}")
+            raise self.error(f"expected included files in the folder of this file, got {file!r}")
         if path in self.seen:
-            raise MocapFormatError(self.name, None, f"{file!r} is included twice")
+            raise self.error(f"{file!r} is included twice")
         self.seen.add(path)
         try:
-            text = path.read_bytes().decode("utf-8", errors="replace")
+            data = path.read_bytes()
         except OSError as error:
-            raise MocapFormatError(self.name, None, f"cannot read the included {file!r}: {error.strerror}") from None
-        return self.simplify(text, times, is_included=True)
-
-
-def _is_urdf(name: str, text: str) -> bool:
-    """Whether a robot is URDF and not MJCF; refuse other files."""
-    element = _first_element(text)
-    if element not in (MJCF, URDF):
-        raise MocapFormatError(name, None, f"expected <mujoco> (MJCF) or <robot> (URDF), found <{element}>")
-    if element == URDF and "<xacro:" in COMMENT.sub("", text):
-        raise MocapFormatError(name, None, "expected URDF, found a xacro template: expand it with xacro")
-    return element == URDF
+            raise self.error(f"cannot read the included {file!r}: {error.strerror}") from None
+        return self.simplify(data, times, is_included=True)
 
 
 def _first_element(text: str) -> str:
