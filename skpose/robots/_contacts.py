@@ -239,22 +239,14 @@ def blend_between(
     phases: list[tuple[int, int]], values: list[np.ndarray], times: np.ndarray, width: int = 0
 ) -> np.ndarray:
     """Blend values (n, ...) given in some phases to zero, or to the values of the next phase, in between."""
-    n = len(times)
-    out = np.zeros((n, width) if width else n)
+    frames, ends = np.arange(len(times)), [(times[first], times[end - 1]) for first, end in phases]
+    out = np.zeros((len(times), width) if width else len(times))
     for i, ((first, end), here) in enumerate(zip(phases, values, strict=True)):
-        out[first:end] = here
-        following = phases[i + 1][0] if i + 1 < len(phases) else n
-        before = phases[i - 1][1] if i else 0
-        for gap, edge, value in (
-            (slice(end, following), times[end - 1], here[-1]),
-            (slice(before, first), times[first], here[0]),
-        ):
-            if gap.stop <= gap.start:
-                continue
-            between = i + 1 < len(phases) if gap.start == end else i > 0
-            span = times[min(gap.stop, n - 1)] - times[max(gap.start - 1, 0)]
-            length = min(BLEND, span) if between else BLEND
-            x = np.clip(np.abs(times[gap] - edge) / length, 0.0, 1.0)
-            share = 1.0 - x * x * (3.0 - 2.0 * x)
-            out[gap] += share[:, None] * value if width else share * value
+        nearest = np.clip(frames, first, end - 1)
+        before = ends[i][0] - ends[i - 1][1] if i else BLEND
+        after = ends[i + 1][0] - ends[i][1] if i + 1 < len(ends) else BLEND
+        length = np.minimum(BLEND, np.where(frames < first, before, after))
+        x = np.minimum(np.abs(times - times[nearest]) / length, 1.0)
+        share = 1.0 - x * x * (3.0 - 2.0 * x)
+        out += (share[:, None] if width else share) * here[nearest - first]
     return out

@@ -13,6 +13,7 @@ from skpose._utils.warnings import warn
 from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, HIP, path_up
 from skpose.kinematics._counterparts import check_joints
+from skpose.kinematics._lines import ROOT
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
 from skpose.robots._solver import positions_in, solve
 from skpose.robots._stance import Place, Stance, sole_of, stances_of
@@ -241,10 +242,9 @@ def _seen_of(motion: Motion, robot: Skeleton, theirs: Stance, ours: Stance) -> n
             shown[place.joint] = shown.get(place.joint, True) & here
     seen, known = np.ones((len(motion), robot.n_joints), bool), np.zeros(robot.n_joints, bool)
     for joint, here in shown.items():
-        path = path_up(robot, joint)
-        end = next((i for i, above in enumerate(path[1:], 1) if above in shown), len(path))
+        path = [*path_up(robot, joint), ROOT]
+        end = next(i for i, above in enumerate(path[1:], 1) if above in shown or above == ROOT)
         known[path[:end]] = True
         seen[:, joint] &= here
-        between = here & shown[path[end]] if end < len(path) else here
-        seen[:, path[1:end]] &= between[:, None]
+        seen[:, path[1:end]] &= (here & shown.get(path[end], True))[:, None]
     return seen & known

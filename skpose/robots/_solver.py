@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics import FittedPoses
+from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._inverse import Task, problem_of
-from skpose.robots._stance import Place, Stance, positions_of, with_places
+from skpose.robots._stance import Place, Stance, with_places
 from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import with_columns
 
@@ -57,10 +58,12 @@ def solve(
 
 def positions_in(found: FittedPoses, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
     """The positions (n_frames, n_places, 3) of other places on the same joints."""
+    part = with_places(skeleton, places)
     poses = np.zeros((len(found), skeleton.n_dofs))  # other angles do not move these places
     poses[:, found.skeleton.columns_in(skeleton)] = found.poses
+    points = joint_positions(poses[:, part.columns_in(skeleton)], part)[:, -len(places) :]
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
-    return positions_of(skeleton, places, poses, roots, found.root_positions)
+    return np.asarray(points @ roots.transpose(0, 2, 1) + found.root_positions[:, None])
 
 
 def rest_pose(skeleton: Skeleton) -> np.ndarray:

@@ -30,7 +30,6 @@ from skpose.kinematics._anatomy import (
     path_up,
 )
 from skpose.kinematics._body import body_axes, foot_axes, is_standing
-from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import ROOT, unit
 from skpose.robots._contacts import Sole
 from skpose.robots._tables import HEEL, ROBOTS, TIP, Robot, places_of
@@ -39,7 +38,6 @@ from skpose.skeleton._bone import axes_of
 from skpose.skeleton._rest import axes_at_zero, find_carriers, find_movers, positions_at_zero
 from skpose.skeleton._sides import split_sides
 
-EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
 LIMBS = {LEG: "legs", ARM: "arms"}
@@ -97,7 +95,7 @@ def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
 @functools.lru_cache(maxsize=16)
 def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
     """The stances of a person and a robot, by names or by pairs of joints of target and source."""
-    robot, axes, known = _known_robot(target) or (None, None, {})
+    robot, known = _known_robot(target) or (None, {})
     theirs = _joint_places(source, find_anatomy(source, any_proportions=pairs is not None).joints)
     if pairs is not None:
         theirs, ours = _by_counterparts(source, target, dict(pairs), theirs, known)
@@ -109,7 +107,7 @@ def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str],
     if not any(_has(ours, limb) for limb in LIMBS):
         raise ValueError("legs and arms of the robot are not known by their names: name their joints with joints=")
     _check_limbs(target, ours)
-    other = find_stance(target, ours, axes, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
+    other = find_stance(target, ours, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
     _check_sides(target, other)
     return find_stance(source, theirs), other
 
@@ -119,26 +117,16 @@ def _joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place
     return {mark: Place(joint, zero[joint]) for mark, joint in joints.items()}
 
 
-def _known_robot(skeleton: Skeleton) -> tuple[Robot, np.ndarray, dict[str, Place]] | None:
-    """The robot that has these links, its axes (3, 3) and its places; None if no robot is known to have them.
-
-    The axes are found by the origins of the links: the root may be turned in another file.
-    """
+def _known_robot(skeleton: Skeleton) -> tuple[Robot, dict[str, Place]] | None:
+    """The robot that has these links, and its places, however its root is turned; None if no robot has them."""
     zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
-    robot = next((one for one in ROBOTS if {link for link, _ in places_of(one).values()} <= index.keys()), None)
-    if robot is None:
-        return None
-    at = {mark: Place(index[link], zero[index[link]]) for mark, (link, _) in places_of(robot).items()}
-    low = HIP if f"left_{HIP}" in at else WRIST
-    trunk = np.mean([at[f"{side}_{SHOULDER}"].at_zero - at[f"{side}_{low}"].at_zero for side in SIDES], axis=0)
-    left = unit(at[f"left_{SHOULDER}"].at_zero - at[f"right_{SHOULDER}"].at_zero)
-    forward = unit(np.cross(left, trunk))
-    here = np.stack([forward, left, np.cross(forward, left)], axis=1)
-    x, z = unit(np.array(robot.trunk))  # how the trunk leans in the robot's own file
-    axes = here @ np.array([[z, 0.0, -x], [0.0, 1.0, 0.0], [x, 0.0, z]])
-    axes = np.eye(3) if np.abs(axes - np.eye(3)).max() < EXACT else axes
-    offsets = {mark: axes @ np.array(offset) for mark, (_, offset) in places_of(robot).items()}
-    return robot, axes, {mark: Place(joint, origin + offsets[mark]) for mark, (joint, origin) in at.items()}
+    for robot in ROBOTS:
+        links = places_of(robot)
+        if {link for link, _ in links.values()} <= index.keys():
+            axes = body_axes({mark: zero[index[link]] for mark, (link, _) in links.items()})
+            points = {mark: (index[link], axes @ np.array(offset)) for mark, (link, offset) in links.items()}
+            return robot, {mark: Place(joint, zero[joint] + offset) for mark, (joint, offset) in points.items()}
+    return None
 
 
 def _by_counterparts(
@@ -194,10 +182,8 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
 # --- how a skeleton stands --------------------------------------------------------------------------------------------
 
 
-def find_stance(
-    skeleton: Skeleton, places: dict[str, Place], axes: np.ndarray | None = None, name: str = "", half: float = 0.0
-) -> Stance:
-    """How a skeleton with these places stands at angle zero; `axes` are given for known robots."""
+def find_stance(skeleton: Skeleton, places: dict[str, Place], name: str = "", half: float = 0.0) -> Stance:
+    """How a skeleton with these places stands at angle zero."""
     movers = find_movers(skeleton)
     at = {mark: place.at_zero for mark, place in places.items()}
     pelvis, chest = (
@@ -206,7 +192,7 @@ def find_stance(
         else ROOT
         for mark in (HIP, SHOULDER)
     )
-    axes = body_axes(at) if axes is None else axes
+    axes = body_axes(at)
     stands = is_standing(at, axes)
     links = {} if stands else {link: body_axes(at, mark) for link, mark in (("pelvis", HIP), ("chest", SHOULDER))}
     feet, unsure = {}, []
@@ -278,12 +264,3 @@ def _with_points(skeleton: Skeleton, points: tuple[tuple[int, float, float, floa
         offset = axes[joint].T @ (np.array(at_zero) - zero[joint])
         bones.append(Bone(f"place {i}", skeleton.joint_names[joint] if joint >= 0 else None, offset))
     return Skeleton(bones, skeleton.offset_frame)
-
-
-def positions_of(
-    skeleton: Skeleton, places: Sequence[Place], poses: np.ndarray, roots: np.ndarray, origins: np.ndarray
-) -> np.ndarray:
-    """The positions (n_frames, n_places, 3) of places in poses whose root is rotated by matrices and at origins."""
-    part = with_places(skeleton, places)
-    points = joint_positions(poses[:, part.columns_in(skeleton)], part)[:, -len(places) :]
-    return np.asarray(points @ roots.transpose(0, 2, 1) + origins[:, None])

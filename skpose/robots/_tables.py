@@ -25,9 +25,6 @@ class Robot(NamedTuple):
     source: str
     left: Mapping[str, Any]  # a link, or a link and how far from its origin
     right: tuple[tuple[str, str], ...]  # parts of names on the left side, and on the right
-    # Forward and up, m: from the middle between the origins of the links of the hips, or else of the wrists, to that
-    # between the shoulders', at angle zero. It shows how the root of a file is turned.
-    trunk: tuple[float, float]
     sole: float = 0.0  # half its width, m
 
 
@@ -45,7 +42,6 @@ ROBOTS = (
         }
         | {HAND: ("left_wrist_yaw_link", (0.05, 0.0, 0.0))},
         (("left", "right"),),
-        (0.0, 0.39448),
         0.03,
     ),
     Robot(
@@ -56,7 +52,6 @@ ROBOTS = (
         | {HEEL: ("left_foot_link", (-0.1015, 0.0, -0.03)), TIP: ("left_foot_link", (0.1215, 0.0, -0.03))}
         | {SHOULDER: "AL2", ELBOW: "AL4", WRIST: "AL6"},
         (("Left", "Right"), ("left", "right"), ("AL", "AR")),
-        (-0.005, 0.3345),
         0.05,
     ),
     Robot(
@@ -68,7 +63,6 @@ ROBOTS = (
         | {SHOULDER: ("LINK_SHOULDER_PITCH_L", (0.0, 0.0669, -0.0208)), ELBOW: "LINK_ELBOW_PITCH_L"}
         | {WRIST: "LINK_ELBOW_YAW_L"},
         (("_L", "_R"),),
-        (-0.030355, 0.357598),
         0.0536,
     ),
     Robot(
@@ -78,7 +72,6 @@ ROBOTS = (
         {SHOULDER: ("left_arm_link1", (0.0, 0.0813, 0.0)), ELBOW: ("left_arm_link4", (0.0, -0.0351, 0.0))}
         | {WRIST: ("left_arm_link6", (0.0, 0.028, 0.0)), HAND: ("left_arm_link7", (-0.0295, 0.0, -0.1))},
         (("left", "right"),),
-        (0.0, 0.56805),
     ),
 )
 

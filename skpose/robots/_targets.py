@@ -8,14 +8,16 @@ that stand are held still; knees and elbows bend to the same side as the person'
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
 from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, ARM, ELBOW, HAND, HIP, KNEE, LEG, SHOULDER, SIDES, WRIST, path_up
 from skpose.kinematics._lines import ROOT, unit
+from skpose.kinematics._orientations import rotations_since_zero
 from skpose.robots._contacts import Contact, Held, find_contacts, find_floor, hold_foot
 from skpose.robots._solver import Target, hold_at_rest, positions_in, rest_pose, solve, targets_of_link
-from skpose.robots._stance import Place, Stance, positions_of, rolls_of, sole_of
+from skpose.robots._stance import Place, Stance, rolls_of, sole_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import positions_at_zero
@@ -132,15 +134,12 @@ def person_of(motion: Motion, stance: Stance) -> Person:
     """The parts of a person in a motion."""
     trunk = {"pelvis": stance.pelvis, "chest": stance.chest}
     links = {link: (joint, stance.links.get(link, stance.axes)) for link, joint in trunk.items()} | stance.feet
-    places = list(stance.places.values())
-    for joint, axes in links.values():
-        places += show_axes(joint, axes)
     vertical = to_vertical(motion.up)
-    roots = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
-    points = positions_of(motion.skeleton, places, motion.angles, roots, motion.root_positions @ vertical.T)
-    at = {mark: points[:, i] for i, mark in enumerate(stance.places)}
-    firsts = range(len(at), len(places), 3)
-    shown = {link: axes_from(points[:, i : i + 3]) for link, i in zip(links, firsts, strict=True)}
+    root = Rotation.from_matrix(vertical) * root_orientations(motion.root_angles, motion.root_axes)
+    turned = rotations_since_zero(motion.skeleton, motion.angles, root)
+    shown = {link: turned[joint].as_matrix() @ axes for link, (joint, axes) in links.items()}
+    points = motion.positions() @ vertical.T
+    at = {mark: points[:, place.joint] for mark, place in stance.places.items()}
     limbs = {
         f"{side}_{limb[0]}": Limb(*(at[f"{side}_{mark}"] for mark in limb))
         for side in SIDES
