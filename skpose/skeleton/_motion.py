@@ -18,7 +18,7 @@ from skpose._utils.validation import (
 )
 from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes, kept_inside
-from skpose.skeleton._cycle import Frames, close_cycle, describe_opening, repeat_cycle
+from skpose.skeleton._cycle import close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import (
     check_seen,
     choose_frames,
@@ -354,10 +354,10 @@ class Motion:
         Motion(73 frames at 24 Hz, 3.0 s, y up, Skeleton(n_joints=1, n_dofs=1))
         """
         self._check_heading("to_cycle", least=3)
-        cycle, complaints = close_cycle(self._frames, endpoint)
+        cycle, complaints = close_cycle(self.with_root("whole"), endpoint)
         for complaint in complaints:
             warn(complaint)
-        return self._with_frames(cycle)
+        return cycle.without_root()
 
     def repeat(self, n: int) -> "Motion":
         """Repeat a cycle n times, each from the place and with the heading at which the one before ends.
@@ -403,9 +403,10 @@ class Motion:
         """
         check_integer(n, 1, "n")
         self._check_heading("repeat", least=2)
-        if gap := describe_opening(self._frames):
+        whole = self.with_root("whole")
+        if gap := describe_opening(whole):
             raise ValueError(f"repeat needs a cycle, whose ends are one pose, but {gap}: use motion.to_cycle() first")
-        return self if n == 1 else self._with_frames(repeat_cycle(self._frames, n))
+        return self if n == 1 else repeat_cycle(whole, n).without_root()
 
     def _check_heading(self, function: str, least: int) -> None:
         """Refuse motions with too few frames or with a changing heading in the poses."""
@@ -417,26 +418,6 @@ class Motion:
                 raise ValueError(
                     f"{function} needs the heading at the root, not in the poses: use without_root() first"
                 )
-
-    @property
-    def _frames(self) -> Frames:
-        """The poses with the orientation of the root."""
-        root = root_orientations(self.root_angles, self.root_axes)
-        poses = np.concatenate([self.angles, root.as_rotvec()], axis=1)
-        return Frames(self.skeleton, poses, self.root_positions, self.frame_numbers, np.arange(len(self)), self.up)
-
-    def _with_frames(self, frames: Frames) -> "Motion":
-        """The motion with other frames."""
-        root_angles, root_axes = continuous_root_angles(frames.root, self.root_axes)
-        return replace(
-            self,
-            angles=remove_jumps(self.skeleton.bones, frames.poses[:, :-3]),
-            root_positions=frames.places,
-            root_angles=root_angles,
-            root_axes=root_axes,
-            frame_numbers=frames.numbers,
-            seen=None if self.seen is None else self.seen[frames.rows],
-        )
 
     def unwrap(self) -> "Motion":
         """Remove jumps of the angles between frames.
