@@ -38,7 +38,7 @@ from skpose.kinematics import position_jacobian
 from skpose.robots import _targets, load_robot, retarget_to_robot
 from skpose.robots._contacts import Held
 from skpose.robots._stance import Place, sole_of, stances_of
-from skpose.robots._targets import to_vertical
+from skpose.skeleton._upright import axes_with_up_last
 
 ROBOTS = ("unitree_g1", "booster_t1", "engineai_pm01", "galaxea_r1pro")
 SIDES = ("left", "right")
@@ -169,7 +169,7 @@ def rest_of(skeleton):
 
 def configurations(model, motion):
     """Return the motion as MuJoCo's qpos in a world whose last axis is the vertical."""
-    vertical = to_vertical(motion.up)
+    vertical = np.eye(3)[axes_with_up_last(motion.up)]
     rotations = vertical @ Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
     qpos = np.tile(model.qpos0, (len(motion), 1))
     qpos[:, :3] = motion.root_positions @ vertical.T
@@ -194,7 +194,7 @@ def person_limbs(motion, names):
     """Return the directions of the person's limbs in the world whose last axis is the vertical."""
     positions = forward_kinematics(motion.angles, motion.skeleton)
     rotations = Rotation.from_euler(motion.root_axes, motion.root_angles).as_matrix()
-    positions = positions @ rotations.transpose(0, 2, 1) @ to_vertical(motion.up).T
+    positions = positions @ rotations.transpose(0, 2, 1) @ np.eye(3)[axes_with_up_last(motion.up)].T
     at = {}
     for side in SIDES:
         for mark, pattern in names.items():

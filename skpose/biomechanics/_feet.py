@@ -15,10 +15,11 @@ from skpose._utils.validation import check_kind
 from skpose._utils.warnings import warn
 from skpose.biomechanics._segments import find_person, find_shown, require
 from skpose.kinematics._anatomy import SIDES
+from skpose.kinematics._ground import runs
 from skpose.motions._phases import LONGEST_GAP
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import degrees_between
-from skpose.skeleton._upright import describe_up, find_up
+from skpose.skeleton._upright import axes_with_up_last, describe_up, find_up
 
 PARTS = ("hip", "ankle", "toe")
 MARKS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
@@ -83,9 +84,9 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
     every, seen = np.arange(rows[-1] + 1), np.zeros((len(SIDES), rows[-1] + 1), dtype=bool)
     for side, known in enumerate(seen):
         known[rows] = hips & shown[:, [MARKS.index(f"{SIDES[side]}_{part}") for part in PARTS]].all(axis=1)
-        for gap in runs_of(~known):
-            if gap.start > 0 and gap.stop < len(known) and gap.stop - gap.start <= LONGEST_GAP * motion.frame_rate:
-                known[gap] = True
+        for first, end in runs(~known):
+            if first > 0 and end < len(known) and end - first <= LONGEST_GAP * motion.frame_rate:
+                known[first:end] = True
     if not seen.any():
         raise ValueError("gait events need hips and feet, but no frame shows all of them")
     marks = [
@@ -101,11 +102,6 @@ def feet_of(motion: Motion, joints: Mapping[str, str]) -> Feet:
     return feet
 
 
-def runs_of(known: np.ndarray) -> list[slice]:
-    """The parts of an array of bool that are True throughout."""
-    return list(np.ma.clump_masked(np.ma.masked_array(known, known)))
-
-
 def _check_jumps(hips: np.ndarray, motion: Motion, shown: np.ndarray) -> None:
     """Refuse motions whose pelvis, between hips at (2, n, 3), jumps between shown frames: two recordings in one."""
     hips = _without_spikes(hips[:, shown])
@@ -119,12 +115,6 @@ def _check_jumps(hips: np.ndarray, motion: Motion, shown: np.ndarray) -> None:
             most = int(over.argmax())
             cut = f"use motion[:{shown[most] + 1}] and motion[{shown[most + 1]}:]"
             raise ValueError(f"the pelvis jumps by {steps[most]:.3g}{unit} after frame {shown[most]}: {cut}")
-
-
-def axes_with_up_last(up: str) -> list[int]:
-    """The axes of the world in a cycle that ends with the one that points up."""
-    i = "xyz".index(up)
-    return [(i + 1) % 3, (i + 2) % 3, i]
 
 
 def _without_spikes(positions: np.ndarray) -> np.ndarray:
@@ -215,8 +205,8 @@ def find_stances(feet: Feet) -> list[Stance]:
     ahead = feet.travel / np.maximum(speed, 1e-12)[:, None]
     speed = np.maximum(speed, least_speed_of(feet))
     found: dict[tuple, Stance] = {}
-    runs = [(side, run) for side, seen in enumerate(feet.seen) for run in runs_of(seen) if run.stop - run.start > 3]
-    for side, run in runs:
+    known = [(side, *run) for side, seen in enumerate(feet.seen) for run in runs(seen)]
+    for side, run in [(side, slice(first, end)) for side, first, end in known if end - first > 3]:
         parts = feet.ankles[side, run], feet.toes[side, run]
         speeds = [np.linalg.norm(np.gradient(part, feet.step, axis=0), axis=1) / speed[run] for part in parts]
         slow = [own / share for own, share in zip(speeds, (ANKLE, TOE), strict=True)]

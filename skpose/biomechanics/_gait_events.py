@@ -10,7 +10,6 @@ import numpy as np
 from skpose.biomechanics._feet import (
     Feet,
     Stance,
-    axes_with_up_last,
     check_recording,
     feet_of,
     find_feet,
@@ -21,6 +20,7 @@ from skpose.biomechanics._feet import (
 from skpose.io import C3DQuantity
 from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion
+from skpose.skeleton._upright import axes_with_up_last
 
 if TYPE_CHECKING:
     import pandas

@@ -12,14 +12,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import near_names
-from skpose.kinematics import forward_kinematics
 from skpose.kinematics._anatomy import ENDS_OF, SIDES, Anatomy, find_anatomy, find_misplaced, pair_of
 from skpose.kinematics._body import find_segments as find_axes
 from skpose.kinematics._lines import ROOT, unit
-from skpose.kinematics._orientations import rotations_since_zero
+from skpose.kinematics._orientations import poses_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import find_carriers, find_movers, positions_at_zero
-from skpose.skeleton._root import root_orientations
 
 # Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.
 LIMBS = {
@@ -46,8 +44,7 @@ class Segment(NamedTuple):
 def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
     """The segments that a skeleton has, by name: "pelvis", "left_thigh" and so on."""
     carriers, movers, joints = find_carriers(skeleton), find_movers(skeleton), person.joints
-    zero = forward_kinematics(np.zeros((1, skeleton.n_dofs)), skeleton)[0]
-    zero = np.concatenate([zero, np.zeros((1, 3))])  # the root
+    zero = positions_at_zero(skeleton)  # the last is the root
     segments: dict[str, Segment] = {}
 
     def add(name: str, carrier: int, start: int, end: int) -> None:
@@ -94,11 +91,8 @@ class Turned(NamedTuple):
 
 def turn_segments(motion: Motion, segments: dict[str, Segment]) -> Turned:
     """How the segments of a motion are turned."""
-    root = root_orientations(motion.root_angles, motion.root_axes)
-    rotations = rotations_since_zero(motion.skeleton, motion.angles, root)
-    joints = forward_kinematics(motion.angles, motion.skeleton)
-    positions = np.stack([root.apply(joints[:, j]) for j in range(joints.shape[1])], axis=1)
-    positions = np.concatenate([positions, np.zeros((len(motion), 1, 3))], axis=1)
+    joints, rotations = poses_of(motion)
+    positions = np.concatenate([joints, np.zeros((len(motion), 1, 3))], axis=1)
     return Turned({name: rotations[segment.carrier].as_matrix() for name, segment in segments.items()}, positions)
 
 

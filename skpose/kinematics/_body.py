@@ -137,9 +137,9 @@ class Bend(NamedTuple):
 
 
 class Poses(NamedTuple):
-    """Poses of a skeleton in the world."""
+    """Poses of a skeleton in the axes of the world."""
 
-    positions: np.ndarray  # (n_frames, n_joints, 3)
+    positions: np.ndarray  # (n_frames, n_joints, 3) from the root
     since_zero: Mapping[int, Rotation]  # (n_frames,) of the root, -1, and of each joint
 
 

@@ -45,6 +45,7 @@ ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different 
 SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all rigs, within a few centimetres
 NEARLY = ((BALL, TOE), (TOE, BALL), (HEAD_TOP, HEAD_CENTER), (HEAD_CENTER, HEAD_TOP))  # in one direction
 NONE = -1  # the index of no joint
+MATCH, TIE = 1e3, 1e-6  # the worth of one match more
 SHARE = 0.25  # of the length of trunk or neck: joints further apart are not counterparts
 # A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
 # is longer.
@@ -278,16 +279,14 @@ def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours:
     As many as possible are matched, in their order, and of these the nearest.
     """
     shares = [_shares(skeleton, chain) for skeleton, chain in ((source, theirs), (target, ours))]
-    best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
-    for i in range(len(theirs)):
-        for j in range(len(ours)):
-            options = [best.get((i - 1, j), (0, 0.0, [])), best.get((i, j - 1), (0, 0.0, []))]
-            if i and j and (apart := abs(shares[0][i - 1] - shares[1][j - 1])) <= SHARE:
-                count, sum_of_all, pairs = best.get((i - 1, j - 1), (0, 0.0, []))
-                options.append((count + 1, sum_of_all + apart, [*pairs, (i - 1, j - 1)]))
-            best[i, j] = min(options, key=lambda option: (-option[0], option[1]))
-    for i, j in best[len(theirs) - 1, len(ours) - 1][2]:
-        there[ours[j]] = theirs[i]
+    from scipy.optimize import linear_sum_assignment  # takes time to import
+
+    apart = np.abs(np.subtract.outer(shares[0][:-1], shares[1][:-1]))
+    # The squares keep the order of the joints where several matches are as near.
+    pairs = linear_sum_assignment(np.where(apart <= SHARE, apart + TIE * apart**2 - MATCH, 0.0))
+    for i, j in zip(*pairs, strict=True):
+        if apart[i, j] <= SHARE:
+            there[ours[j]] = theirs[i]
 
 
 def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:

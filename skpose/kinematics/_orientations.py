@@ -11,7 +11,6 @@ those of joints without dofs that follow it; the root carries bones likewise. Th
 joint that carries one direction, and least squares (Kabsch) for several.
 """
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -28,10 +27,10 @@ from skpose.kinematics._floor import STRAIGHT, Steps, find_steps, move_ankle
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._lines import MIDDLE, ROOT, Lines, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
-from skpose.skeleton._bone import axes_of, with_columns
+from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import LARGEST_DIFFERENCE, axes_at_zero, degrees_between, find_carriers
 from skpose.skeleton._root import root_angles_of, root_orientations
-from skpose.skeleton._rotations import TWO_PI, columns_of, continuous_columns, rotations_of
+from skpose.skeleton._rotations import TWO_PI, columns_of, continuous_columns, fit_columns, rotations_of
 
 ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few
@@ -64,14 +63,11 @@ def by_orientations(
         raise ValueError(f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}")
     if not len(motion):
         return result, 0.0, list(range(target.n_joints)), None
-    root = root_orientations(motion.root_angles, motion.root_axes)
-    positions = with_root(joint_positions(motion.angles, motion.skeleton), lines.hips[0])
-    bones = _bones(motion.skeleton, positions, root, target, lines)
+    poses = poses_of(motion)
+    positions, followed = with_root(poses.positions, lines.hips[0]), poses.since_zero
+    bones = _bones(motion.skeleton, positions, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)
-    followed = rotations_since_zero(motion.skeleton, motion.angles, root)
-    in_world = np.stack([root.apply(positions[:, j]) for j in range(motion.skeleton.n_joints)], axis=1)
-    in_world += motion.root_positions[:, None]
-    bends = _bends(motion.skeleton, target, found.people, leaders, Poses(in_world, followed), shown)
+    bends = _bends(motion.skeleton, target, found.people, leaders, poses, shown)
     fixed = _fixed_turns(motion.skeleton, target, found.people)
     leaders |= {joint: leader for joint, (leader, _) in fixed.items()}
     turns = _turns(target, bones, leaders, bends, {joint: turn for joint, (_, turn) in fixed.items()})
@@ -89,21 +85,21 @@ def by_orientations(
     positions_at_root = _positions(target, rotations, lines.positions)
     root_positions = factor * motion.root_positions
     if None not in lines.hips:  # the middle between the hips
-        theirs, ours = root.apply(positions[:, MIDDLE]), positions_at_root[:, lines.hips[1]].mean(axis=1)
+        theirs, ours = positions[:, MIDDLE], positions_at_root[:, lines.hips[1]].mean(axis=1)
         if (shift := factor * theirs - ours).any() and np.abs(shift).max() > ROUNDING * np.abs(theirs).max():
             root_positions = root_positions + shift
     off = None
     joints = {} if found.people is None else found.people[1].joints
     sides = [side for side in SIDES if all(f"{side}_{mark}" in joints for mark in LEG)]  # of legs that move
     if on_feet and sides:
-        both = in_world, positions_at_root + root_positions[:, None]
+        both = motion.positions(), positions_at_root + root_positions[:, None]
         steps = find_steps(motion, both, found.landmarks, factor, sides)
         root_positions = root_positions + steps.root
         off, turned = _plant_feet(target, found.landmarks[1], sides, rotations, positions_at_root, steps, bends)
         worst = max(worst, turned)
     angles, missed = _angles(motion, target, found, rotations, bones)
     result = replace(result, angles=angles, root_positions=root_positions)
-    if (root.inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
+    if (followed[ROOT].inv() * rotations[ROOT]).magnitude().max() > 1e-12:  # more than rounding
         root_angles, axes = root_angles_of(rotations[ROOT], motion.root_angles, motion.root_axes)
         result = replace(result, root_angles=root_angles, root_axes=axes)
     return result, max(worst, missed), list(leaders), off
@@ -172,13 +168,11 @@ class _Bones(NamedTuple):
 AT_ZERO, IN_MOTION = slice(0, 1), slice(1, None)  # frames
 
 
-def _bones(source: Skeleton, positions: np.ndarray, root: Rotation, target: Skeleton, lines: Lines) -> _Bones:
+def _bones(source: Skeleton, positions: np.ndarray, target: Skeleton, lines: Lines) -> _Bones:
     """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
     joints, all_lines = list(lines.of_bones), list(lines.of_bones.values())
     at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
     found = source_lines(source, np.concatenate([at_zero, positions]), all_lines)
-    for i in range(len(all_lines)):
-        found[IN_MOTION, i] = root.apply(found[IN_MOTION, i])
     wished = np.zeros((len(found), target.n_joints, 3))
     wished[:, joints] = found
     known = np.asarray(lines.directions.any(axis=1) & wished.any(axis=(0, 2)))
@@ -205,6 +199,13 @@ def _leaders(source: Skeleton, target: Skeleton, there: np.ndarray, bones: _Bone
         elif there[joint] >= 0 and source.offset_frame == target.offset_frame:
             leaders[joint] = int(there[joint])
     return leaders
+
+
+def poses_of(motion: Motion) -> Poses:
+    """The joints of a motion in the axes of the world, from its root, and their rotations since angle zero."""
+    root = root_orientations(motion.root_angles, motion.root_axes)
+    rotations = rotations_since_zero(motion.skeleton, motion.angles, root)
+    return Poses(motion.positions() - motion.root_positions[:, None], rotations)
 
 
 def rotations_since_zero(skeleton: Skeleton, angles: np.ndarray, root: Rotation) -> dict[int, Rotation]:
@@ -245,10 +246,7 @@ def _bends(
     found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
     if people is None:
         return found
-    of_target = None
-    if shown is not None:
-        root = root_orientations(shown.root_angles, shown.root_axes)
-        of_target = Poses(shown.positions(), rotations_since_zero(target, shown.angles, root))
+    of_target = None if shown is None else poses_of(shown)
     theirs = {bend.name: bend for bend in find_bends(source, people[0])}
     unknown = []
     for bend in find_bends(target, people[1]):
@@ -376,16 +374,6 @@ def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.nda
     """
     if bone.n_dofs == 3:
         return continuous_columns(bone, rotations) if near is None else columns_of(bone, rotations, near)
-    if bone.n_dofs == 1:
-        quaternions = rotations.as_quat()
-        angles = 2.0 * np.arctan2(quaternions[:, :3] @ axes_of(bone)[0], quaternions[:, 3])[:, None]
-    else:
-        axes = "xyz" if bone.dofs.islower() else "XYZ"
-        third = next(axis for axis in axes if axis not in bone.dofs)
-        with warnings.catch_warnings():  # of gimbal lock, where the third angle becomes zero
-            warnings.simplefilter("ignore", UserWarning)
-            triples = rotations.as_euler(bone.dofs + third)
-        is_zero = np.cos(triples[:, 2:]) > 0.0  # or else the other triple of the same rotation
-        angles = np.where(is_zero, triples[:, :2], triples[:, :2] * [1.0, -1.0] + np.pi)
+    angles, _ = fit_columns(bone, rotations)
     angles -= TWO_PI * np.rint((angles - (0.0 if near is None else near)) / TWO_PI)
     return np.unwrap(angles, axis=0) if near is None else angles

@@ -18,9 +18,10 @@ from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
 from skpose.robots._solver import positions_in, solve
 from skpose.robots._stance import Place, Stance, sole_of, stances_of
 from skpose.robots._tables import HEEL, TIP
-from skpose.robots._targets import STIFFNESS, Aim, aim_at, to_vertical
+from skpose.robots._targets import STIFFNESS, Aim, aim_at
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._root import continuous_root_angles
+from skpose.skeleton._upright import axes_with_up_last
 
 PERSON = 0.2, 1.5  # m, the shortest and the longest legs of people
 # The heading first, so that no heading is near to where Euler angles jump for a root whose z axis is up.
@@ -156,7 +157,7 @@ def retarget_and_report(
     if aim.legs and len(motion) > 1:
         pelvis = positions_in(final, robot, [Place(ours.pelvis, ours.middle(HIP))])[:, 0]
         _warn_of_throws(pelvis, aim.paths["pelvis"], motion.times)
-    roots, origins, vertical = final.root_rotations, final.root_positions, to_vertical(motion.up)
+    roots, origins, vertical = final.root_rotations, final.root_positions, np.eye(3)[axes_with_up_last(motion.up)]
     if aim.is_on_base:  # exactly
         roots, origins = np.zeros_like(roots), np.zeros_like(origins)
     roots = Rotation.from_rotvec(roots).as_matrix()

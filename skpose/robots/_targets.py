@@ -22,6 +22,7 @@ from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._root import root_orientations
+from skpose.skeleton._upright import axes_with_up_last
 
 FLIP, FASTEST_FLIP = np.radians(60.0), 100.0  # rad between frames, and rad/s, beyond which a foot cannot turn
 UP = 0.7  # sine of the angle above the horizontal up to which a foot stands
@@ -124,17 +125,11 @@ class Person(NamedTuple):
         return (self.limbs[f"left_{mark}"].start + self.limbs[f"right_{mark}"].start) / 2.0
 
 
-def to_vertical(up: str) -> np.ndarray:
-    """The matrix (3, 3) that cycles the axes of the world such that the vertical is the last."""
-    i = "xyz".index(up)
-    return np.eye(3)[[(i + 1) % 3, (i + 2) % 3, i]]
-
-
 def person_of(motion: Motion, stance: Stance) -> Person:
     """The parts of a person in a motion."""
     trunk = {"pelvis": stance.pelvis, "chest": stance.chest}
     links = {link: (joint, stance.links.get(link, stance.axes)) for link, joint in trunk.items()} | stance.feet
-    vertical = to_vertical(motion.up)
+    vertical = np.eye(3)[axes_with_up_last(motion.up)]
     root = Rotation.from_matrix(vertical) * root_orientations(motion.root_angles, motion.root_axes)
     turned = rotations_since_zero(motion.skeleton, motion.angles, root)
     shown = {link: turned[joint].as_matrix() @ axes for link, (joint, axes) in links.items()}

@@ -26,6 +26,12 @@ def high_and_low(names: list[str]) -> tuple[list[int], list[int]]:
     return high, low
 
 
+def axes_with_up_last(up: str) -> list[int]:
+    """The axes of the world in a cycle that ends with the one that points up."""
+    i = "xyz".index(up)
+    return [(i + 1) % 3, (i + 2) % 3, i]
+
+
 def upright_turn(skeleton: SkeletonLike, up: str) -> Rotation:
     """The quarter or half turn of the world after which a skeleton at angle zero stands along an axis.
 
