@@ -5,6 +5,7 @@ From the robot's own hips and shoulders the ends of its limbs are where the pers
 that stand are held still; knees and elbows bend to the same side as the person's.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -72,15 +73,15 @@ def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fac
         contacts, floor = find_ground(person, theirs, motion.times)
         trunk = _put_trunk(skeleton, person, ours, scale, floor)
     else:
-        ankle = float(np.percentile([person.limbs[f"{side}_{HIP}"].end[:, 2] for side in SIDES], 5))
+        ankle = float(np.percentile([person.at[f"{side}_{ANKLE}"][:, 2] for side in SIDES], 5))
         targets, trunk = _put_on_wheels(person, ours, base, scale, ankle)
     first = solve(held, targets + trunk, rest, TRUNK_STIFFNESS, motion.times)
     starts, pelvis, chest = _read_trunk(first, held, ours)
     legs: dict[str, Held] = {}
     if on_legs:
         for side in SIDES:
-            limb, sole = person.limbs[f"{side}_{HIP}"], sole_of(ours, side)
-            ankles = starts[f"{side}_{HIP}"] + size * (limb.end - limb.start)
+            sole, leg = sole_of(ours, side), person.at[f"{side}_{ANKLE}"] - person.at[f"{side}_{HIP}"]
+            ankles = starts[f"{side}_{HIP}"] + size * leg
             legs[side] = hold_foot(ankles, person.feet[side], sole, contacts[side], motion.times, ours.leg())
         shift = _shift_within_reach(legs, starts, ours)
         starts = {mark: start + shift for mark, start in starts.items()}
@@ -94,35 +95,25 @@ def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fac
             targets += targets_of_link(ours, ours.chest, ours.middle(SHOULDER), middle, chest, WEIGHTS["chest"])
         for side in SIDES:
             targets += _put_arm(person, ours, side, starts[f"{side}_{SHOULDER}"], chest)
-    paths = {name: scale * path for name, path in (*person.toes.items(), ("pelvis", person.middle(HIP)))}
+    paths = {side: scale * person.at[theirs.toe(side)] for side in theirs.feet} | {"pelvis": scale * person.middle(HIP)}
     return Aim(held, rest, _bend_limbs(held, ours, rest), rolls, targets, legs, paths, is_on_base=base != ROOT)
 
 
 # --- the person -------------------------------------------------------------------------------------------------------
 
 
-class Limb(NamedTuple):
-    """The positions (n_frames, 3) of a limb's joints, m."""
-
-    start: np.ndarray
-    middle: np.ndarray
-    end: np.ndarray
-
-
 class Person(NamedTuple):
     """The parts of a person that are retargeted; the vertical is the last axis, columns are forward, left and up."""
 
-    limbs: dict[str, Limb]  # "left_hip", "left_shoulder", …
-    hands: dict[str, np.ndarray]  # by side, directions (n_frames, 3)
-    toes: dict[str, np.ndarray]  # by side, positions (n_frames, 3); of the ankle if the foot has no other point
+    at: dict[str, np.ndarray]  # by landmark, positions (n_frames, 3)
     feet: dict[str, np.ndarray]  # by side, axes (n_frames, 3, 3)
     pelvis: np.ndarray  # (n_frames, 3, 3) axes
     chest: np.ndarray
     seen: dict[str, np.ndarray]  # by side, whether toes and ankle were seen (n_frames,)
 
     def middle(self, mark: str) -> np.ndarray:
-        """The positions (n_frames, 3) of the middle between both hips or both shoulders."""
-        return (self.limbs[f"left_{mark}"].start + self.limbs[f"right_{mark}"].start) / 2.0
+        """The positions (n_frames, 3) of the middle between a landmark of both sides."""
+        return (self.at[f"left_{mark}"] + self.at[f"right_{mark}"]) / 2.0
 
 
 def person_of(motion: Motion, stance: Stance) -> Person:
@@ -135,22 +126,14 @@ def person_of(motion: Motion, stance: Stance) -> Person:
     shown = {link: turned[joint].as_matrix() @ axes for link, (joint, axes) in links.items()}
     points = motion.positions() @ vertical.T
     at = {mark: points[:, place.joint] for mark, place in stance.places.items()}
-    limbs = {
-        f"{side}_{limb[0]}": Limb(*(at[f"{side}_{mark}"] for mark in limb))
-        for side in SIDES
-        for limb in (LEG, ARM)
-        if stance.has(limb)
-    }
-    hands = {side: unit(at[f"{side}_{HAND}"] - at[f"{side}_{WRIST}"]) for side in SIDES if f"{side}_{HAND}" in at}
-    toes, feet, seen = {}, {}, {}
+    feet, seen = {}, {}
     every = np.ones((len(motion), motion.skeleton.n_joints), bool) if motion.seen is None else motion.seen
     for side in stance.feet:
         mark = stance.toe(side)
-        toes[side] = at[mark]
         feet[side] = level(shown["pelvis"]) if mark == f"{side}_{ANKLE}" else shown[side]
         joints = [stance.places[name].joint for name in (mark, f"{side}_{ANKLE}")]
         seen[side] = np.asarray(every[:, joints].all(axis=1))
-    return Person(limbs, hands, toes, feet, shown["pelvis"], shown["chest"], seen)
+    return Person(at, feet, shown["pelvis"], shown["chest"], seen)
 
 
 def lay_unsure_feet(person: Person, theirs: Stance, times: np.ndarray) -> tuple[Person, Stance]:
@@ -193,10 +176,10 @@ def warn_of_flips(person: Person, times: np.ndarray) -> None:
 
 def _contacts_of(person: Person, theirs: Stance, side: str, times: np.ndarray) -> list[Contact]:
     """When a foot stands: where it was seen, and its toes do not point up."""
-    ankles, may = person.limbs[f"{side}_{HIP}"].end, person.seen[side]
+    may = person.seen[side]
     if side not in theirs.unsure:
         may = may & (person.feet[side][:, 2, 0] < UP)
-    return find_contacts(person.toes[side], ankles, times, theirs.leg(), may)
+    return find_contacts(person.at[theirs.toe(side)], person.at[f"{side}_{ANKLE}"], times, theirs.leg(), may)
 
 
 def show_axes(joint: int, axes: np.ndarray) -> list[Place]:
@@ -222,7 +205,7 @@ def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict
     """When each foot stands, and the height of the ankle of a foot that stands flat."""
     contacts, heights, lowest = {}, [], np.inf
     for side in SIDES:
-        toes, contacts[side] = person.toes[side], _contacts_of(person, theirs, side, times)
+        toes, contacts[side] = person.at[theirs.toe(side)], _contacts_of(person, theirs, side, times)
         axes, zero = (
             theirs.feet[side][1],
             [theirs.places[mark].at_zero for mark in (f"{side}_{ANKLE}", theirs.toe(side))],
@@ -362,13 +345,14 @@ def _bend_limbs(skeleton: Skeleton, stance: Stance, rest: np.ndarray) -> np.ndar
     return pose
 
 
-def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
+def _find_pole(person: Person, side: str, limb: Sequence[str], left: np.ndarray, sign: float) -> np.ndarray:
     """The direction (n_frames, 3) in which a limb bends: the person's, or for a straight one the natural one.
 
     Left (n_frames, 3) is the axis of the joint: about it a knee bends forward, with the sign −1, and an elbow backward
     where the arm hangs, down where it points forward.
     """
-    first, along = limb.middle - limb.start, unit(limb.end - limb.start)
+    start, middle, end = (person.at[f"{side}_{mark}"] for mark in limb)
+    first, along = middle - start, unit(end - start)
     across = first - (first * along).sum(axis=1, keepdims=True) * along
     size = np.linalg.norm(first, axis=1, keepdims=True)
     straight = np.maximum(1.0 - np.linalg.norm(across, axis=1, keepdims=True) / (BENT * size), 0.0) ** 2
@@ -377,8 +361,8 @@ def _find_pole(limb: Limb, left: np.ndarray, sign: float) -> np.ndarray:
 
 def _put_leg(person: Person, ours: Stance, side: str, start: np.ndarray, leg: Held) -> list[Target]:
     """The targets of a leg: the knee, and the corners of the sole."""
-    limb, lengths = person.limbs[f"{side}_{HIP}"], (ours.length(HIP, KNEE), ours.length(KNEE, ANKLE))
-    knee, end = _bend(start, leg.ankles, _find_pole(limb, leg.frames[:, :, 1], -1.0), lengths)
+    lengths = ours.length(HIP, KNEE), ours.length(KNEE, ANKLE)
+    knee, end = _bend(start, leg.ankles, _find_pole(person, side, LEG, leg.frames[:, :, 1], -1.0), lengths)
     end = end + leg.stands[:, None] * (leg.ankles - end)
     targets = [Target(ours.places[f"{side}_{KNEE}"], knee, WEIGHTS["knee"])]
     (joint, axes), (heel, tip, half) = ours.feet[side], sole_of(ours, side)
@@ -392,14 +376,16 @@ def _put_leg(person: Person, ours: Stance, side: str, start: np.ndarray, leg: He
 
 def _put_arm(person: Person, ours: Stance, side: str, start: np.ndarray, chest: np.ndarray) -> list[Target]:
     """The targets of an arm: elbow, wrist and hand."""
-    limb, lengths = person.limbs[f"{side}_{SHOULDER}"], (ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST))
-    wished = start + lengths[0] * unit(limb.middle - limb.start) + lengths[1] * unit(limb.end - limb.middle)
-    elbow, end = _bend(start, wished, _find_pole(limb, chest[:, :, 1], 1.0), lengths)
+    lengths = ours.length(SHOULDER, ELBOW), ours.length(ELBOW, WRIST)
+    joints = np.stack([person.at[f"{side}_{mark}"] for mark in ARM])
+    wished = start + np.tensordot(lengths, unit(np.diff(joints, axis=0)), axes=1)
+    elbow, end = _bend(start, wished, _find_pole(person, side, ARM, chest[:, :, 1], 1.0), lengths)
     wrist = ours.places[f"{side}_{WRIST}"]
     targets = [Target(ours.places[f"{side}_{ELBOW}"], elbow, WEIGHTS["elbow"])]
     targets.append(Target(wrist, end, WEIGHTS["wrist"], "hands"))
     hand = ours.places.get(f"{side}_{HAND}")
-    if hand is not None and side in person.hands:
+    if hand is not None and f"{side}_{HAND}" in person.at:
         length = float(np.linalg.norm(hand.at_zero - wrist.at_zero))
-        targets.append(Target(hand, end + length * person.hands[side], WEIGHTS["hand"], "hands"))
+        along = unit(person.at[f"{side}_{HAND}"] - person.at[f"{side}_{WRIST}"])
+        targets.append(Target(hand, end + length * along, WEIGHTS["hand"], "hands"))
     return targets
