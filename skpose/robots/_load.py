@@ -30,6 +30,7 @@ from skpose.io import MocapFormatError
 from skpose.io._source import Readable
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
+from skpose.skeleton._rotations import rotations_of
 
 if TYPE_CHECKING:
     import mujoco
@@ -453,21 +454,23 @@ def _bones_of_body(
     offset, rest = place[0], np.eye(3) if place[1] is None else place[1]
     bones: list[Bone] = []
     for joint in joints:
-        if joint.held is not None:
-            shift, turn = _held_movement(joint)
-            offset, rest = offset + rest @ shift, rest @ turn
-            continue
         point = np.zeros(3) if joint.kind == SLIDE_JOINT else joint.point
         offset = offset + rest @ point
         if joint.kind == SLIDE_JOINT:
             offset = offset - joint.reference * (rest @ joint.axis)
         elif joint.kind == HINGE_JOINT and joint.reference:
-            rest = rest @ _about(joint.axis, -joint.reference)
+            rest = rest @ Rotation.from_rotvec(-joint.reference * joint.axis).as_matrix()
         anchor = f"{joint.name}_anchor"
         bone = Bone(anchor, parent, offset + 0.0, DOFS[joint.kind], _exact(rest))
         if joint.kind != SPHERICAL:
             limits = None if joint.limits is None else (joint.limits,)
             bone = bone._replace(limits=limits, axis=joint.axis, dof_name=joint.name)
+        if joint.held is not None:
+            value = np.reshape(joint.held, (1, -1))
+            offset = offset + rest @ (joint.axis * value[0] if joint.kind == SLIDE_JOINT else np.zeros(3))
+            rest = rest @ rotations_of(bone, value).as_matrix()[0]
+            offset = offset - rest @ point
+            continue
         bones.append(bone)
         columns[anchor] = joint
         parent, offset, rest = anchor, -point, np.eye(3)
@@ -477,22 +480,6 @@ def _bones_of_body(
     else:
         bones.append(Bone(name, parent, offset + 0.0, "", _exact(rest)))
     return bones
-
-
-def _held_movement(joint: Joint) -> tuple[np.ndarray, np.ndarray]:
-    """The shift and the rotation of a held joint, in the coordinate system of its link."""
-    value: Any = joint.held
-    if joint.kind == SLIDE_JOINT:
-        return joint.axis * (value - joint.reference), np.eye(3)
-    if joint.kind == HINGE_JOINT:
-        turn = _about(joint.axis, value - joint.reference)
-    else:
-        turn = Rotation.from_rotvec(value).as_matrix()
-    return joint.point - turn @ joint.point, turn
-
-
-def _about(axis: np.ndarray, angle: float) -> np.ndarray:
-    return Rotation.from_rotvec(axis * angle).as_matrix()
 
 
 def _matrix(quaternion: np.ndarray) -> np.ndarray | None:
