@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
+from sklearn.utils import gen_batches
 
 from skpose._compiled.pose.rotation import TIE
 from skpose._compiled.pose.tree import TWO_PI, Tree
@@ -107,23 +108,17 @@ def product(p: Numbers, q: Numbers) -> Numbers:
 
 def rotate(q: Numbers, axis: int, cos: Any, sin: Any) -> Numbers:
     """The rotation about an axis, given the cosine and sine of half the angle, then q."""
-    turned = list(q)
-    a, b, c = (1 + (axis + i) % 3 for i in range(3))
-    turned[a], turned[0] = cos * q[a] + sin * q[0], cos * q[0] - sin * q[a]
-    turned[b], turned[c] = cos * q[b] + sin * q[c], cos * q[c] - sin * q[b]
-    return turned
+    w, x, y, z = q[0], *(q[1 + (axis + i) % 3] for i in range(3))
+    turned = cos * x + sin * w, cos * y + sin * z, cos * z - sin * y
+    return [cos * w - sin * x, *(turned[(i - axis) % 3] for i in range(3))]
 
 
 def _add_along(p: Numbers, q: Numbers, axis: int, length: Any) -> Numbers:
     """The point p plus a length along an axis that q has rotated."""
-    moved = list(p)
-    a, b, c = ((axis + i) % 3 for i in range(3))
-    w, x, y, z = q[0], q[1 + a], q[1 + b], q[1 + c]
+    w, x, y, z = q[0], *(q[1 + (axis + i) % 3] for i in range(3))
     twice = 2.0 * length
-    moved[a] = p[a] + (length - twice * (y * y + z * z))
-    moved[b] = p[b] + twice * (x * y + w * z)
-    moved[c] = p[c] + twice * (x * z - w * y)
-    return moved
+    shift = length - twice * (y * y + z * z), twice * (x * y + w * z), twice * (x * z - w * y)
+    return [number + shift[(i - axis) % 3] for i, number in enumerate(p)]
 
 
 def quaternion_of(xp: Any, x: Array, y: Array, z: Array) -> Numbers:
@@ -270,11 +265,11 @@ def array_distances(
     encode, measure = MEASURES[metric]
     A = encode(xp, X, plan, wrap)
     B = A if Y is None else encode(xp, Y, plan, wrap)
-    n_bytes = xp.finfo(X.dtype).bits * len(plan.frame_parent) * (n_steps + 1)  # of a pair: eight numbers for each frame
-    n_pairs = max(1, int(memory * 2**20) // n_bytes)
+    # Of a pair, eight numbers for each frame.
+    n_pairs = max(1, int(memory * 2**20) // (xp.finfo(X.dtype).bits * len(plan.frame_parent) * (n_steps + 1)))
     n_rows = math.isqrt(n_pairs) if Y is None else min(X.shape[0], math.isqrt(n_pairs))
     n_columns = n_rows if Y is None else n_pairs // n_rows
-    rows, columns = _slices(A.shape[-1], n_rows), _slices(B.shape[-1], n_columns)
+    rows, columns = [*gen_batches(A.shape[-1], n_rows)], [*gen_batches(B.shape[-1], n_columns)]
     tiles: list[list[Array]] = [[] for _ in rows]
     for i, k in itertools.product(range(len(rows)), range(len(columns))):
         if Y is None and k < i:
@@ -288,13 +283,9 @@ def array_distances(
     return xp.concat([xp.concat(row, axis=1) for row in tiles], axis=0)
 
 
-def _slices(n: int, step: int) -> list[slice]:
-    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
-
-
 def _encode_positions(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
-    P = _place_poses(xp, X, plan)[1]
-    return xp.stack([scale * x for p, scale in zip(P, plan.scale, strict=True) for x in p if scale > 0.0], axis=0)
+    placed = zip(_place_poses(xp, X, plan)[1], plan.scale, strict=True)
+    return xp.stack([scale * x for p, scale in placed for x in p if scale > 0.0], axis=0)
 
 
 def _measure_positions(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wrap: bool) -> Array:

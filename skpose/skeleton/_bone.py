@@ -211,8 +211,6 @@ def mean_bone(bones: Sequence[Bone]) -> Bone:
     lengths = np.linalg.norm(offsets, axis=1)
     direction = (offsets / np.where(lengths > 0, lengths, 1.0)[:, None]).sum(axis=0)
     spread = np.linalg.norm(direction)
-    if lengths.any() and spread < ROTATION_TOLERANCE:
-        raise ValueError(f"bone {first.name!r} points in opposite directions and has no mean direction")
     offset = direction * (lengths.mean() / spread) if spread > 0 else offsets[0]
     if (offsets == offsets[0]).all():  # exactly, so that the mean of one skeleton is that skeleton
         offset = offsets[0]
