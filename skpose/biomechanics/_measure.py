@@ -591,10 +591,9 @@ def _find_standing(
     if unknown:
         names = ", ".join(f"{side} {joint}" for joint, side in sorted(unknown))
         warn(f"arms do not hang in zero, {words}: {_list(far)}. Angles of {names} are NaN")
-    if bent := [each for each in deviations if each not in far and each.degrees > SMALL]:
+    rotated = _find_rotated(mean) if stands_at_rest else []
+    if bent := rotated + [each for each in deviations if each not in far and each.degrees > SMALL]:
         warn(f"in zero, {words}, {_list(bent)}: angles of these joints are relative to that pose")
-    if stands_at_rest and (rotated := _find_rotated(mean)):
-        warn(f"in zero, {words}, {_list(rotated)} relative to the rest pose, and so are angles of these joints")
     unknown |= {
         (joint.name, side): f"positions of its points are not seen in zero, {words}"
         for joint in (*MIDDLE, *OF_SIDES)
@@ -625,7 +624,7 @@ def _find_rotated(mean: Turned) -> list[Deviation]:
             between = mean.since_zero[outer][0].T @ mean.since_zero[inner][0]
             degrees = float(np.degrees(Rotation.from_matrix(between).magnitude()))
             if degrees > LIMIT:
-                found.append(Deviation(f"its {inner.replace('_', ' ')} is rotated", degrees, LIMIT))
+                found.append(Deviation(f"its {inner.replace('_', ' ')} is rotated from the rest pose", degrees, LIMIT))
     return sorted(found, key=lambda each: -each.degrees)
 
 

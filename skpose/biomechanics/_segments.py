@@ -18,6 +18,7 @@ from skpose.kinematics._lines import ROOT, unit
 from skpose.kinematics._orientations import poses_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import find_carriers, find_movers, positions_at_zero
+from skpose.skeleton._selection import check_joints
 
 # Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.
 LIMBS = {
@@ -109,15 +110,13 @@ OTHER_SIDE = -0.5  # cosine of the angle between the lines of hips and shoulders
 
 def find_person(skeleton: Skeleton, joints: Mapping[str, str] | None, required: Collection[str] = LEGS) -> Anatomy:
     """The landmarks of a skeleton, by its names or as given."""
-    given, numbers, found = dict(joints or {}), dict[str, int](), find_anatomy(skeleton)
-    for mark, name in given.items():
+    given, found = dict(joints or {}), find_anatomy(skeleton)
+    check_joints(skeleton, given.values(), "joints")
+    for mark in given:
         if mark not in LANDMARKS:
             near = near_names(LANDMARKS, str(mark), "see joints")
             raise ValueError(f"joints has the unknown landmark {mark!r}: {near}")
-        if name not in skeleton.joint_names:
-            near = near_names(skeleton.joint_names, str(name))
-            raise ValueError(f"joints[{mark!r}] is {name!r}, which is not a joint: {near}")
-        numbers[mark] = skeleton.joint_names.index(name)
+    numbers = {mark: skeleton.joint_names.index(name) for mark, name in given.items()}
     found = found._replace(joints=found.joints | numbers)
     require(found.joints, required)
     if given:

@@ -269,7 +269,8 @@ def symmetry(
     _warn_of_unseen(motion)
     there, image = (forward_kinematics(one.angles, motion.skeleton) for one in (motion, mirror))
     numbers = motion.frame_numbers - motion.frame_numbers[0]
-    is_closed = _is_cycle(there, numbers)
+    away = np.sqrt(np.square(there - there[0]).sum(axis=(1, 2)))
+    is_closed = bool(away[-1] <= CLOSED * away.max() and abs(_frames_late(there, numbers)) <= LATE * numbers[-1] + 0.5)
     if shift == HALF and not is_closed:
         raise ValueError(f"shift={HALF!r} needs one cycle, motion[start : stop + 1], but the ends are different poses")
     later = numbers + 0.5 * numbers[-1]
@@ -312,12 +313,6 @@ def _warn_of_unseen(motion: Motion) -> None:
             f"positions of {', '.join(names[:5])}{' and more' * (len(names) > 5)} are not seen in all frames, so their "
             "asymmetry is a guess: leave them out with select"
         )
-
-
-def _is_cycle(positions: np.ndarray, numbers: np.ndarray) -> bool:
-    """Whether the last pose of a motion is about its first one."""
-    away = np.sqrt(np.square(positions - positions[0]).sum(axis=(1, 2)))
-    return bool(away[-1] <= CLOSED * away.max() and abs(_frames_late(positions, numbers)) <= LATE * numbers[-1] + 0.5)
 
 
 def _frames_late(positions: np.ndarray, numbers: np.ndarray) -> float:

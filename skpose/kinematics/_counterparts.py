@@ -43,7 +43,8 @@ Names = tuple[list[str], list[str]]
 WHOSE = "the motion's skeleton", "the given skeleton"
 ENDS = (KNEE, ANKLE, ELBOW, WRIST)  # of the bones by which people of different rigs are compared in size
 SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all rigs, within a few centimetres
-NEARLY = ((BALL, TOE), (TOE, BALL), (HEAD_TOP, HEAD_CENTER), (HEAD_CENTER, HEAD_TOP))  # in one direction
+NEARLY = {f"{side}_{a}": f"{side}_{b}" for side in SIDES for a, b in ((BALL, TOE), (TOE, BALL))}  # in one direction
+NEARLY |= {HEAD_TOP: HEAD_CENTER, HEAD_CENTER: HEAD_TOP}
 NONE = -1  # the index of no joint
 MATCH, TIE = 1e3, 1e-6  # the worth of one match more
 SHARE = 0.25  # of the length of trunk or neck: joints further apart are not counterparts
@@ -237,11 +238,9 @@ def _match_landmarks(source: Skeleton, target: Skeleton, people: People, names: 
         if name in theirs:
             there[joint] = theirs[name]
             placed[joint] = name.removeprefix("left_").removeprefix("right_") in SAME_PLACE
-    for one, other in NEARLY:
-        for prefix in ("left_", "right_") if one in (BALL, TOE) else ("",):
-            joint, near = ours.get(prefix + one, -1), theirs.get(prefix + other, -1)
-            if joint >= 0 and near >= 0 and prefix + one not in theirs and prefix + other not in ours:
-                there[joint] = near
+    for one, other in NEARLY.items():
+        if one in ours and other in theirs and one not in theirs and other not in ours:
+            there[ours[one]] = theirs[other]
     if people[0].trunk and people[1].trunk:
         _match_trunk(source, target, people, there)
     _match_equal_names(source, target, people, names, there)
@@ -353,20 +352,16 @@ def _long_parts(target: Skeleton, there: np.ndarray) -> list[int]:
 
     A part ends at the end of a chain, or consists of several joints that move before a chain that does not branch.
     """
-    lengths = np.linalg.norm(target.offsets, axis=1)
-    from_root = np.array([lengths[path_up(target, j)].sum() for j in range(target.n_joints)])
-    children = [np.flatnonzero(target.parents == j) for j in range(target.n_joints)]
-    branches = np.array([len(below) > 1 for below in children])
-    for j in reversed(range(target.n_joints)):
-        branches[j] |= any(branches[child] for child in children[j])
+    lengths, joints = np.linalg.norm(target.offsets, axis=1), range(target.n_joints)
+    leaves = {*joints} - {*target.parents.tolist()}
+    longest = max(lengths[path_up(target, leaf)].sum() for leaf in leaves)
+    n_leaves = np.bincount([j for leaf in leaves for j in path_up(target, leaf)])  # at each joint and after it
     out: set[int] = set()
-    for end in range(target.n_joints):
-        if len(children[end]) and (there[end] < 0 or branches[end]):
-            continue  # neither the end of a chain nor a joint with a counterpart and no branches after it
+    for end in [j for j in joints if j in leaves or (there[j] >= 0 and n_leaves[j] == 1)]:
         path = path_up(target, end)[int(there[end] >= 0) :]
         part = path[: next((i for i, joint in enumerate(path) if there[joint] >= 0), len(path))]
         moving = [joint for joint in part if target.bones[joint].dofs]
-        if lengths[part].sum() > LIMB * from_root.max() and len(moving) > (there[end] >= 0):
+        if lengths[part].sum() > LIMB * longest and len(moving) > (there[end] >= 0):
             out.update(part)
     return sorted(out)
 

@@ -467,10 +467,8 @@ def _check_initial(initial: ArrayLike | None, skeleton: Skeleton, n: int) -> np.
     """Check the first poses (1, n_dofs) or (n_frames, n_dofs)."""
     if initial is None:
         return np.zeros((1, skeleton.n_dofs))
-    array = np.asarray(initial)
-    if array.ndim == 1:
-        array = array[None]
-    elif len(array) != n:
+    array = np.atleast_2d(initial)
+    if len(array) not in (1, n):
         raise ValueError(f"initial must be one pose, or one for each of the {n} frames, got {len(array)}")
     return check_poses(array, skeleton, "initial").astype(np.float64)
 
