@@ -2,8 +2,7 @@
 
 | module             | content                                                                             |
 |--------------------|-------------------------------------------------------------------------------------|
-| `_joint_angles`    | flexion, adduction, rotation                                                        |
-| `_cycles`          | their cycles, such as strides, over per cent                                        |
+| `_joint_angles`    | flexion, adduction, rotation; their cycles, such as strides, over per cent          |
 | `_segments`        | the joints of a person, the segments between them, and which of them positions show |
 | `_measure`         | formulas of angles, axes of segments, and the pose in which angles are zero         |
 | `_symmetry`        | the left against the mirrored right, joint by joint                                 |

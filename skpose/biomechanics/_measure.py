@@ -11,10 +11,9 @@ from skpose.biomechanics._segments import LIMBS, Segment, Turned, find_seen, tur
 from skpose.keypoints._fit import is_of_layout
 from skpose.kinematics._anatomy import SIDES, Anatomy, path_up
 from skpose.kinematics._body import find_bends, flexion_axis
-from skpose.kinematics._lines import ROOT, unit
 from skpose.motions._phases import without_jumps
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._rest import degrees_between
+from skpose.skeleton._rest import ROOT, degrees_between, unit
 from skpose.skeleton._upright import describe_up, find_up
 
 # Bend of a joint, degrees, that shows the rotation of the segment before it, fully and at all. In

@@ -14,11 +14,10 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.validation import near_names
 from skpose.kinematics._anatomy import ENDS_OF, SIDES, Anatomy, find_anatomy, find_misplaced, pair_of
 from skpose.kinematics._body import find_segments as find_axes
-from skpose.kinematics._lines import ROOT, unit
 from skpose.kinematics._orientations import poses_of
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._rest import find_carriers, find_movers, positions_at_zero
-from skpose.skeleton._selection import check_joints
+from skpose.skeleton._rest import ROOT, find_carriers, find_movers, positions_at_zero, unit
+from skpose.skeleton._skeleton import check_joints
 
 # Limbs: the landmarks at which each segment begins and may end; the first that is there is taken.
 LIMBS = {

@@ -12,9 +12,8 @@ from skpose.biomechanics._gait_parameters import measure_gait
 from skpose.checks._recording import Recording, Unknown
 from skpose.kinematics._anatomy import ARM
 from skpose.kinematics._ground import runs, speeds_of
-from skpose.kinematics._lines import unit
 from skpose.scores._plausibility import slips_of
-from skpose.skeleton._rest import size_of
+from skpose.skeleton._rest import size_of, unit
 from skpose.skeleton._upright import describe_up, find_up
 
 WALK = 1.5  # m, shortest path of gait

@@ -30,10 +30,9 @@ from skpose.kinematics._anatomy import (
     pair_of,
     path_up,
 )
-from skpose.kinematics._lines import ROOT, unit
 from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import axes_of
-from skpose.skeleton._rest import axes_at_zero, find_carriers, find_movers, positions_at_zero
+from skpose.skeleton._rest import ROOT, axes_at_zero, find_carriers, find_movers, positions_at_zero, unit
 
 NEAR = 0.8  # cosine of the angle to an axis of the root up to which a skeleton stands along it, or faces it
 FACING = np.cos(np.radians(45.0))  # of the angle between hips and shoulders of a person who stands

@@ -35,8 +35,8 @@ from skpose.kinematics._anatomy import (
 )
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
-from skpose.skeleton._selection import check_joints as check_names
 from skpose.skeleton._sides import sides
+from skpose.skeleton._skeleton import check_joints as check_names
 
 People = tuple[Anatomy, Anatomy]  # of the source and of the target
 Names = tuple[list[str], list[str]]

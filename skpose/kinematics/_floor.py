@@ -12,8 +12,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._anatomy import ANKLE, BALL, HIP, SIDES, TOE, Anatomy, path_up
-from skpose.kinematics._lines import unit
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._rest import unit
 
 LOW, SLOW = 0.08, 1.0  # leg lengths above the lowest point, and leg lengths per second, of a foot that stands
 STANDS, LEAST = 0.5, 1e-3  # weights of a foot that stands, and of one that does not

@@ -9,9 +9,13 @@ does for a trunk of two, the rotation that is left to fit the direction follows,
 A joint carries the bones that rotate with it: those that end at it (offsets in its "own" axes) or start at it, and
 those of joints without dofs that follow it; the root carries bones likewise. The fit is the shortest rotation for a
 joint that carries one direction, and least squares (Kabsch) for several.
+
+A bone's counterpart is the line between the counterparts of its ends, or, where its near end has none, the bone that
+ends at the counterpart of its far end. In people pelvis, chest, head and feet are aligned by their axes instead, see
+`_body`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -20,15 +24,23 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import list_names
 from skpose._utils.warnings import warn
-from skpose.kinematics._anatomy import HIP, LEG, SIDES, TOE, Anatomy, path_up
+from skpose.kinematics._anatomy import COLLAR, HIP, LEG, SHOULDER, SIDES, TOE, Anatomy, pair_of, path_up
 from skpose.kinematics._body import Poses, find_bends, find_segments, flexion_axis
 from skpose.kinematics._counterparts import Counterparts
 from skpose.kinematics._floor import STRAIGHT, Steps, find_steps, move_ankle
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._lines import MIDDLE, ROOT, Lines, source_lines, unit, with_root
 from skpose.skeleton import Bone, Motion, Skeleton
 from skpose.skeleton._bone import with_columns
-from skpose.skeleton._rest import LARGEST_DIFFERENCE, axes_at_zero, degrees_between, find_carriers
+from skpose.skeleton._rest import (
+    LARGEST_DIFFERENCE,
+    NO_DIRECTION,
+    ROOT,
+    axes_at_zero,
+    degrees_between,
+    directions_at_zero,
+    find_carriers,
+    unit,
+)
 from skpose.skeleton._root import root_angles_of, root_orientations
 from skpose.skeleton._rotations import TWO_PI, columns_of, continuous_columns, fit_columns, rotations_of
 
@@ -37,13 +49,124 @@ ROUNDING = 1e-6  # rad
 # degrees, as of hips from noisy keypoints, say nothing about the rotation about their line.
 LINE = 2e-2
 REMEDY = 'method="positions" comes close by inverse kinematics'
+MIDDLE = -2  # the middle between the hips, in people: roots are higher up in some rigs
+ONE_LINE = np.cos(np.radians(30.0))  # bones of a limb, or of the trunk, up to this angle apart have one direction
+
+
+# --- lines ------------------------------------------------------------------------------------------------------------
+# The lines of two skeletons that are made parallel: bones that are counterparts, or lines in their place.
+
+
+class Line(NamedTuple):
+    """Two joints of the target, and the two of the source between which the direction is, or `ROOT` or `MIDDLE`."""
+
+    start: int
+    end: int
+    source_start: int
+    source_end: int
+
+
+class Lines(NamedTuple):
+    """The lines that are made parallel."""
+
+    of_bones: dict[int, Line]  # for the joint at which each bone of the target ends
+    hips: tuple[tuple[int, int] | None, tuple[int, int] | None]  # of source and target
+    directions: np.ndarray  # (n_joints, 3) of the lines of bones in the target at angle zero; zeros if there is none
+    positions: np.ndarray  # (n_joints + 2, 3) of the target at angle zero, see `with_root`
+
+
+def find_lines(source: Skeleton, target: Skeleton, found: Counterparts) -> Lines:
+    """Find the lines of counterparts."""
+    there, people = found.there, found.people if found.by_landmarks else None
+    lines, carriers = {}, find_carriers(target)
+    lengths = np.linalg.norm(target.offsets, axis=1)
+    for joint in np.flatnonzero(there >= 0).tolist():
+        start = int(target.parents[joint])
+        while start >= 0 and there[start] < 0 and lengths[start] == 0.0:  # the same point as the joint before
+            start = int(target.parents[start])
+        end = int(there[joint])
+        source_start = ROOT if start < 0 else int(there[start]) if there[start] >= 0 else int(source.parents[end])
+        lines[joint] = Line(int(target.parents[joint]), joint, source_start, end)
+    directions = directions_at_zero(target)
+    hips = (None, None) if people is None else (pair_of(people[0].joints, HIP), pair_of(people[1].joints, HIP))
+    positions = with_root(joint_positions(np.zeros((1, target.n_dofs)), target), hips[1])[0]
+    if people is None:
+        return Lines(lines, hips, directions, positions)
+    _keep_straight(lines, target, there, people[1], positions)
+    _adapt_girdles(lines, source, target, there, people[1].joints)
+    for joint in people[1].trunk if None not in hips else ():  # the trunk begins in the middle between the hips
+        line = lines.get(joint)
+        if line is not None and line.source_start == ROOT:
+            start = MIDDLE if line.start == ROOT and carriers[joint] == ROOT else line.start
+            lines[joint] = line._replace(start=start, source_start=MIDDLE)
+    for joint, line in lines.items():
+        if line.start != int(target.parents[joint]) or line.end != joint:
+            directions[joint] = unit(positions[line.end] - positions[line.start])
+    return Lines(lines, hips, directions, positions)
+
+
+def with_root(positions: np.ndarray, hips: tuple[int, int] | None) -> np.ndarray:
+    """Append the middle between the hips and the root, `MIDDLE` and `ROOT`, to positions (n_frames, n_joints, 3)."""
+    root = np.zeros((len(positions), 1, 3))
+    middle = positions[:, list(hips)].mean(axis=1, keepdims=True) if hips is not None else root
+    return np.concatenate([positions, middle, root], axis=1)
+
+
+def _keep_straight(
+    lines: dict[int, Line], target: Skeleton, there: np.ndarray, person: Anatomy, positions: np.ndarray
+) -> None:
+    """Give all bones between two joints with counterparts one direction, if they are on one line at angle zero.
+
+    So a forearm of two bones is as straight as one of one bone.
+    """
+    parents = target.parents
+    for end in sorted({*person.joints.values(), *person.trunk, *person.neck}):
+        if there[end] < 0:
+            continue
+        path = [end]
+        while (above := int(parents[path[-1]])) >= 0 and there[above] < 0:
+            path.append(above)
+        along = unit(positions[end] - positions[above])
+        bones = unit(positions[path] - positions[parents[path]])
+        if len(path) > 1 and ((bones @ along > ONE_LINE) | ~bones.any(axis=1)).all():
+            source_start = ROOT if above < 0 else int(there[above])
+            for joint in path:
+                lines[joint] = Line(int(parents[joint]), joint, source_start, int(there[end]))
+
+
+def _adapt_girdles(
+    lines: dict[int, Line], source: Skeleton, target: Skeleton, there: np.ndarray, ours: Mapping[str, int]
+) -> None:
+    """Bones of the pelvis that can move stay at rest, and collarbones that end at shoulders follow collarbones."""
+    for joint in pair_of(ours, HIP) or ():
+        lines.pop(joint, None)
+    for side, joint in zip(SIDES, pair_of(ours, SHOULDER) or (), strict=False):
+        if there[joint] >= 0 and int(target.parents[joint]) != ours.get(f"{side}_{COLLAR}"):
+            start = int(source.parents[there[joint]])
+            lines[joint] = Line(int(target.parents[joint]), joint, start, int(there[joint]))
+
+
+def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
+    """The directions (n_frames, n_lines, 3) of lines in the source; zeros for lines too short in any frame.
+
+    Positions (n_frames, n_joints + 2, 3) as from `with_root`.
+    """
+    starts, ends = [line.source_start for line in lines], [line.source_end for line in lines]
+    vectors = positions[:, ends] - positions[:, starts]
+    sizes = np.linalg.norm(vectors, axis=2)
+    longest = np.linalg.norm(source.offsets, axis=1).max()
+    directions = unit(vectors)
+    directions[:, sizes.min(axis=0) <= NO_DIRECTION * longest] = 0.0
+    return directions
+
+
+# --- conversion -------------------------------------------------------------------------------------------------------
 
 
 def by_orientations(
     motion: Motion,
     target: Skeleton,
     found: Counterparts,
-    lines: Lines,
     factor: float,
     on_feet: bool,
     shown: Motion | None,
@@ -63,7 +186,7 @@ def by_orientations(
         raise ValueError(f"directions of bones do not show how far {slides[0]!r} slides: {REMEDY}")
     if not len(motion):
         return result, 0.0, list(range(target.n_joints)), None
-    poses = poses_of(motion)
+    poses, lines = poses_of(motion), find_lines(motion.skeleton, target, found)
     positions, followed = with_root(poses.positions, lines.hips[0]), poses.since_zero
     bones = _bones(motion.skeleton, positions, target, lines)
     leaders = _leaders(motion.skeleton, target, there, bones)

@@ -13,11 +13,10 @@ from skpose.kinematics._anatomy import ANKLE, HEAD, SIDES, WRIST, Anatomy, find_
 from skpose.kinematics._counterparts import Counterparts, check_limbs, counterparts, ratio_of_lengths
 from skpose.kinematics._floor import keep_feet, leg_length
 from skpose.kinematics._inverse import inverse_kinematics
-from skpose.kinematics._lines import ROOT, find_lines
 from skpose.kinematics._orientations import by_orientations
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import seen_of
-from skpose.skeleton._rest import check_rest_poses, directions_at_zero, find_carriers, find_movers, mismatch
+from skpose.skeleton._rest import ROOT, check_rest_poses, directions_at_zero, find_carriers, find_movers, mismatch
 
 Method = Literal["numbers", "orientations", "positions", "auto", "unchecked"]
 METHODS = ("numbers", "orientations", "positions", "auto", "unchecked")
@@ -244,9 +243,8 @@ def _by_orientations(
     shown: Motion | None,
 ) -> tuple[Motion, str]:
     """Make bones parallel to their counterparts."""
-    lines = find_lines(motion.skeleton, skeleton, found.there, found.people if found.by_landmarks else None)
     free = joint_limits == "ignore"  # to move the legs
-    result, apart, moving, off = by_orientations(motion, skeleton, found, lines, factor, on_feet and free, shown)
+    result, apart, moving, off = by_orientations(motion, skeleton, found, factor, on_feet and free, shown)
     if on_feet and not free:
         result = keep_feet(motion, result, found.landmarks, factor)
     at_rest = joints_at_rest(skeleton, moving)

@@ -13,7 +13,7 @@ from skpose._compiled.path.geodesic import project
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, retract, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
-from skpose.skeleton._chart import chordal_mean
+from skpose.skeleton._interpolation import chordal_mean
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad
 MAX_ITER = 200

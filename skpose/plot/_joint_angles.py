@@ -7,7 +7,7 @@ import numpy as np
 
 from skpose._utils.validation import check_integer, check_kind
 from skpose.biomechanics import JointAngles
-from skpose.biomechanics._cycles import Cycles, find_cycles, split_name
+from skpose.biomechanics._joint_angles import Cycles, find_cycles, split_name
 from skpose.motions._phases import PHASES, with_gaps, without_jumps
 from skpose.plot._axes import SIDES as COLOURS
 from skpose.plot._axes import axes

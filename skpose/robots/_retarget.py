@@ -13,13 +13,11 @@ from skpose._utils.warnings import warn
 from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, HIP, path_up
 from skpose.kinematics._counterparts import check_joints
-from skpose.kinematics._lines import ROOT
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
-from skpose.robots._solver import positions_in, solve
-from skpose.robots._stance import Place, Stance, sole_of, stances_of
-from skpose.robots._tables import HEEL, TIP
-from skpose.robots._targets import STIFFNESS, Aim, aim_at
+from skpose.robots._stance import HEEL, TIP, Place, Stance, sole_of, stances_of
+from skpose.robots._targets import STIFFNESS, Aim, aim_at, positions_in, solve
 from skpose.skeleton import Motion, Skeleton
+from skpose.skeleton._rest import ROOT
 from skpose.skeleton._root import continuous_root_angles
 from skpose.skeleton._upright import axes_with_up_last
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose.skeleton._bone import are_slides
-from skpose.skeleton._chart import move, steps_from
+from skpose.skeleton._interpolation import move, steps_from
 from skpose.skeleton._root import heading
 from skpose.skeleton._rotations import joint_positions, remove_jumps
 

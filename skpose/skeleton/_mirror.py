@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import check_choice
 from skpose.skeleton._bone import Bone, axes_of, with_columns
-from skpose.skeleton._rest import axes_at_zero, degrees_between, directions_at_zero, find_carriers
+from skpose.skeleton._rest import ROOT, axes_at_zero, degrees_between, directions_at_zero, find_carriers
 from skpose.skeleton._root import root_orientations
 from skpose.skeleton._rotations import continuous_columns, fit_columns, rotations_of
 from skpose.skeleton._sides import partners
@@ -26,7 +26,7 @@ PARALLEL = 1e-12  # axes that differ by less are one
 MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 LINE = 2e-2  # second singular value over the first; directions with less are on one line
-ROOT, NOWHERE = -1, -2
+NOWHERE = -2  # with no joint
 SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
 REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
 

@@ -6,7 +6,14 @@ import numpy as np
 
 from skpose._utils.validation import SkeletonLike
 
+ROOT = -1  # the index of the root
 NO_DIRECTION = 1e-3  # share of the longest bone: a shorter one, or none, has no direction
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Normalise vectors (..., 3); zeros stay zero, and NaN stays NaN."""
+    sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, sizes, out=np.zeros_like(vectors), where=sizes != 0.0)
 
 
 def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -61,7 +68,7 @@ def find_carriers(skeleton: SkeletonLike) -> list[int]:
 
 def find_movers(skeleton: SkeletonLike) -> list[int]:
     """The last joint with dofs from the root to each joint, and last to the root itself; -1 is the root."""
-    movers = [-1] * (skeleton.n_joints + 1)
+    movers = [ROOT] * (skeleton.n_joints + 1)
     for j, bone in enumerate(skeleton.bones):
         movers[j] = j if bone.dofs else movers[int(skeleton.parents[j])]
     return movers

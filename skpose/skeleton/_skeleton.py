@@ -16,7 +16,6 @@ from skpose._utils.validation import check_choice, near_names
 from skpose.skeleton._bone import BALL, Bone, check_bone, is_axes, mean_bone, ranges_of
 from skpose.skeleton._rest import check_comparable
 from skpose.skeleton._rotations import joint_positions
-from skpose.skeleton._selection import check_joints, select_bones
 
 SAME_PLACE = 1e-9  # m; files that print nine digits leave this much between joints in one place
 
@@ -475,3 +474,35 @@ def joint_weights(skeleton: Skeleton) -> np.ndarray:
         elif (weights[:j][near] > 0.0).any():
             weights[j] = 0.0
     return weights
+
+
+def select_bones(skeleton: Skeleton, joints: str | Iterable[str] | None, drop: str | Iterable[str]) -> tuple[Bone, ...]:
+    """The bones of some joints, with those between them and the root, see `Skeleton.select`."""
+    kept = set(skeleton.joint_names) if joints is None else set(check_joints(skeleton, joints, "joints"))
+    dropped = set(check_joints(skeleton, drop, "drop"))
+    for bone in skeleton.bones:
+        if bone.parent in dropped:
+            dropped.add(bone.name)
+    bones = with_carriers(skeleton, kept - dropped)
+    if not any(bone.dofs for bone in bones):
+        raise ValueError(f"a selection must keep a joint with dofs, but it keeps {[bone.name for bone in bones]}")
+    return bones
+
+
+def with_carriers(skeleton: Skeleton, names: Iterable[str]) -> tuple[Bone, ...]:
+    """The bones of these joints and of all joints between them and the root."""
+    kept: set[str | None] = set(names)
+    for bone in reversed(skeleton.bones):
+        if bone.name in kept:
+            kept.add(bone.parent)
+    return tuple(bone for bone in skeleton.bones if bone.name in kept)
+
+
+def check_joints(skeleton: Skeleton, names: str | Iterable[str], parameter: str) -> list[str]:
+    """Names of joints as a list; refuse unknown ones."""
+    listed = [names] if isinstance(names, str) else list(names)
+    for name in listed:
+        if name not in skeleton.joint_names:
+            near = near_names(skeleton.joint_names, str(name))
+            raise ValueError(f"{parameter} has {name!r}, which is not a joint: {near}")
+    return listed

@@ -20,7 +20,7 @@ from skpose.kinematics._tree import tree_of_all_joints
 from skpose.metrics import Angle, Geodesic, Metric, Position
 from skpose.metrics._registry import METRIC_CONSTRAINTS, require
 from skpose.skeleton import Skeleton
-from skpose.skeleton._chart import mean_of_joints, move, skeleton_at, steps_from
+from skpose.skeleton._interpolation import mean_of_joints, move, skeleton_at, steps_from
 
 
 class Space:

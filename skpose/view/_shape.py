@@ -28,10 +28,9 @@ from skpose.kinematics._anatomy import (
     find_anatomy,
     path_up,
 )
-from skpose.kinematics._lines import unit
 from skpose.skeleton import Skeleton
 from skpose.skeleton._proportions import PROPORTIONS
-from skpose.skeleton._rest import positions_at_zero, size_of
+from skpose.skeleton._rest import positions_at_zero, size_of, unit
 
 # Radii, as shares of the height.
 R_HIP, R_KNEE, R_CALF, R_ANKLE = 0.055, 0.0305, 0.0325, 0.0195
