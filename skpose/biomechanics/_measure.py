@@ -295,6 +295,7 @@ HINGE = "positions do not show it without points off the line of the limb above;
 UPRIGHT_PELVIS = "tilt and rotation are one where the line of the hips is vertical"
 UNSEEN = "positions of its points are not seen"
 NO_TILT = "positions show only the line of the hips"
+NO_HEAD = "positions do not show the rotation of a head without a point beyond its joint"
 # Angles, 0 to 2, of joints below a line that depend on the rotation of the line about itself.
 BELOW_LINES = {
     "knee": {1: HINGE, 2: HINGE},
@@ -363,16 +364,12 @@ class _Joints:
     def measure(self, joint: Joint, side: str) -> None:
         """Measure a joint; side is "" in the middle."""
         proximal, distal = joint.segments(side)
-        if not {proximal, distal} <= self.segments.keys():
-            return
-        if self.segments[proximal].carrier == self.segments[distal].carrier:
-            return  # nothing bends between them
+        carriers = {self.segments[name].carrier for name in (proximal, distal) if name in self.segments}
+        if len(carriers) < 2:
+            return  # it lacks one, or nothing bends between them
         if distal in self.lines and not self.segments[distal].along.any():
             for angle in joint.angles:
-                self.hide(
-                    f"{joint.name}_{angle}",
-                    "positions do not show the rotation of a head without a point beyond its joint",
-                )
+                self.hide(f"{joint.name}_{angle}", NO_HEAD)
             return
         at_proximal, at_distal = self._axes_of(joint, side, proximal, distal)
         before = self.since[proximal] @ at_proximal

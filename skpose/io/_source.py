@@ -39,6 +39,7 @@ class Unread(NamedTuple):
     advice: str = ""
 
 
+ROBOT = Unread("a robot", rb"(?:\xef\xbb\xbf)?\s*(?:<.*)?<(?:mujoco|robot)[\s>]", "load_robot reads it")
 TO_BVH = "Blender imports it and exports BVH"
 # The first that matches is the format.
 UNREAD = (
@@ -94,7 +95,7 @@ UNREAD = (
         rb"(?=\s*[^\s,;]+[\s,;]+[^\s,;])" + NUMBERS,
         "numpy.loadtxt reads it for motion_from_qpos, if they are a robot's, or for Keypoints",
     ),
-    Unread("a robot", rb"\s*(?:<.*)?<(?:mujoco|robot)[\s>]", "load_robot reads it"),
+    ROBOT,
     Unread("a web page or XML", rb"(?!.{0,2000}<mvnx[\s>])\s*<"),
 )
 

@@ -10,7 +10,7 @@ import itertools
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._sides import split_sides
 
+T = TypeVar("T")
 SIDES = ("left", "right")
 OTHER_SIDE = {"left": "right", "right": "left"}
 HIP, KNEE, ANKLE, SHOULDER, ELBOW, WRIST = "hip", "knee", "ankle", "shoulder", "elbow", "wrist"
@@ -142,8 +143,8 @@ def _between(skeleton: Skeleton, joints: Mapping[str, int], start: str, end: str
     )
 
 
-def pair_of(joints: Mapping[str, int], mark: str) -> tuple[int, int] | None:
-    """The joints of both sides at a landmark, if both are known."""
+def pair_of(joints: Mapping[str, T], mark: str) -> tuple[T, T] | None:
+    """The joints of both sides at a landmark, or their positions, if both are known."""
     left, right = joints.get(f"left_{mark}"), joints.get(f"right_{mark}")
     return None if left is None or right is None else (left, right)
 

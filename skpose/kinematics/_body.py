@@ -50,8 +50,8 @@ def body_axes(at: Mapping[str, np.ndarray], across: str = SHOULDER) -> np.ndarra
 
     Left is along the line of the shoulders, or of the hips: in some rest poses one is rotated against the other.
     """
-    pairs = {mark: pair for mark in (SHOULDER, HIP, ANKLE) if (pair := _pair(at, mark)) is not None}  # from above
-    middles = [pair.mean(axis=0) for pair in pairs.values()]
+    pairs = {mark: pair for mark in (SHOULDER, HIP, ANKLE) if (pair := pair_of(at, mark))}  # from above
+    middles = [np.mean(pair, axis=0) for pair in pairs.values()]
     up = _snap(unit(middles[0] - (middles[1] if len(middles) > 1 else 0.0)))
     left, right = pairs.get(across, next(iter(pairs.values())))
     left = _snap(unit(left - right - ((left - right) @ up) * up))
@@ -61,17 +61,11 @@ def body_axes(at: Mapping[str, np.ndarray], across: str = SHOULDER) -> np.ndarra
 
 def is_standing(at: Mapping[str, np.ndarray], axes: np.ndarray) -> bool:
     """Whether legs hang at angle zero, and hips face where shoulders do."""
-    lines = [unit(pair[0] - pair[1]) for mark in (HIP, SHOULDER) if (pair := _pair(at, mark)) is not None]
+    lines = [unit(pair[0] - pair[1]) for mark in (HIP, SHOULDER) if (pair := pair_of(at, mark))]
     if len(lines) == 2 and lines[0] @ lines[1] < FACING:
         return False
     legs = [[at.get(f"{side}_{mark}") for mark in (HIP, ANKLE)] for side in SIDES]
     return all(unit(a - b) @ axes[:, 2] > HANGING for a, b in legs if a is not None and b is not None)
-
-
-def _pair(at: Mapping[str, np.ndarray], mark: str) -> np.ndarray | None:
-    """The positions (2, 3) of a landmark on both sides, if both are known."""
-    names = [f"{side}_{mark}" for side in SIDES]
-    return np.stack([at[name] for name in names]) if all(name in at for name in names) else None
 
 
 def _snap(direction: np.ndarray) -> np.ndarray:

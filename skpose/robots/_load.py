@@ -27,7 +27,7 @@ from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import list_names, near_names
 from skpose._utils.warnings import warn
 from skpose.io import MocapFormatError
-from skpose.io._source import Readable
+from skpose.io._source import HEAD, ROBOT, Readable
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
 from skpose.skeleton._rotations import rotations_of
@@ -42,12 +42,7 @@ REMOVED = (
     "plugins",
 )
 READS_URDF = (4, 0)  # the first version of MuJoCo that reads mimic joints and reports the limits that it ignores
-# Blanks, declarations and comments, each tried once, and then the name of the first element.
-FIRST_ELEMENT = re.compile(
-    r"(?:\s|(?><\?.*?\?>)|(?><!--.*?-->)|(?><!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>))*+<([\w:.-]+)", re.DOTALL
-)
 MJCF, URDF = "mujoco", "robot"  # the first element
-HEAD = 1 << 18  # bytes, at most, before the end of the first element
 # Elements that are cut from the text: deleting them one by one from MuJoCo's model takes quadratic time.
 CUT = (
     *("asset", "sensor", "actuator", "contact", "keyframe", "custom", "deformable", "flexcomp"),
@@ -305,18 +300,12 @@ class _Text:
         return self.simplify(data, times, is_included=True)
 
 
-def _first_element(text: str) -> str:
-    """The name of the first element of a text in XML; empty if there is none."""
-    found = FIRST_ELEMENT.match(text.removeprefix("\ufeff"))
-    return found[1] if found else ""
-
-
 def is_robot(path: Readable) -> bool:
     """Whether a file, or an open file of bytes, is a robot, by its beginning."""
     if isinstance(path, str | os.PathLike):
         with Path(path).open("rb") as file:
             return is_robot(file)
-    return _first_element(path.read(HEAD).decode("utf-8", errors="replace")) in (MJCF, URDF)
+    return bool(re.match(ROBOT.signature, path.read(HEAD), re.DOTALL | re.IGNORECASE))
 
 
 @contextmanager

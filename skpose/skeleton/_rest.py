@@ -115,11 +115,11 @@ def check_rest_poses(skeletons: Sequence[SkeletonLike], names: Sequence[str], re
     order = [[skeleton.joint_names.index(name) for name in joints] for skeleton in skeletons]
     directions = np.stack([directions_at_zero(s)[i] for s, i in zip(skeletons, order, strict=True)])
     rests = np.stack([s.rest_rotations[i].reshape(-1, 9) for s, i in zip(skeletons, order, strict=True)])
-    known, moves = directions.any(axis=-1), np.array([bool(bone.dofs) for bone in skeletons[0].bones])
+    known, moves = np.asarray(directions.any(axis=-1)), np.array([bool(bone.dofs) for bone in skeletons[0].bones])
     of_bones = np.where(known[:, None] & known, np.einsum("mja,nja->mnj", directions, directions), 1.0)
     of_rests = np.where(moves, (np.einsum("mja,nja->mnj", rests, rests) - 1.0) / 2.0, 1.0)
     cosines = np.stack([of_bones, of_rests], axis=-1).round(9)
-    i, k, j, is_rest = np.unravel_index(cosines.argmin(), cosines.shape)  # a joint before its children
+    i, k, j, is_rest = map(int, np.unravel_index(cosines.argmin(), cosines.shape))  # a joint before its children
     angle = float(np.degrees(np.arccos(np.clip(cosines[i, k, j, is_rest], -1.0, 1.0))))
     if angle > LARGEST_DIFFERENCE + 1e-6:
         found = f"{names[i]} and {names[k]} differ in the {'rest rotation' if is_rest else 'bone'} of {joints[j]!r}"
