@@ -179,7 +179,7 @@ def _report(
     robot: Skeleton, ours: Stance, final: FittedPoses, aim: Aim, tips: dict[str, np.ndarray], raised: float
 ) -> str:
     """State how close a motion came to its targets."""
-    words = ["limbs", *([ours.name] if ours.name else []), f"{len(ours.places)} places"]
+    words = ["limbs", *([ours.robot.name] if ours.robot else []), f"{len(ours.places)} places"]
     for name, groups in (("soles", ("left foot", "right foot")), ("hands", ("hands",))):
         if places := [i for i, target in enumerate(aim.targets) if target.group in groups]:
             off = final.residuals[:, -len(aim.targets) :][:, places]

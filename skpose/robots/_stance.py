@@ -27,6 +27,7 @@ from skpose.kinematics._anatomy import (
     common_parent,
     find_anatomy,
     find_misplaced,
+    pair_of,
     path_up,
 )
 from skpose.kinematics._body import body_axes, foot_axes, is_standing
@@ -146,8 +147,7 @@ class Stance(NamedTuple):
     pelvis: int  # the joint that moves the pelvis
     chest: int
     feet: dict[str, tuple[int, np.ndarray]]  # by side, the joint that moves the foot, and its axes
-    name: str  # of the robot
-    half: float  # half the width of a sole, m
+    robot: Robot | None  # if it is known
     unsure: tuple[str, ...] = ()  # sides whose foot does not show at angle zero how it stands
     links: Mapping[str, np.ndarray] = MappingProxyType({})  # axes of pelvis and chest if the person does not stand
 
@@ -195,7 +195,7 @@ def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str],
     if not any(_has(ours, limb) for limb in LIMBS):
         raise ValueError("legs and arms of the robot are not known by their names: name their joints with joints=")
     _check_limbs(target, ours)
-    other = find_stance(target, ours, "" if robot is None else robot.name, 0.0 if robot is None else robot.sole)
+    other = find_stance(target, ours, robot)
     _check_sides(target, other)
     return find_stance(source, theirs), other
 
@@ -259,8 +259,7 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
     for side in ours.feet:
         if not {f"{side}_{mark}" for mark in (BALL, TOE, TIP)} & at.keys():
             raise ValueError(f"the {side} foot of the robot has no front: name a joint there with joints=")
-    pairs = [(f"left_{mark}", f"right_{mark}") for mark in (HIP, SHOULDER)]
-    left = [at[a][1] - at[b][1] for a, b in pairs if a in at and b in at]
+    left = [pair[0][1] - pair[1][1] for mark in (HIP, SHOULDER) if (pair := pair_of(at, mark))]
     feet = [(f"{side}_{mark}", f"{side}_{ANKLE}") for side in SIDES for mark in (BALL, TOE, TIP)]
     fronts = [at[a][0] - at[b][0] for a, b in feet if a in at and b in at]
     if min(left) < 0.0 or (fronts and max(fronts) < 0.0):
@@ -270,7 +269,7 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
 # --- how a skeleton stands --------------------------------------------------------------------------------------------
 
 
-def find_stance(skeleton: Skeleton, places: dict[str, Place], name: str = "", half: float = 0.0) -> Stance:
+def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | None = None) -> Stance:
     """How a skeleton with these places stands at angle zero."""
     movers = find_movers(skeleton)
     at = {mark: place.at_zero for mark, place in places.items()}
@@ -288,7 +287,7 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], name: str = "", ha
         joint, frame, is_flat = _foot(skeleton, places, side, axes)
         feet[side] = movers[joint], frame
         unsure += [side] * (not (stands and is_flat))
-    return Stance(places, axes, pelvis, chest, feet, name, half, tuple(unsure), links)
+    return Stance(places, axes, pelvis, chest, feet, robot, tuple(unsure), links)
 
 
 def _foot(skeleton: Skeleton, places: dict[str, Place], side: str, axes: np.ndarray) -> tuple[int, np.ndarray, bool]:
@@ -306,9 +305,9 @@ def sole_of(stance: Stance, side: str) -> Sole:
     """The sole of a foot; without a table, the floor is below the lowest joint of the foot."""
     places, (_, axes) = stance.places, stance.feet[side]
     ankle = places[f"{side}_{ANKLE}"].at_zero
-    if f"{side}_{TIP}" in places:
+    if stance.robot and f"{side}_{TIP}" in places:
         heel, tip = ((places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (HEEL, TIP))
-        return Sole(heel, tip, stance.half)
+        return Sole(heel, tip, stance.robot.sole)
     size = SOLE * float(np.linalg.norm(places[f"{side}_{KNEE}"].at_zero - ankle))
     ends = [(places[f"{side}_{mark}"].at_zero - ankle) @ axes for mark in (BALL, TOE) if f"{side}_{mark}" in places]
     low, front = min(end[2] for end in ends), max(end[0] for end in ends)

@@ -27,8 +27,11 @@ MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 LINE = 2e-2  # second singular value over the first; directions with less are on one line
 NOWHERE = -2  # with no joint
-SIGNED = [np.eye(3)[list(order)] * signs for order in permutations(range(3)) for signs in product((1, -1), repeat=3)]
-REFLECTIONS = [matrix for matrix in SIGNED if np.linalg.det(matrix) < 0.0]
+REFLECTIONS = [
+    matrix
+    for order, signs in product(permutations(range(3)), product((1, -1), repeat=3))
+    if np.linalg.det(matrix := np.eye(3)[list(order)] * signs) < 0.0
+]
 
 
 def mirror_poses(
