@@ -29,7 +29,7 @@ from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from skpose import inverse_kinematics
 from skpose.biomechanics import joint_angles
-from skpose.biomechanics._feet import feet_at, find_stances
+from skpose.biomechanics._gait_events import feet_at, find_stances
 from skpose.datasets import load_cmu, make_gait
 from skpose.io import load_trc
 from skpose.keypoints import fit_skeleton, layouts

@@ -6,7 +6,7 @@
 | `_segments`        | the joints of a person, the segments between them, and which of them positions show |
 | `_measure`         | formulas of angles, axes of segments, and the pose in which angles are zero         |
 | `_symmetry`        | the left against the mirrored right, joint by joint                                 |
-| `_gait_events`     | foot contacts and foot offs; `_feet` finds them from positions                      |
+| `_gait_events`     | foot contacts and foot offs, from positions                                         |
 | `_gait_parameters` | cadence, lengths of steps, shares of stance                                         |
 """
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from skpose._utils.units import LARGEST, SMALLEST, UNITS, likely_unit
-from skpose.biomechanics._feet import LEGS
+from skpose.biomechanics._gait_events import LEGS
 from skpose.biomechanics._gait_parameters import measure_gait
 from skpose.checks._recording import Recording, Unknown
 from skpose.kinematics._anatomy import ARM
