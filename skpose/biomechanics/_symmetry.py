@@ -333,12 +333,9 @@ def _check_lag(there: np.ndarray, image: np.ndarray, is_closed: bool, distances:
     n = len(there)
     lags = np.unique(np.linspace(0, n - 1 if is_closed else n // 2, LAGS).astype(int))
     lags = lags[(lags > NEAR * n) & ~(is_closed & (np.abs(lags - n / 2) < NEAR * n)) & (lags < (1 - NEAR) * n)]
-    best, nearest = 0, np.inf
-    for lag in lags.tolist():
-        shifted = np.roll(image[:-1], -lag, axis=0) if is_closed else image[lag:]
-        mean = float(np.linalg.norm(there[: len(shifted)] - shifted, axis=2).mean())
-        if mean < nearest:
-            best, nearest = lag, mean
+    shifts = [(lag, np.roll(image[:-1], -lag, axis=0) if is_closed else image[lag:]) for lag in lags.tolist()]
+    means = [(np.linalg.norm(there[: len(other)] - other, axis=2).mean(), lag) for lag, other in shifts]
+    nearest, best = min(means, default=(np.inf, 0))
     as_good = shift == NONE or nearest < AS_GOOD * distances[HALF]
     if as_good and nearest < BETTER * distances[NONE] - EQUAL:
         raise ValueError(

@@ -289,8 +289,7 @@ def _encode_positions(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
 
 
 def _measure_positions(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wrap: bool) -> Array:
-    gap = b - a
-    return root(xp, xp.sum(gap * gap, axis=0))
+    return root(xp, xp.sum(xp.square(b - a), axis=0))
 
 
 def _encode_rotations(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
