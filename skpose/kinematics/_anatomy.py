@@ -377,16 +377,17 @@ def find_misplaced(skeleton: Skeleton, joints: Mapping[str, int], more: Sequence
     return ""
 
 
+def length_of(skeleton: Skeleton, joints: Mapping[str, int], side: str, start: str, end: str) -> float:
+    """The length of the bones between two landmarks of a limb, m; 0 if one is not known."""
+    path, first = path_up(skeleton, joints.get(f"{side}_{end}", -1)), joints.get(f"{side}_{start}", -1)
+    return float(np.linalg.norm(skeleton.offsets[path[: path.index(first)]], axis=1).sum()) if first in path else 0.0
+
+
 def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
     """State which lengths are not a person's; empty if all are."""
-    norms, wholes = np.linalg.norm(skeleton.offsets, axis=1), []
-
-    def length(side: str, start: str, end: str) -> float:
-        path = path_up(skeleton, joints.get(f"{side}_{end}", -1))
-        return float(norms[path[: path.index(joints[f"{side}_{start}"])]].sum()) if path else 0.0
-
+    wholes = []
     for limb, (low, high), names in zip(LIMBS, NAMED, SEGMENTS, strict=True):
-        sides = [[length(side, *ends) for ends in itertools.pairwise(limb)] for side in SIDES]
+        sides = [[length_of(skeleton, joints, side, *ends) for ends in itertools.pairwise(limb)] for side in SIDES]
         for side, (a, b) in zip(SIDES, sides, strict=True):
             if not low * b <= a <= high * b:
                 return f"its {side} {names[0]} is {a:.2g} m long, its {names[1]} {b:.2g} m"

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from skpose.kinematics._anatomy import ANKLE, BALL, HIP, SIDES, TOE, Anatomy, path_up
+from skpose.kinematics._anatomy import ANKLE, BALL, HIP, SIDES, TOE, Anatomy, length_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import unit
 
@@ -35,12 +35,8 @@ class Steps(NamedTuple):
 
 def leg_length(skeleton: Skeleton, person: Anatomy) -> float:
     """The length of the bones from hip to ankle, m, mean of both sides; 0 without legs."""
-    found, lengths = [], np.linalg.norm(skeleton.offsets, axis=1)
-    for side in SIDES:
-        hip, ankle = (person.joints.get(f"{side}_{mark}", -1) for mark in (HIP, ANKLE))
-        path = path_up(skeleton, ankle)
-        found.append(lengths[path[: path.index(hip)]].sum() if hip in path else 0.0)
-    return float(np.mean(found)) if all(found) else 0.0
+    lengths = [length_of(skeleton, person.joints, side, HIP, ANKLE) for side in SIDES]
+    return float(np.mean(lengths)) if all(lengths) else 0.0
 
 
 def find_steps(
