@@ -104,7 +104,10 @@ def find_anatomy(skeleton: Skeleton, *, any_proportions: bool = False) -> Anatom
     odd = f"it has a joint {animal[0]!r}, as animals have" if animal else _find_disproportion(skeleton, joints)
     if odd and not any_proportions:
         return NONE._replace(reason=odd)
-    are_points = _are_points(tree, joints)
+    # Joints are points that a camera sees without collarbones, if they are named as joints; then heads do not rotate.
+    bends = [joints[f"left_{mark}"] for mark in (KNEE, ELBOW) if f"left_{mark}" in joints]
+    named = any(tree.parts[joint] in (KNEE, ELBOW) for joint in bends)
+    are_points = tree.is_own and f"left_{COLLAR}" not in joints and named
     for side in SIDES:
         _add_foot(tree, joints, side, are_points)
         _add_hand(tree, joints, side)
@@ -336,16 +339,6 @@ def _add_head(tree: _Tree, joints: dict[str, int], are_points: bool) -> None:
         above = [j for j in tree.after(head, "^$") if middle[j]]
         for top in [j for j in above if re.search(TOPS, middle[j])][:1] or above * (len(above) == 1):
             joints[HEAD_TOP] = top
-
-
-def _are_points(tree: _Tree, joints: dict[str, int]) -> bool:
-    """Whether joints are points that a camera sees: without collarbones, named as joints, and heads do not rotate."""
-    knees_and_elbows = [joints[f"left_{mark}"] for mark in (KNEE, ELBOW) if f"left_{mark}" in joints]
-    return (
-        tree.is_own
-        and f"left_{COLLAR}" not in joints
-        and any(tree.parts[joint] in (KNEE, ELBOW) for joint in knees_and_elbows)
-    )
 
 
 def _points_forward(skeleton: Skeleton, joint: int, joints: dict[str, int]) -> bool:

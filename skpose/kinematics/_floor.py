@@ -109,7 +109,8 @@ def move_ankle(leg: np.ndarray, step: np.ndarray, axis: np.ndarray) -> tuple[Rot
     before, wished = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(ankle + step - hip, axis=1)
     most = a * b / before * np.sin(bend + STRAIGHT) * KNEE
     after = np.clip(wished, before - most, np.minimum(before + most, a + b))
-    turn = _shortest(ankle - hip, ankle + step - hip)
+    u, v = unit(ankle - hip), unit(ankle + step - hip)  # less than 180° apart
+    turn = Rotation.from_quat(np.concatenate([np.cross(u, v), 1.0 + (u * v).sum(axis=1, keepdims=True)], axis=1))
     axis = turn.apply(unit(axis))
     rotations = []
     for first, second, sign in ((a, b, -1.0), (b, a, 1.0)):
@@ -118,9 +119,3 @@ def move_ankle(leg: np.ndarray, step: np.ndarray, axis: np.ndarray) -> tuple[Rot
         ]
         rotations.append(Rotation.from_rotvec((sign * (angles[1] - angles[0]))[:, None] * axis) * turn)
     return rotations[0], rotations[1]
-
-
-def _shortest(a: np.ndarray, b: np.ndarray) -> Rotation:
-    """The shortest rotations (n,) from directions a (n, 3) to b, which are less than 180° apart."""
-    u, v = unit(a), unit(b)
-    return Rotation.from_quat(np.concatenate([np.cross(u, v), 1.0 + (u * v).sum(axis=1, keepdims=True)], axis=1))

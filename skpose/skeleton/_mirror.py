@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.validation import check_choice
 from skpose.skeleton._bone import Bone, axes_of, with_columns
 from skpose.skeleton._rest import ROOT, axes_at_zero, degrees_between, directions_at_zero, find_carriers
-from skpose.skeleton._root import root_orientations
+from skpose.skeleton._root import continuous_root_angles, root_orientations
 from skpose.skeleton._rotations import continuous_columns, fit_columns, rotations_of
 from skpose.skeleton._sides import partners
 from skpose.skeleton._skeleton import Skeleton
@@ -68,11 +68,10 @@ def _mirror_root(angles: np.ndarray, axes: str, world: np.ndarray, reflection: n
     """The angles of the root whose orientation R becomes M R S, and their axes."""
     if (reflection == np.diag(world)).all():
         return angles * [-world["xyz".index(letter)] for letter in axes.lower()], axes
-    new_axes = axes if len(axes) == 3 else "xyz"
     if not len(angles):
-        return np.zeros((0, 3)), new_axes
+        return angles, axes
     rotations = Rotation.from_matrix(np.diag(world) @ root_orientations(angles, axes).as_matrix() @ reflection)
-    return continuous_columns(Bone("root", None, (0.0, 0.0, 0.0), new_axes), rotations), new_axes
+    return continuous_root_angles(rotations, axes)
 
 
 def _mirror_of(axis: str) -> np.ndarray:
