@@ -309,26 +309,34 @@ def _complaint(feet: Feet, contacts: list[Stance], are_known: bool) -> str:
     if are_known:
         return ""
     share = 2.0 / (len(contacts) - 1)
-    duration = share * (last.contact - first.contact)
-    if not STRIDE_TIMES[0] <= duration * feet.step <= STRIDE_TIMES[1]:
-        return f"a foot comes down again after {duration * feet.step:.2g} s, and strides take 0.3 to 3 s"
-    if not PHASES[0] <= (other.contact - first.contact) / duration <= PHASES[1]:
-        return "left and right foot come down nearly together, as in jumps"
-    along = share * (last.position - first.position)[:2]
-    length = float(np.linalg.norm(along))
-    if length < max(least_speed_of(feet) * duration * feet.step, FORWARD * feet.leg):
-        return f"the feet move by {length:.2g} m only, as in steps on the spot"
+    duration, along = share * (last.contact - first.contact), share * (last.position - first.position)[:2]
+    seconds, length = duration * feet.step, float(np.linalg.norm(along))
     slide = max((one.slide for one in contacts if np.isfinite(one.off)), default=0.0)
-    if slide > SLIDES:
-        return f"the feet slide at {slide:.2g} of the speed of travel while they should stand"
     rows = slice(int(first.contact), int(last.contact) + 1)
-    if (feet.pelvis[rows, 2] - np.fmin.reduce(feet.ankles[:, rows, 2])).min() < UPRIGHT * feet.leg:
-        return "the pelvis is less than half the length of the legs above the feet, as in sitting"
+    height = (feet.pelvis[rows, 2] - np.fmin.reduce(feet.ankles[:, rows, 2])).min()
     facing = feet.facing[rows].mean(axis=0)
     angle = np.degrees(np.arctan2(abs(facing[0] * along[1] - facing[1] * along[0]), facing @ along))
-    if angle > SIDEWAYS:
-        return f"the feet move {angle:.0f}° away from the direction that the pelvis faces"
-    return ""
+    faults = (
+        (
+            not STRIDE_TIMES[0] <= seconds <= STRIDE_TIMES[1],
+            f"a foot comes down again after {seconds:.2g} s, and strides take 0.3 to 3 s",
+        ),
+        (
+            not PHASES[0] <= (other.contact - first.contact) / duration <= PHASES[1],
+            "left and right foot come down nearly together, as in jumps",
+        ),
+        (
+            length < max(least_speed_of(feet) * seconds, FORWARD * feet.leg),
+            f"the feet move by {length:.2g} m only, as in steps on the spot",
+        ),
+        (slide > SLIDES, f"the feet slide at {slide:.2g} of the speed of travel while they should stand"),
+        (
+            height < UPRIGHT * feet.leg,
+            "the pelvis is less than half the length of the legs above the feet, as in sitting",
+        ),
+        (angle > SIDEWAYS, f"the feet move {angle:.0f}° away from the direction that the pelvis faces"),
+    )
+    return next((why for is_fault, why in faults if is_fault), "")
 
 
 # --- events -----------------------------------------------------------------------------------------------------------

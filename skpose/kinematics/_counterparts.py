@@ -126,10 +126,9 @@ def counterparts(
     given = {} if joints is None else _indices_of(source, target, joints)
     people = _with_given(theirs, ours, given)
     known = _are_known(names, people)
-    for skeleton, person, whose in zip((source, target), people, WHOSE, strict=True):
-        if given and (misplaced := find_misplaced(skeleton, person.joints)):
+    for skeleton, one, other, whose in zip((source, target), people, people[::-1], WHOSE, strict=True):
+        if given and (misplaced := find_misplaced(skeleton, one.joints)):
             raise ValueError(f"joints do not fit {whose}: {misplaced}")
-    for one, other, whose in zip(people, people[::-1], WHOSE, strict=True):
         if one.reason and other.joints and not one.joints:
             raise ValueError(f"the joints of {whose} may not be a person's: {one.reason}. Pass joints=")
     if known:
