@@ -37,6 +37,8 @@ from skpose.skeleton._bone import axes_of
 from skpose.skeleton._rest import ROOT, axes_at_zero, find_carriers, find_movers, positions_at_zero, unit
 from skpose.skeleton._sides import split_sides
 
+# Of the angle to the axes of the root within which a known robot stands along them; trunks lean by up to 5°.
+KNOWN = np.cos(np.radians(10.0))
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
 LIMBS = {LEG: "legs", ARM: "arms"}
@@ -211,7 +213,7 @@ def _known_robot(skeleton: Skeleton) -> tuple[Robot, dict[str, Place]] | None:
     for robot in ROBOTS:
         links = places_of(robot)
         if {link for link, _ in links.values()} <= index.keys():
-            axes = body_axes({mark: zero[index[link]] for mark, (link, _) in links.items()})
+            axes = body_axes({mark: zero[index[link]] for mark, (link, _) in links.items()}, near=KNOWN)
             points = {mark: (index[link], axes @ np.array(offset)) for mark, (link, offset) in links.items()}
             return robot, {mark: Place(joint, zero[joint] + offset) for mark, (joint, offset) in points.items()}
     return None
@@ -279,7 +281,7 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | Non
         else ROOT
         for mark in (HIP, SHOULDER)
     )
-    axes = body_axes(at)
+    axes = body_axes(at) if robot is None else body_axes(at, near=KNOWN)
     stands = is_standing(at, axes)
     links = {} if stands else {link: body_axes(at, mark) for link, mark in (("pelvis", HIP), ("chest", SHOULDER))}
     feet, unsure = {}, []
