@@ -18,7 +18,6 @@ from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, ARM, ELBOW, HAND, HIP, KNEE, LEG, SHOULDER, SIDES, WRIST, path_up
 from skpose.kinematics._forward import joint_positions
 from skpose.kinematics._inverse import Task, problem_of
-from skpose.kinematics._orientations import rotations_since_zero
 from skpose.robots._contacts import Contact, Held, find_contacts, find_floor, hold_foot
 from skpose.robots._stance import Place, Stance, rolls_of, sole_of, with_places
 from skpose.skeleton import Motion, Skeleton
@@ -135,11 +134,12 @@ def person_of(motion: Motion, stance: Stance) -> Person:
     trunk = {"pelvis": stance.pelvis, "chest": stance.chest}
     links = {link: (joint, stance.links.get(link, stance.axes)) for link, joint in trunk.items()} | stance.feet
     vertical = np.eye(3)[axes_with_up_last(motion.up)]
-    root = Rotation.from_matrix(vertical) * root_orientations(motion.root_angles, motion.root_axes)
-    turned = rotations_since_zero(motion.skeleton, motion.angles, root)
-    shown = {link: turned[joint].as_matrix() @ axes for link, (joint, axes) in links.items()}
-    points = motion.positions() @ vertical.T
-    at = {mark: points[:, place.joint] for mark, place in stance.places.items()}
+    roots = vertical @ root_orientations(motion.root_angles, motion.root_axes).as_matrix()
+    places = [*stance.places.values(), *(place for link in links.values() for place in show_axes(*link))]
+    points = positions_of(motion.skeleton, places, motion.angles, roots, motion.root_positions @ vertical.T)
+    at = {mark: points[:, i] for i, mark in enumerate(stance.places)}
+    firsts = range(len(at), len(places), 3)
+    shown = {link: axes_from(points[:, i : i + 3]) for i, link in zip(firsts, links, strict=True)}
     feet, seen = {}, {}
     every = np.ones((len(motion), motion.skeleton.n_joints), bool) if motion.seen is None else motion.seen
     for side in stance.feet:
@@ -438,12 +438,19 @@ def solve(
 
 def positions_in(found: FittedPoses, skeleton: Skeleton, places: Sequence[Place]) -> np.ndarray:
     """The positions (n_frames, n_places, 3) of other places on the same joints."""
-    part = with_places(skeleton, places)
     poses = np.zeros((len(found), skeleton.n_dofs))  # other angles do not move these places
     poses[:, found.skeleton.columns_in(skeleton)] = found.poses
-    points = joint_positions(poses[:, part.columns_in(skeleton)], part)[:, -len(places) :]
     roots = Rotation.from_rotvec(found.root_rotations).as_matrix()
-    return np.asarray(points @ roots.transpose(0, 2, 1) + found.root_positions[:, None])
+    return positions_of(skeleton, places, poses, roots, found.root_positions)
+
+
+def positions_of(
+    skeleton: Skeleton, places: Sequence[Place], poses: np.ndarray, roots: np.ndarray, origins: np.ndarray
+) -> np.ndarray:
+    """The positions (n_frames, n_places, 3) of places in poses whose root is rotated by matrices and at origins."""
+    part = with_places(skeleton, places)
+    points = joint_positions(poses[:, part.columns_in(skeleton)], part)[:, -len(places) :]
+    return np.asarray(points @ roots.transpose(0, 2, 1) + origins[:, None])
 
 
 def rest_pose(skeleton: Skeleton) -> np.ndarray:

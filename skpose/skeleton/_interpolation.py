@@ -27,12 +27,17 @@ def interpolate_poses(
     literal = np.broadcast_to(are_slides(bones) if literal is None else are_slides(bones) | literal, poses.shape)
     start, end, part = _rows_around(poses, at)
     before, after, _ = _rows_around(literal, at)
-    between, moved = start.copy(), (part[:, 0] > 0.0) & (start != end).any(axis=1)
-    if moved.any():
-        steps = steps_from(bones, start[moved], end[moved])
-        between[moved] = move(bones, start[moved], part[moved] * steps)
     # Parts are less than one, so the product rounds to less than the difference, and the sum not past the end.
-    return np.where(before & after, interpolate_values(start, end, part, 0.0), between)
+    between = np.where(
+        before & after, interpolate_values(start, end, part, 0.0), interpolate_values(start, end, part, TWO_PI)
+    )
+    moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
+    for bone, columns in with_columns(bones):
+        if bone.n_dofs == 3 and moved.any():
+            p, q = rotations_of(bone, start[moved, columns]), rotations_of(bone, end[moved, columns])
+            turned = p * Rotation.from_rotvec(part[moved] * (p.inv() * q).as_rotvec())
+            between[moved, columns] = columns_of(bone, turned, start[moved, columns])
+    return between
 
 
 def interpolate_linearly(values: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -18,8 +18,8 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 def degrees_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The angles between vectors (..., 3), degrees; zero if one of them is zero."""
-    cosines = (a * b).sum(axis=-1) + 0.0  # no −0
-    return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), cosines)))
+    p, q = a * np.linalg.norm(b, axis=-1, keepdims=True), b * np.linalg.norm(a, axis=-1, keepdims=True)
+    return np.asarray(np.degrees(2.0 * np.arctan2(np.linalg.norm(p - q, axis=-1), np.linalg.norm(p + q, axis=-1))))
 
 
 def axes_at_zero(skeleton: SkeletonLike) -> np.ndarray:
