@@ -22,7 +22,7 @@ def interpolate_poses(
     row before. Other angles change linearly along their difference wrapped to [−π, π], and slides linearly.
 
     Some numbers may be `literal`, an array (n_dofs,) or (n_poses, n_dofs) of bool: two of these change linearly within
-    their range, not exceeding it even by rounding.
+    their range, not exceeding it even by rounding. A joint with any literal number does not slerp.
     """
     literal = np.broadcast_to(are_slides(bones) if literal is None else are_slides(bones) | literal, poses.shape)
     start, end, part = _rows_around(poses, at)
@@ -33,7 +33,7 @@ def interpolate_poses(
     )
     moved = (part[:, 0] > 0.0) & (start != end).any(axis=1)
     for bone, columns in with_columns(bones):
-        if bone.n_dofs == 3 and moved.any():
+        if bone.n_dofs == 3 and moved.any() and not literal[:, columns].any():
             p, q = rotations_of(bone, start[moved, columns]), rotations_of(bone, end[moved, columns])
             turned = p * Rotation.from_rotvec(part[moved] * (p.inv() * q).as_rotvec())
             between[moved, columns] = columns_of(bone, turned, start[moved, columns])
