@@ -103,12 +103,13 @@ def frechet_mean(
 
     Notes
     -----
-    All means except the mean of the columns are local minima. The search for the extrinsic mean starts at the mean of
-    each joint by itself, whose values angles that move no joint keep. No pose has a lower variance than the positions
-    have about their mean. If the extrinsic mean exceeds that by 5 %, as for poses far apart, it is searched from four
-    poses of X, too. Other metrics start at the extrinsic mean and, for poses far apart, at all of these: ten
-    iterations on up to 64 poses of X from each, and then from the best on all. Small bones, such as those of hands, may
-    fold where that brings their ends nearer. Limits are not enforced.
+    All means except the mean of the columns are local minima. The search for the extrinsic mean starts at the pose of X
+    nearest to the mean of the positions, whose values angles that move no joint keep. No pose has a lower variance than
+    the positions have about their mean. If the extrinsic mean exceeds that by 5 %, as for poses far apart, it is
+    searched from the mean step from that pose and from three poses of X, too. Other metrics start at the extrinsic mean
+    and, for poses far apart and under "rotation", at all of these: ten iterations on up to 64 poses of X from each, and
+    then from the best on all. Small bones, such as those of hands, may fold where that brings their ends nearer. Limits
+    are not enforced.
 
     *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of
     poses.

@@ -13,7 +13,7 @@ from skpose._compiled.path.geodesic import project
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, retract, to_tree_order, tree_of
 from skpose.skeleton import Skeleton
-from skpose.skeleton._interpolation import chordal_mean
+from skpose.skeleton._interpolation import move, steps_from
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad
 MAX_ITER = 200
@@ -99,14 +99,14 @@ class ExtrinsicMeans:
         return self.search(weights, max_iter, tol)[0]
 
     def search(
-        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL
+        self, weights: np.ndarray, max_iter: int = MAX_ITER, tol: float = TOL, gap: float = GAP
     ) -> tuple[FrechetMeanResult, list[np.ndarray]]:
         """The mean, and the poses (n_dofs,) from which it was searched.
 
-        Newton's method starts at the mean of each joint. No mean has a lower variance than the positions have about
-        their mean; if the one found has a much higher variance, the nearest pose of positive weight and some others are
-        starts, too, and the best is returned, of equal ones the first. Columns that move no joint keep the values of
-        the start.
+        Newton's method starts at the nearest pose of positive weight. No mean has a lower variance than the positions
+        have about their mean; if the one found exceeds that by more than a share, the mean step from the nearest pose
+        and some poses are starts, too, and the best is returned, of equal ones the first. Columns that move no joint
+        keep the values of the start.
         """
         rows = np.flatnonzero(weights)
         X, positions = (self.X, self.positions) if len(rows) == len(weights) else (self.X[rows], self.positions[rows])
@@ -122,10 +122,11 @@ class ExtrinsicMeans:
             norm, n_iter, converged = float(outcome.gradient_norm), int(outcome.n_iter), bool(outcome.converged)
             return FrechetMeanResult(pose, variance, norm, n_iter, converged)
 
-        starts = [chordal_mean(self.skeleton.bones, X, shares, nearest)]
-        best = from_start(starts[0])
-        if best.variance > least * (1.0 + GAP):
-            starts += [nearest, *X[some_of(X, STARTS)]]
+        starts, bones = [nearest], self.skeleton.bones
+        best = from_start(nearest)
+        if best.variance > least * (1.0 + gap):
+            step = shares @ steps_from(bones, nearest, X)
+            starts += [*move(bones, nearest, step[None]), *X[some_of(X, STARTS)]]
             for start in starts[1:]:
                 other = from_start(start)
                 if other.variance < best.variance * (1.0 - EQUAL):
@@ -198,6 +199,7 @@ class JointSample(Sample):
     """
 
     frees_angles = True
+    gap = GAP  # see `ExtrinsicMeans.search`
 
     def __init__(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton):
         super().__init__(X, weights)
@@ -206,7 +208,7 @@ class JointSample(Sample):
 
     def starts(self) -> tuple[list[np.ndarray], np.ndarray]:
         """The extrinsic mean and, if it was searched from several poses, these."""
-        mean, others = ExtrinsicMeans(self.X, self.skeleton).search(self.weights)
+        mean, others = ExtrinsicMeans(self.X, self.skeleton).search(self.weights, gap=self.gap)
         starts = [mean.pose, *(others if len(others) > 1 else ())]
         return [to_tree_order(self.tree, start) for start in starts], mean.pose
 

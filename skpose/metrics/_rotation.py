@@ -54,6 +54,8 @@ class Rotation(Metric):
 
 
 class _RotationSample(JointSample):
+    gap = -1.0  # always from several poses: positions do not show how limbs turn about themselves
+
     def __init__(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton):
         super().__init__(X, weights, skeleton)
         self.orientations = self._orientations(X)

@@ -172,24 +172,14 @@ def move(bones: Sequence[Bone], base: np.ndarray, steps: np.ndarray) -> np.ndarr
     return poses
 
 
-def chordal_mean(bones: Sequence[Bone], poses: np.ndarray, shares: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """The mean of each joint under weights that sum to 1, as numbers near those of a pose.
-
-    Rotations count by their matrices, other angles by their directions, slides by their values.
-    """
-    gaps = poses - near
-    turns = np.arctan2(shares @ np.sin(gaps), shares @ np.cos(gaps))
-    base: np.ndarray = near + np.where(are_slides(bones), shares @ gaps, turns)
-    for bone, columns in with_columns(bones):
-        if bone.n_dofs == 3:
-            mean = rotations_of(bone, poses[:, columns]).mean(shares).as_quat()[None]
-            base[columns] = columns_of(bone, Rotation.from_quat(mean), near[None, columns])[0]
-    return base
-
-
 def mean_of_joints(bones: Sequence[Bone], poses: np.ndarray) -> tuple[np.ndarray, bool]:
     """The pose from which the mean step to the poses is zero, and whether the iteration converged."""
-    base = chordal_mean(bones, poses, np.full(len(poses), 1.0 / len(poses)), poses[0])
+    directions = np.arctan2(np.sin(poses).mean(axis=0), np.cos(poses).mean(axis=0))
+    base = np.where(are_slides(bones), poses.mean(axis=0), directions)
+    for bone, columns in with_columns(bones):
+        if bone.n_dofs == 3:
+            mean = rotations_of(bone, poses[:, columns]).mean().as_quat()[None]
+            base[columns] = columns_of(bone, Rotation.from_quat(mean), poses[:1, columns])[0]
     for _ in range(MAX_ITER):
         step = steps_from(bones, base, poses).mean(axis=0)
         if np.abs(step).max(initial=0.0) <= TOL:
