@@ -119,7 +119,7 @@ def find_person(skeleton: Skeleton, joints: Mapping[str, str] | None, required: 
     found = found._replace(joints=found.joints | numbers)
     require(found.joints, required)
     if given:
-        _check_joints(skeleton, found)
+        _check_joints(skeleton, found, given)
     return found
 
 
@@ -129,11 +129,17 @@ def require(joints: Collection[str], marks: Collection[str]) -> None:
         raise ValueError(f"{', '.join(absent)} not found: pass joints={{{absent[0]!r}: ...}}")
 
 
-def _check_joints(skeleton: Skeleton, person: Anatomy) -> None:
+def _check_joints(skeleton: Skeleton, person: Anatomy, given: Mapping[str, str]) -> None:
     """Refuse landmarks, some given by the user, that are not at the joints of a person."""
     joints = {mark: joint for mark, joint in person.joints.items() if mark in LANDMARKS}
     if misplaced := find_misplaced(skeleton, joints, ENDS_OF):
         raise ValueError(f"joints do not fit the skeleton: {misplaced}")
+    # A foot ends at the ball or the toe, so that both may be at one joint.
+    parts = {mark: "head" if mark in HEADS else mark.replace("toe", "ball") for mark in joints}
+    for mark in given:
+        for other in joints:
+            if joints[other] == joints[mark] and parts[other] != parts[mark]:
+                raise ValueError(f"{mark} and {other} are one joint, {given[mark]!r}: check joints=")
     hips, shoulders = pair_of(joints, "hip"), pair_of(joints, "shoulder")
     if hips is not None and shoulders is not None:
         at_zero = positions_at_zero(skeleton)

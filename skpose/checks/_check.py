@@ -45,9 +45,9 @@ def check_motion(motions: Motion | Iterable[Motion]) -> list[Finding]:
     -----
     Kinds are, of one motion: units, up axis, frame rate, missing, repeated and interpolated frames, jump, noise, angle
     flips, calibration pose, floor, floating, sinking, skating, sides exchanged, joint limits (of knees). Of several:
-    duplicate, near duplicate, mixture, unlike others. `skpose.checks._findings` has their thresholds, chosen on
-    five people of CMU and HDM05. A motion without frames is an error, too. Feet, knees and sides need a person's legs,
-    the calibration pose arms, the floor a root that moves.
+    duplicate, near duplicate, mixture, unlike others. `skpose.checks._findings` has their thresholds. A motion without
+    frames is an error, too. Feet, knees and sides need a person's legs, the calibration pose arms, the floor a root
+    that moves.
 
     A motion that is sound in all respects can still be unlike people.
 

@@ -92,7 +92,8 @@ KINDS = {
         "interpolate the frames, or cut the motion there",
     ),
     "noise": Kind(  # without what movements at 6 Hz would add
-        "warning", 0.4, "mm", "{joint} has noise of some {size:.2g} mm", "filter it, such as by a low-pass at 10 Hz",
+        "warning", 0.4, "mm", "{joint} has {size:.2g} mm of noise beyond movement",
+        "filter it, such as by a low-pass at 10 Hz",
     ),
     "angle flips": Kind(  # 1 rad; turns have 2π
         "note", 1.0, "rad", "{joint} changes by {size:.3g} rad without a rotation, {n} times",

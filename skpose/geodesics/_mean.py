@@ -106,10 +106,11 @@ def frechet_mean(
     All means except the mean of the columns are local minima. The search for the extrinsic mean starts at the pose of X
     nearest to the mean of the positions, whose values angles that move no joint keep. No pose has a lower variance than
     the positions have about their mean. If the extrinsic mean exceeds that by 5 %, as for poses far apart, it is
-    searched from the mean step from that pose and from three poses of X, too. Other metrics start at the extrinsic mean
-    and, for poses far apart and under "rotation", at all of these: ten iterations on up to 64 poses of X from each, and
-    then from the best on all. Small bones, such as those of hands, may fold where that brings their ends nearer. Limits
-    are not enforced.
+    searched from the mean step from that pose and from three poses of X, too. Other metrics start at the extrinsic
+    mean. For poses far apart, and always under "rotation", there are several starts: the extrinsic mean and all of
+    those. Ten iterations from each, on up to 64 poses of X, which `n_iter` and `max_iter` do not count, find the best
+    one; a `max_iter` of ten or less leaves them out. Small bones, such as those of hands, may fold where that brings
+    their ends nearer. Limits are not enforced.
 
     *"position"* uses Newton's method with a trust region: less than a millisecond per iteration for any number of
     poses.
@@ -360,8 +361,7 @@ class WeightedMeans:
         starts, others = sample.starts()
         start = starts[0]
         if len(starts) > 1 and max_iter > TRIAL_ITER:
-            few = some_of(sample.X, FEW)
-            trial = self.metric.sample(sample.X[few], shares[few] / shares[few].sum(), self.skeleton, n_threads)
+            trial = self.metric.sample(*some_of(sample.X, shares, FEW), self.skeleton, n_threads)
             ends = [minimise(self.metric, trial, one, MEAN, TRIAL_ITER, tol)[0].pose for one in starts]
             variances = [shares @ sample.linearize(one, np.inf).energies for one in ends]
             start = ends[int(np.argmax(variances <= min(variances) * (1.0 + LOWER)))]

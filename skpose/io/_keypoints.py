@@ -1,4 +1,4 @@
-"""Keypoints that a program has stored as arrays of numpy, as JSON or as CSV."""
+"""Keypoints that a program has stored as arrays of numpy, as JSON or as a table."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Writer of people's motions on SMPL: poses as in AMASS, joints and vectors as in HumanML3D."""
+"""Writer of people's motions on SMPL: poses as in AMASS; joints and vectors as in HumanML3D, which are read, too."""
 
 import os
 from dataclasses import replace

@@ -194,11 +194,10 @@ class Source:
         if isinstance(file, str | os.PathLike):
             self.name, path = os.fspath(file), Path(file)
             if path.is_dir():
-                self.parts = [
-                    Source(part, "a JSON file") for part in sorted(sorted(path.glob("*.json")), key=last_number)
-                ]
+                files = sorted(one for one in path.iterdir() if one.suffix.lower() == ".json")
+                self.parts = [Source(part, "a JSON file") for part in sorted(files, key=last_number)]
                 if not self.parts:
-                    raise IsADirectoryError(f"{file} is a folder: load each of its files, or use load_motions")
+                    raise IsADirectoryError(f"{file} is a folder without a JSON file for each frame")
             data = b"[" + b",".join(one.data for one in self.parts) + b"]" if self.parts else path.read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()

@@ -1,4 +1,4 @@
-"""The layouts that come with the library, made from their tables."""
+"""The layouts that come with the library: their tables."""
 
 from collections.abc import Sequence
 from dataclasses import replace

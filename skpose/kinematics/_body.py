@@ -45,17 +45,17 @@ RAISED = np.cos(np.radians(45.0))  # of the angle to up of an arm that does not 
 ONE_AXIS = 0.8  # length of the mean of the axes of bends, if they have one
 
 
-def body_axes(at: Mapping[str, np.ndarray], across: str = SHOULDER, near: float = NEAR) -> np.ndarray:
+def body_axes(at: Mapping[str, np.ndarray], across: str = SHOULDER) -> np.ndarray:
     """The axes (3, 3) of the trunk at angle zero, forward, left and up, by the positions (3,) of landmarks.
 
     Left is along the line of the shoulders, or of the hips: in some rest poses one is rotated against the other. The
-    axes are those of the root within an angle of cosine `near`.
+    axes are those of the root within 37° of it.
     """
     pairs = {mark: pair for mark in (SHOULDER, HIP, ANKLE) if (pair := pair_of(at, mark))}  # from above
     middles = [np.mean(pair, axis=0) for pair in pairs.values()]
-    up = _snap(unit(middles[0] - (middles[1] if len(middles) > 1 else 0.0)), near)
+    up = _snap(unit(middles[0] - (middles[1] if len(middles) > 1 else 0.0)))
     left, right = pairs.get(across, next(iter(pairs.values())))
-    left = _snap(unit(left - right - ((left - right) @ up) * up), near)
+    left = _snap(unit(left - right - ((left - right) @ up) * up))
     left = unit(left - (left @ up) * up)
     return np.stack([np.cross(left, up), left, up], axis=1)
 
@@ -69,10 +69,10 @@ def is_standing(at: Mapping[str, np.ndarray], axes: np.ndarray) -> bool:
     return all(unit(a - b) @ axes[:, 2] > HANGING for a, b in legs if a is not None and b is not None)
 
 
-def _snap(direction: np.ndarray, near: float) -> np.ndarray:
+def _snap(direction: np.ndarray) -> np.ndarray:
     """The axis of the root near a direction, or the direction itself."""
     axis = int(np.abs(direction).argmax())
-    return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > near else direction
+    return np.eye(3)[axis] * np.sign(direction[axis]) if abs(direction[axis]) > NEAR else direction
 
 
 class Segment(NamedTuple):

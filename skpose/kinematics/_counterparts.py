@@ -290,7 +290,8 @@ def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours:
 def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:
     """The share of the length of a chain at which each of its joints is."""
     lengths = np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1))
-    return lengths / max(lengths[-1], np.finfo(float).tiny)
+    lengths += TIE * max(lengths[-1], 1.0) * np.arange(len(lengths))  # joints at one place keep their order
+    return np.asarray(lengths / lengths[-1])
 
 
 def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names: Names, there: np.ndarray) -> None:

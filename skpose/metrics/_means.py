@@ -17,8 +17,9 @@ from skpose.skeleton._interpolation import move, steps_from
 
 TOL = 1e-9  # norm of the gradient at which an extrinsic mean has converged, m²/rad
 MAX_ITER = 200
-GAP = 0.05  # above the variance of the positions, as a share of it, at which a mean is searched from other poses, too
-STARTS = 3  # such poses
+GAP = 0.05  # excess over the lower bound of the variance, as a share of it, beyond which several starts are tried
+STARTS = 3  # poses of the sample that are tried then
+TINY = 1e-15  # m²
 EQUAL = 1e-6  # relative difference of variances that are equal
 
 
@@ -124,9 +125,9 @@ class ExtrinsicMeans:
 
         starts, bones = [nearest], self.skeleton.bones
         best = from_start(nearest)
-        if best.variance > least * (1.0 + gap):
+        if best.variance > max(least * (1.0 + gap), TINY):
             step = shares @ steps_from(bones, nearest, X)
-            starts += [*move(bones, nearest, step[None]), *X[some_of(X, STARTS)]]
+            starts += [*move(bones, nearest, step[None]), *some_of(X, shares, STARTS)[0]]
             for start in starts[1:]:
                 other = from_start(start)
                 if other.variance < best.variance * (1.0 - EQUAL):
@@ -134,10 +135,12 @@ class ExtrinsicMeans:
         return best, starts
 
 
-def some_of(X: np.ndarray, n: int) -> np.ndarray:
-    """Rows of up to n different poses; the choice depends neither on the order of the rows nor on copies."""
-    rows = np.unique(X, axis=0, return_index=True)[1]
-    return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, n).astype(int))])
+def some_of(X: np.ndarray, shares: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Up to n different poses, and their weights, which sum to 1; neither depends on the order of rows or on copies."""
+    poses, copies = np.unique(X, axis=0, return_inverse=True)
+    some = np.unique(np.linspace(0, len(poses) - 1, n).astype(int))
+    weights = np.bincount(copies.ravel(), shares)[some]
+    return poses[some], weights / weights.sum()
 
 
 class Linearization(NamedTuple):

@@ -1,6 +1,6 @@
 """Exact search of the nearest motions, by filter and refine.
 
-The bounds of `skpose.motions._search` are taken in order of their cost. The ends bound all motions of the index. The
+The bounds of `SequenceIndex` are taken in order of their cost. The ends bound all motions of the index. The
 motions that come first are bounded by their frames, and the k first of these are aligned: the k-th distance is a limit.
 Motions within the limit by their ends are bounded by boxes, those still within it by frames, and the rest are aligned
 in the order of their bounds, cell by cell, until no bound is within the k-th distance so far.

@@ -37,8 +37,7 @@ from skpose.skeleton._bone import axes_of
 from skpose.skeleton._rest import ROOT, axes_at_zero, find_carriers, find_movers, positions_at_zero, unit
 from skpose.skeleton._sides import split_sides
 
-# Of the angle to the axes of the root within which a known robot stands along them; trunks lean by up to 5°.
-KNOWN = np.cos(np.radians(10.0))
+EXACT = 1e-3  # rad, the largest angle between equal axes of robot and root
 ROLL = np.cos(np.radians(20.0))  # of the angle between the axis of a forearm's roll and the forearm
 SOLE = 0.25  # shanks, half the width of a sole and its length behind the ankle, without a table
 LIMBS = {LEG: "legs", ARM: "arms"}
@@ -67,6 +66,9 @@ class Robot(NamedTuple):
     source: str
     left: Mapping[str, Any]  # a link, or a link and how far from its origin
     right: tuple[tuple[str, str], ...]  # parts of names on the left side, and on the right
+    # Forward and up, m: from the middle between the origins of the links of the hips, or else of the wrists, to that
+    # between the shoulders', at angle zero. It shows how the root of a file is turned.
+    trunk: tuple[float, float]
     sole: float = 0.0  # half its width, m
 
 
@@ -84,6 +86,7 @@ ROBOTS = (
         }
         | {HAND: ("left_wrist_yaw_link", (0.05, 0.0, 0.0))},
         (("left", "right"),),
+        (0.0, 0.39448),
         0.03,
     ),
     Robot(
@@ -94,6 +97,7 @@ ROBOTS = (
         | {HEEL: ("left_foot_link", (-0.1015, 0.0, -0.03)), TIP: ("left_foot_link", (0.1215, 0.0, -0.03))}
         | {SHOULDER: "AL2", ELBOW: "AL4", WRIST: "AL6"},
         (("Left", "Right"), ("left", "right"), ("AL", "AR")),
+        (-0.005, 0.3345),
         0.05,
     ),
     Robot(
@@ -105,6 +109,7 @@ ROBOTS = (
         | {SHOULDER: ("LINK_SHOULDER_PITCH_L", (0.0, 0.0669, -0.0208)), ELBOW: "LINK_ELBOW_PITCH_L"}
         | {WRIST: "LINK_ELBOW_YAW_L"},
         (("_L", "_R"),),
+        (-0.030355, 0.357598),
         0.0536,
     ),
     Robot(
@@ -114,6 +119,7 @@ ROBOTS = (
         {SHOULDER: ("left_arm_link1", (0.0, 0.0813, 0.0)), ELBOW: ("left_arm_link4", (0.0, -0.0351, 0.0))}
         | {WRIST: ("left_arm_link6", (0.0, 0.028, 0.0)), HAND: ("left_arm_link7", (-0.0295, 0.0, -0.1))},
         (("left", "right"),),
+        (0.0, 0.56805),
     ),
 )
 
@@ -185,7 +191,7 @@ def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
 @functools.lru_cache(maxsize=16)
 def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str], ...] | None) -> tuple[Stance, Stance]:
     """The stances of a person and a robot, by names or by pairs of joints of target and source."""
-    robot, known = _known_robot(target) or (None, {})
+    robot, axes, known = _known_robot(target) or (None, None, {})
     theirs = _joint_places(source, find_anatomy(source, any_proportions=pairs is not None).joints)
     if pairs is not None:
         theirs, ours = _by_counterparts(source, target, dict(pairs), theirs, known)
@@ -197,7 +203,7 @@ def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str],
     if not any(_has(ours, limb) for limb in LIMBS):
         raise ValueError("legs and arms of the robot are not known by their names: name their joints with joints=")
     _check_limbs(target, ours)
-    other = find_stance(target, ours, robot)
+    other = find_stance(target, ours, robot, axes)
     _check_sides(target, other)
     return find_stance(source, theirs), other
 
@@ -207,15 +213,23 @@ def _joint_places(skeleton: Skeleton, joints: dict[str, int]) -> dict[str, Place
     return {mark: Place(joint, zero[joint]) for mark, joint in joints.items()}
 
 
-def _known_robot(skeleton: Skeleton) -> tuple[Robot, dict[str, Place]] | None:
-    """The robot that has these links, and its places, however its root is turned; None if no robot has them."""
+def _known_robot(skeleton: Skeleton) -> tuple[Robot, np.ndarray, dict[str, Place]] | None:
+    """The robot that has these links, its axes (3, 3) and its places, however its root is turned, or None."""
     zero, index = positions_at_zero(skeleton), {name: j for j, name in enumerate(skeleton.joint_names)}
     for robot in ROBOTS:
         links = places_of(robot)
         if {link for link, _ in links.values()} <= index.keys():
-            axes = body_axes({mark: zero[index[link]] for mark, (link, _) in links.items()}, near=KNOWN)
+            at = {mark: zero[index[link]] for mark, (link, _) in links.items()}
+            low = HIP if f"left_{HIP}" in at else WRIST
+            up = np.mean([at[f"{side}_{SHOULDER}"] - at[f"{side}_{low}"] for side in SIDES], axis=0)
+            left = unit(at[f"left_{SHOULDER}"] - at[f"right_{SHOULDER}"])
+            forward = unit(np.cross(left, up))
+            x, z = unit(np.array(robot.trunk))  # how the trunk leans in the robot's own file
+            lean = np.array([[z, 0.0, -x], [0.0, 1.0, 0.0], [x, 0.0, z]])
+            axes = np.stack([forward, left, np.cross(forward, left)], axis=1) @ lean
+            axes = np.eye(3) if np.abs(axes - np.eye(3)).max() < EXACT else axes
             points = {mark: (index[link], axes @ np.array(offset)) for mark, (link, offset) in links.items()}
-            return robot, {mark: Place(joint, zero[joint] + offset) for mark, (joint, offset) in points.items()}
+            return robot, axes, {mark: Place(joint, zero[joint] + offset) for mark, (joint, offset) in points.items()}
     return None
 
 
@@ -271,8 +285,10 @@ def _check_sides(skeleton: Skeleton, ours: Stance) -> None:
 # --- how a skeleton stands --------------------------------------------------------------------------------------------
 
 
-def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | None = None) -> Stance:
-    """How a skeleton with these places stands at angle zero."""
+def find_stance(
+    skeleton: Skeleton, places: dict[str, Place], robot: Robot | None = None, axes: np.ndarray | None = None
+) -> Stance:
+    """How a skeleton with these places stands at angle zero; `axes` are given for known robots."""
     movers = find_movers(skeleton)
     at = {mark: place.at_zero for mark, place in places.items()}
     pelvis, chest = (
@@ -281,7 +297,7 @@ def find_stance(skeleton: Skeleton, places: dict[str, Place], robot: Robot | Non
         else ROOT
         for mark in (HIP, SHOULDER)
     )
-    axes = body_axes(at) if robot is None else body_axes(at, near=KNOWN)
+    axes = body_axes(at) if axes is None else axes
     stands = is_standing(at, axes)
     links = {} if stands else {link: body_axes(at, mark) for link, mark in (("pelvis", HIP), ("chest", SHOULDER))}
     feet, unsure = {}, []

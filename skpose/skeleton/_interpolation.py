@@ -1,4 +1,4 @@
-"""Interpolation of poses: joints with three dofs rotate by the smallest angle, other angles change linearly."""
+"""Interpolation, steps and means of poses: joints with three dofs rotate by the smallest angle, others linearly."""
 
 from collections.abc import Sequence
 from dataclasses import replace

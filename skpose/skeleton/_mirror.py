@@ -49,7 +49,7 @@ def mirror_poses(
             raise ValueError(
                 f"left and right must be mirror images, but {names[0]!r} and {names[1]!r} differ in parents"
             )
-    rest = axes_at_zero(skeleton)
+    rest = Rotation.from_matrix(axes_at_zero(skeleton)).as_matrix()  # of rotations written with a few digits, too
     world = axis if axis != up else next(letter for letter in "xyz" if letter != up)  # not upside down
     reflections = _reflections(skeleton, poses, other, rest, axis, world)
 

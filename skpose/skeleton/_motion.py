@@ -357,7 +357,7 @@ class Motion:
         cycle, complaints = close_cycle(self.with_root("whole"), endpoint)
         for complaint in complaints:
             warn(complaint)
-        return cycle.without_root()
+        return self._with_own_axes(cycle)
 
     def repeat(self, n: int) -> "Motion":
         """Repeat a cycle n times, each from the place and with the heading at which the one before ends.
@@ -406,7 +406,14 @@ class Motion:
         whole = self.with_root("whole")
         if gap := describe_opening(whole):
             raise ValueError(f"repeat needs a cycle, whose ends are one pose, but {gap}: use motion.to_cycle() first")
-        return self if n == 1 else repeat_cycle(whole, n).without_root()
+        return self if n == 1 else self._with_own_axes(repeat_cycle(whole, n))
+
+    def _with_own_axes(self, whole: "Motion") -> "Motion":
+        """A motion whose root is a joint, with the root's axes of this one."""
+        motion = whole.without_root()
+        orientations = root_orientations(motion.root_angles, motion.root_axes)
+        angles, axes = continuous_root_angles(orientations, self.root_axes)
+        return replace(motion, root_angles=angles, root_axes=axes)
 
     def _check_heading(self, function: str, least: int) -> None:
         """Refuse motions with too few frames or with a changing heading in the poses."""

@@ -116,11 +116,13 @@ def check_rest_poses(skeletons: Sequence[SkeletonLike], names: Sequence[str], re
     directions = np.stack([directions_at_zero(s)[i] for s, i in zip(skeletons, order, strict=True)])
     rests = np.stack([s.rest_rotations[i].reshape(-1, 9) for s, i in zip(skeletons, order, strict=True)])
     known, moves = np.asarray(directions.any(axis=-1)), np.array([bool(bone.dofs) for bone in skeletons[0].bones])
-    of_bones = np.where(known[:, None] & known, np.einsum("mja,nja->mnj", directions, directions), 1.0)
-    of_rests = np.where(moves, (np.einsum("mja,nja->mnj", rests, rests) - 1.0) / 2.0, 1.0)
-    cosines = np.stack([of_bones, of_rests], axis=-1).round(9)
-    i, k, j, is_rest = map(int, np.unravel_index(cosines.argmin(), cosines.shape))  # a joint before its children
-    angle = float(np.degrees(np.arccos(np.clip(cosines[i, k, j, is_rest], -1.0, 1.0))))
-    if angle > LARGEST_DIFFERENCE + 1e-6:
-        found = f"{names[i]} and {names[k]} differ in the {'rest rotation' if is_rest else 'bone'} of {joints[j]!r}"
-        raise ValueError(f"different rest poses: {found} by {angle:.0f}°, at most 45° expected. {remedy}")
+    for i in range(len(skeletons) - 1):
+        of_bones = np.where(known[i] & known[i:], (directions[i] * directions[i:]).sum(axis=-1), 1.0)
+        of_rests = np.where(moves, ((rests[i] * rests[i:]).sum(axis=-1) - 1.0) / 2.0, 1.0)
+        cosines = np.stack([of_bones, of_rests], axis=-1).round(9)
+        k, j, is_rest = map(int, np.unravel_index(cosines.argmin(), cosines.shape))  # a joint before its children
+        angle = float(np.degrees(np.arccos(np.clip(cosines[k, j, is_rest], -1.0, 1.0))))
+        if angle > LARGEST_DIFFERENCE + 1e-6:
+            kind = "rest rotation" if is_rest else "bone"
+            found = f"{names[i]} and {names[i + k]} differ in the {kind} of {joints[j]!r}"
+            raise ValueError(f"different rest poses: {found} by {angle:.0f}°, at most 45° expected. {remedy}")
