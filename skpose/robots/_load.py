@@ -232,7 +232,7 @@ class _Text:
         self.size, self.seen = 0, set[Path]()
 
     def simplify(self, content: bytes | str, times: int = 1, is_included: bool = False) -> str:
-        """Write the elements, each in its line, which MuJoCo's messages state; those of an included file are one line."""
+        """Write each element in its line, which MuJoCo's messages state; those of an included file in one."""
         text = content if isinstance(content, str) else content.decode("utf-8", errors="replace")
         parser = expat.ParserCreate()
         pieces: list[str] = []
