@@ -197,7 +197,7 @@ class Source:
                 files = sorted(one for one in path.iterdir() if one.suffix.lower() == ".json")
                 self.parts = [Source(part, "a JSON file") for part in sorted(files, key=last_number)]
                 if not self.parts:
-                    raise IsADirectoryError(f"{file} is a folder without a JSON file for each frame: load each of its files")
+                    raise IsADirectoryError(f"{file} is a folder without JSON files: load each of its files")
             data = b"[" + b",".join(one.data for one in self.parts) + b"]" if self.parts else path.read_bytes()
         elif hasattr(file, "read"):
             self.name, data = str(getattr(file, "name", "the open file")), file.read()
