@@ -43,10 +43,11 @@ LIMITS = [
     ("near duplicate", _collection, "NEAR"),
     ("unlike others", _collection, "UNLIKE"),
 ]
-# Looked at: bones turn by 180° in a frame, or leave for one; subject 03 is noisy, on a floor that is not level.
+# Recordings that were looked at: bones turn by 180° in a frame, or leave for one; both of subject 03 are noisy, on a
+# floor that is not level.
 TRUE = {
-    "jump": "02|03|07|09|35 (06|33)|bd throw.*_00[23]|bk deposit.*_0(07|09|11)|bk kick.*_011|dg (lie|throw)"
-    "|dg deposit.*_018|dg squat.*_0(25|26|27|28|30|31|32)",
+    "jump": "02 (02|07|09|10)|03 0[12]|07 05|09 06|35 (06|33)|bd throw.*_00[23]|bk deposit.*_0(07|09|11)"
+    "|bk kickL.*_011|dg deposit.*_018|dg lie.*_01[1-4]|dg squat.*_0(25|26|27|28|30|31|32)|dg throw.*_00[789]",
     "noise": "03",
     "floor": "03",
     "floating": "03",

@@ -14,7 +14,6 @@ from skpose.io._amass import AT_REST, BODY, BY_SIZE, MODELS, SMPL_H, Tree, mean_
 from skpose.io._bvh import at_joints
 from skpose.io._conventions import check_even, quarter_turn
 from skpose.io._source import PathLike
-from skpose.keypoints._rest_pose import shortest_rotations
 from skpose.kinematics import retarget
 from skpose.kinematics._anatomy import find_anatomy
 from skpose.kinematics._counterparts import counterparts
@@ -22,6 +21,7 @@ from skpose.kinematics._orientations import rotations_since_zero
 from skpose.skeleton import Motion
 from skpose.skeleton._rest import directions_at_zero, positions_at_zero
 from skpose.skeleton._root import root_orientations
+from skpose.skeleton._rotations import shortest_rotations
 
 ROOT = -1
 SPINES = {2: ("spine1", "spine3"), 3: ("spine1", "spine2", "spine3")}  # by the number of joints of a trunk
@@ -258,7 +258,8 @@ def _rotations(headings: np.ndarray, joints: np.ndarray) -> np.ndarray:
         bone = joints[:, NAMES.index(name)] - joints[:, NAMES.index(str(parent))]
         size = np.linalg.norm(bone, axis=1, keepdims=True)
         # A bone without a length is at rest.
-        world[name] = shortest_rotations(rest, np.where(size > 0.0, bone, rest) / np.where(size > 0.0, size, 1.0))
+        ends = np.where(size > 0.0, bone, rest) / np.where(size > 0.0, size, 1.0)
+        world[name] = shortest_rotations(rest, ends).as_matrix()
         before = headings if part == "collar" else world[str(parent)]  # limbs begin at the heading
         found.append((before.swapaxes(1, 2) @ world[name])[:, :, :2].swapaxes(1, 2).reshape(-1, 6))
     return np.stack(found, axis=1)

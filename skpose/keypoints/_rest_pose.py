@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
 from skpose.keypoints._layout import Layout
+from skpose.skeleton._rotations import shortest_rotations
 from skpose.skeleton._sides import split_sides
 
 OUTLIER = 4.0  # robust standard deviations from the median; of normal noise one length in 16,000 is as far
@@ -392,10 +393,10 @@ def rest_pose(points: Points, layout: Layout, up: str, symmetric: bool) -> RestP
             rest.axes[name], axes[name], known[name] = rest.axes[parent], axes[parent], known[parent]
             if name in layout.rigid or name not in rest.directions:
                 continue
-            rest.axes[name] = shortest_rotations(FORWARD[:, 0], rest.directions[name][None])[0] @ FORWARD
+            rest.axes[name] = shortest_rotations(FORWARD[:, 0], rest.directions[name][None]).as_matrix()[0] @ FORWARD
             known[name] = known[parent] & ~np.isnan(seen[name][0][:, 0])
             still = rest.axes[parent].T @ rest.directions[name]
-            swings = shortest_rotations(still, np.where(known[name][:, None], seen[name][0], still))
+            swings = shortest_rotations(still, np.where(known[name][:, None], seen[name][0], still)).as_matrix()
             axes[name] = axes[parent] @ swings @ rest.axes[parent].T @ rest.axes[name]
             twists = _twists(points, layout, name, axes[name], known[name], rest.axes[name])
             axes[name] = axes[name] @ Rotation.from_euler("x", twists[:, None]).as_matrix()
@@ -418,14 +419,6 @@ def partners_of(layout: Layout) -> dict[str, str]:
     """The point on the other side of each point; itself on the middle line."""
     pairs = {one: other for pair in layout.pairs for one, other in (pair, pair[::-1])}
     return {name: pairs.get(name, name) for name in layout.points}
-
-
-def shortest_rotations(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """The rotations (n, 3, 3) by the least angle that turn a unit vector (3,) into unit vectors (n, 3)."""
-    cosine, across = ends @ start, np.cross(start, np.eye(3)[np.abs(start).argmin()])
-    quaternions = np.column_stack([np.cross(start, ends), 1.0 + cosine])
-    quaternions[cosine < -1.0 + 1e-12] = [*across, 0.0]  # half a turn, about any axis across
-    return Rotation.from_quat(quaternions).as_matrix()
 
 
 def _rigid_shape(points: Points, layout: Layout, axes: np.ndarray) -> tuple[dict[str, np.ndarray], float]:

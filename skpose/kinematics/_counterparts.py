@@ -46,7 +46,6 @@ SAME_PLACE = {HIP, KNEE, ANKLE, BALL, SHOULDER, ELBOW, WRIST, HEAD}  # in all ri
 NEARLY = {f"{side}_{a}": f"{side}_{b}" for side in SIDES for a, b in ((BALL, TOE), (TOE, BALL))}  # in one direction
 NEARLY |= {HEAD_TOP: HEAD_CENTER, HEAD_CENTER: HEAD_TOP}
 NONE = -1  # the index of no joint
-MATCH, TIE = 1e3, 1e-6  # the worth of one match more
 SHARE = 0.25  # of the length of trunk or neck: joints further apart are not counterparts
 # A share of the longest path from the root: hands, feet, head and neck of a person are shorter, a forearm with its hand
 # is longer.
@@ -277,21 +276,22 @@ def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours:
     As many as possible are matched, in their order, and of these the nearest.
     """
     shares = [_shares(skeleton, chain) for skeleton, chain in ((source, theirs), (target, ours))]
-    from scipy.optimize import linear_sum_assignment  # takes time to import
-
-    apart = np.abs(np.subtract.outer(shares[0][:-1], shares[1][:-1]))
-    # The squares keep the order of the joints where several matches are as near.
-    pairs = linear_sum_assignment(np.where(apart <= SHARE, apart + TIE * apart**2 - MATCH, 0.0))
-    for i, j in zip(*pairs, strict=True):
-        if apart[i, j] <= SHARE:
-            there[ours[j]] = theirs[i]
+    best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
+    for i in range(len(theirs)):
+        for j in range(len(ours)):
+            options = [best.get((i - 1, j), (0, 0.0, [])), best.get((i, j - 1), (0, 0.0, []))]
+            if i and j and (apart := abs(shares[0][i - 1] - shares[1][j - 1])) <= SHARE:
+                count, sum_of_all, pairs = best.get((i - 1, j - 1), (0, 0.0, []))
+                options.append((count + 1, sum_of_all + apart, [*pairs, (i - 1, j - 1)]))
+            best[i, j] = min(options, key=lambda option: (-option[0], option[1]))
+    for i, j in best[len(theirs) - 1, len(ours) - 1][2]:
+        there[ours[j]] = theirs[i]
 
 
 def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:
     """The share of the length of a chain at which each of its joints is."""
     lengths = np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1))
-    lengths += TIE * max(lengths[-1], 1.0) * np.arange(len(lengths))  # joints at one place keep their order
-    return np.asarray(lengths / lengths[-1])
+    return lengths / max(lengths[-1], np.finfo(float).tiny)
 
 
 def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names: Names, there: np.ndarray) -> None:

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from skpose.kinematics._anatomy import ANKLE, BALL, HIP, SIDES, TOE, Anatomy, length_of
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import unit
+from skpose.skeleton._rotations import shortest_rotations
 
 LOW, SLOW = 0.08, 1.0  # leg lengths above the lowest point, and leg lengths per second, of a foot that stands
 STANDS, LEAST = 0.5, 1e-3  # weights of a foot that stands, and of one that does not
@@ -109,8 +110,7 @@ def move_ankle(leg: np.ndarray, step: np.ndarray, axis: np.ndarray) -> tuple[Rot
     before, wished = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(ankle + step - hip, axis=1)
     most = a * b / before * np.sin(bend + STRAIGHT) * KNEE
     after = np.clip(wished, before - most, np.minimum(before + most, a + b))
-    u, v = unit(ankle - hip), unit(ankle + step - hip)  # less than 180° apart
-    turn = Rotation.from_quat(np.concatenate([np.cross(u, v), 1.0 + (u * v).sum(axis=1, keepdims=True)], axis=1))
+    turn = shortest_rotations(unit(ankle - hip), unit(ankle + step - hip))
     axis = turn.apply(unit(axis))
     rotations = []
     for first, second, sign in ((a, b, -1.0), (b, a, 1.0)):

@@ -42,7 +42,14 @@ from skpose.skeleton._rest import (
     unit,
 )
 from skpose.skeleton._root import root_angles_of, root_orientations
-from skpose.skeleton._rotations import TWO_PI, columns_of, continuous_columns, fit_columns, rotations_of
+from skpose.skeleton._rotations import (
+    TWO_PI,
+    columns_of,
+    continuous_columns,
+    fit_columns,
+    rotations_of,
+    shortest_rotations,
+)
 
 ROUNDING = 1e-6  # rad
 # Least squares fit a second direction if it has this weight: bones bent by up to 16° have one direction, since a few
@@ -431,10 +438,7 @@ def _fit(a: np.ndarray, b: np.ndarray) -> Rotation:
     U, singular, Vt = np.linalg.svd(np.einsum("nka,nkb->nab", b, a))
     sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
     matrices = np.stack([U[..., 0], U[..., 1], sign[:, None] * U[..., 2]], axis=2) @ Vt
-    u, v = Vt[:, 0], U[:, :, 0]
-    quaternions = np.concatenate([np.cross(u, v), 1.0 + (u * v).sum(axis=1, keepdims=True)], axis=1)  # the scalar last
-    opposite = np.linalg.norm(quaternions, axis=1) < 1e-8  # by 180° about an axis across
-    quaternions[opposite, :3] = np.cross(u, np.eye(3)[np.abs(u).argmin(axis=1)])[opposite]
+    quaternions = shortest_rotations(Vt[:, 0], U[:, :, 0]).as_quat()
     on_a_line = singular[:, 1] + sign * singular[:, 2] <= LINE * singular[:, 0]
     if not on_a_line.all():
         quaternions[~on_a_line] = Rotation.from_matrix(matrices[~on_a_line]).as_quat()

@@ -10,6 +10,7 @@ from skpose._utils.validation import SkeletonLike
 from skpose.skeleton._bone import Bone, are_slides, axes_of, with_columns
 
 TWO_PI = 2.0 * np.pi
+OPPOSITE = 1e-8  # rad; vectors nearer to half a turn apart show no axis
 NO_TURN = 1e-12  # rad; smaller rotations are rounding and lack an axis
 LOCKED = 1e-14  # cosine of the middle angle below which two Euler axes are one; larger, it would change rotations
 
@@ -93,6 +94,15 @@ def resolve_gimbal_lock(order: str, angles: np.ndarray, near: np.ndarray) -> np.
     excess = _wrap((near_first - same * near_third) - (first - same * third)) / 2.0
     nearest = np.stack([near_first - excess, middle, near_third + same * excess], axis=1)
     return np.where(locked[:, None], nearest, angles)
+
+
+def shortest_rotations(starts: np.ndarray, ends: np.ndarray) -> Rotation:
+    """The rotations (n,) by the least angle that take unit vectors, (n, 3) or one (3,), to others (n, 3)."""
+    starts = np.broadcast_to(starts, ends.shape)
+    quaternions = np.column_stack([np.cross(starts, ends), 1.0 + (starts * ends).sum(axis=1)])  # the scalar last
+    opposite = np.linalg.norm(quaternions, axis=1) < OPPOSITE  # half a turn, about any axis across
+    quaternions[opposite, :3] = np.cross(starts, np.eye(3)[np.abs(starts).argmin(axis=1)])[opposite]
+    return Rotation.from_quat(quaternions)
 
 
 def nearest_vectors(vectors: np.ndarray, near: np.ndarray) -> np.ndarray:

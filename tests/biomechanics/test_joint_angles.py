@@ -328,6 +328,7 @@ def test_joints_of_unknown_names_can_be_given():
         ({"left_knee": "LeftFoot", "left_ankle": "LeftLeg"}, "'LeftLeg' does not come after 'LeftFoot'"),
         ({"left_elbow": "RightForeArm", "right_elbow": "LeftForeArm"}, "'RightForeArm' does not come after 'LeftArm'"),
         ({"left_hip": "Hips"}, "comes after an arm or a leg"),
+        ({"head": "LeftArm"}, "one joint"),
     ],
 )
 def test_impossible_joints_are_refused(changed, match):

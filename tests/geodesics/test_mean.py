@@ -111,6 +111,16 @@ def test_weights_count_poses(metric):
     np.testing.assert_allclose(weighted.variance, repeated.variance, rtol=1e-6)
 
 
+@pytest.mark.parametrize("metric", ["position", "rotation"])
+def test_weights_count_poses_that_are_far_apart(metric):
+    """Searches from several poses take some of them, which stand for their copies, too."""
+    skeleton, counts = Skeleton.chain(5), [1, 2, 3, 1, 2]
+    X = np.random.default_rng(0).uniform(-np.pi, np.pi, (5, 5))
+    weighted = frechet_mean(X, skeleton, metric=metric, sample_weight=counts)
+    repeated = frechet_mean(np.repeat(X, counts, axis=0), skeleton, metric=metric)
+    np.testing.assert_allclose(weighted.variance, repeated.variance, rtol=1e-9)
+
+
 @pytest.mark.parametrize("metric", METRICS)
 def test_whole_turns_do_not_matter(metric):
     skeleton, X = swing()

@@ -64,6 +64,8 @@ def test_a_folder_of_openpose(tmp_path):
         (tmp_path / f"walk_{t:012}_keypoints.json").write_text(json.dumps(openpose(t)))
     (tmp_path / "notes.txt").write_text("not read")
     same(load_keypoints(tmp_path, "body25", frame_rate=30), seen_by_openpose())
+    first = tmp_path / f"walk_{0:012}_keypoints.json"
+    first.rename(first.with_suffix(".JSON"))
     same(load_keypoints(str(tmp_path), "body25", frame_rate=30), seen_by_openpose())
     # A frame in which nobody is seen, and one without a file: not seen, at their time.
     (tmp_path / f"walk_{1:012}_keypoints.json").write_text(json.dumps({"version": 1.3, "people": []}))

@@ -259,3 +259,30 @@ def test_feet_without_toes_stay_at_rest_with_a_warning(capsys):
         result = retarget(motion, down, method="orientations", verbose=1)
     assert capsys.readouterr().out.endswith("; at rest: LeftFoot, RightFoot\n")
     np.testing.assert_array_equal(result.angles[:, [i for i, n in enumerate(down.dof_names) if "Foot" in n]], 0.0)
+
+
+def person_with_trunk(lengths):
+    """Legs, arms and a head on a trunk of bones of these lengths."""
+    bones, chest = [], None
+    for i, length in enumerate(lengths):
+        bones.append(Bone(f"bone{i}", chest, (0, length, 0), "rotvec"))
+        chest = f"bone{i}"
+    for side, x in (("left", 1), ("right", -1)):
+        rows = [("hip", None, (0.1 * x, 0, 0)), ("knee", "hip", (0, -0.45, 0)), ("ankle", "knee", (0, -0.42, 0))]
+        rows += [("collar", None, (0.05 * x, 0.02, 0)), ("shoulder", "collar", (0.12 * x, 0, 0))]
+        rows += [("elbow", "shoulder", (0.28 * x, 0, 0)), ("wrist", "elbow", (0.25 * x, 0, 0))]
+        for name, above, offset in rows:
+            parent = f"{side}_{above}" if above else (chest if name == "collar" else None)
+            bones.append(Bone(f"{side}_{name}", parent, offset, "rotvec"))
+    return Skeleton([*bones, Bone("neck", chest, (0, 0.12, 0), "rotvec"), Bone("head", "neck", (0, 0.1, 0), "rotvec")])
+
+
+def test_joints_of_trunks_are_matched_in_their_order():
+    """Bones without a length put several joints of a trunk at one place."""
+    rng = np.random.default_rng(0)
+    for n in rng.integers(2, 6, (100, 2)):
+        lengths = [0.5 * rng.dirichlet(np.ones(k)) * (rng.random(k) > 0.25) + 0.05 * np.eye(k)[0] for k in n]
+        found = find_counterparts(*(person_with_trunk(one) for one in lengths))
+        pairs = sorted((int(a[4:]), int(b[4:])) for a, b in found.items() if a.startswith("bone") and b is not None)
+        assert [b for _, b in pairs] == sorted(b for _, b in pairs)
+        assert pairs

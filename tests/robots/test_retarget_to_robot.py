@@ -234,7 +234,7 @@ def with_known_links(skeleton):
     return Skeleton([*bones, *hands], "parent")
 
 
-@pytest.mark.parametrize("rotvec", [(0, 0, np.pi), (0.3, 1.0, -2.0), (0, 0, 0.35)])
+@pytest.mark.parametrize("rotvec", [(0, 0, np.pi), (0.3, 1.0, -2.0), (0, 0, 0.35), (0, 0.15, 0)])
 def test_a_known_robot_is_known_however_its_root_is_turned(rotvec):
     motion, _ = walk()
     known = with_known_links(robot())

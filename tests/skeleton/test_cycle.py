@@ -52,6 +52,14 @@ def periodic(skeleton, up="y", n=PERIOD + 1, turn=TURN, seed=0, size=0.25):
     return Motion(skeleton, angles, 30, places, root.as_euler("ZXY"), "ZXY", up=up, root_name="Hips")
 
 
+def test_a_root_that_turns_about_one_axis_keeps_it():
+    motion = periodic(TREES["own"])
+    flat = replace(motion, root_angles=np.linspace(0.0, TURN, len(motion))[:, None], root_axes="y")
+    for cycle in (flat.to_cycle(endpoint=True), flat.to_cycle(endpoint=True).repeat(2)):
+        assert cycle.root_axes == "y"
+        np.testing.assert_allclose(cycle.root_angles[: len(flat)], flat.root_angles, atol=1e-9)
+
+
 @pytest.mark.parametrize("frame", TREES)
 @pytest.mark.parametrize("up", AXIS)
 def test_a_cycle_repeated_is_the_movement_that_goes_on(frame, up):

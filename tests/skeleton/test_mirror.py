@@ -85,6 +85,14 @@ def test_mirrored_positions_are_mirror_images_of_the_other_side(skeleton, root_a
         np.testing.assert_allclose(mirrored.mirrored().angles, motion.angles, rtol=0, atol=1e-12)
 
 
+def test_rest_rotations_of_six_digits_are_mirrored_exactly():
+    exact = symmetric("ZXY")
+    rests = np.round(exact.rest_rotations, 6)
+    bones = [bone._replace(rest_rotation=rest) for bone, rest in zip(exact.bones, rests, strict=True)]
+    motion = moving(Skeleton(bones))
+    np.testing.assert_allclose(motion.mirrored().mirrored().angles, motion.angles, rtol=0, atol=1e-12)
+
+
 def named(left, right, **more):
     """A pair of arms of these names."""
     return Skeleton([Bone(left, None, (1, 0, 0), "xyz"), Bone(right, None, (-1, 0, 0), "xyz"), *more.values()])
