@@ -38,7 +38,6 @@ SERIES = [x * 10.0**power for power in range(-4, 4) for x in (1, 1.2, 1.5, 2, 2.
 LIMITS = [
     *((kind, None, "limit") for kind in ("jump", "noise", "floor", "floating", "sinking", "skating")),
     ("jump", _measures, "SUDDEN"),
-    ("jump", _measures, "JERK"),
     ("interpolated frames", _measures, "LINEAR"),
     ("near duplicate", _collection, "NEAR"),
     ("unlike others", _collection, "UNLIKE"),

@@ -362,9 +362,9 @@ class WeightedMeans:
         start = starts[0]
         if len(starts) > 1 and max_iter > TRIAL_ITER:
             trial = self.metric.sample(*some_of(sample.X, shares, FEW), self.skeleton, n_threads)
-            ends = [minimise(self.metric, trial, one, MEAN, TRIAL_ITER, tol)[0].pose for one in starts]
-            variances = [shares @ sample.linearize(one, np.inf).energies for one in ends]
-            start = ends[int(np.argmax(variances <= min(variances) * (1.0 + LOWER)))]
+            ends = [minimise(self.metric, trial, one, MEAN, TRIAL_ITER, tol)[0] for one in starts]
+            least = min(end.value for end in ends)
+            start = next(end.pose for end in ends if end.value <= least * (1.0 + LOWER))
         spread, n_iter, converged = minimise(self.metric, sample, start, MEAN, max_iter, tol)
         return FrechetMeanResult(sample.columns(spread.pose, others), spread.value, spread.norm, n_iter, converged)
 

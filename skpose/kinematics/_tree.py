@@ -557,5 +557,7 @@ def columns_around(
 
     Dofs that move no joint are those of `others`.
     """
-    near = np.stack([retract(tree, pose, one, frees_angles) for one in (step, *(step + shifts), *(step - shifts))])
+    free, coordinates = chart_at(tree, pose, frees_angles)
+    ends = coordinates + step + np.concatenate([np.zeros((1, len(pose))), shifts, -shifts])
+    near = np.stack([pose_of(tree, free, end, pose) for end in ends])
     return from_tree_order(tree, near, np.repeat(others[None], len(near), axis=0))
