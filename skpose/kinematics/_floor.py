@@ -1,6 +1,6 @@
 """Feet that stand where the motion's stand, times the ratio of the lengths of the legs.
 
-The root takes the mean shift of the standing feet, and each leg the rest, as far as its knee bends by `KNEE` for it.
+The root takes the mean shift of the standing feet, and each leg the rest, as far as hip and knee rotate little for it.
 """
 
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 from scipy.spatial.transform import Rotation
 
 from skpose.kinematics._anatomy import ANKLE, BALL, HIP, SIDES, TOE, Anatomy, length_of
@@ -16,13 +16,14 @@ from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import unit
 from skpose.skeleton._rotations import shortest_rotations
 
-LOW, SLOW = 0.08, 1.0  # leg lengths above the lowest point, and leg lengths per second, of a foot that stands
+LOW, SLOW = 0.08, 1.0  # leg lengths above the floor, and leg lengths per second, of a foot that stands
+NEARBY = 0.5  # s, before and after, in which the floor is as high as the lowest foot: recorded floors may slope
 STANDS, LEAST = 0.5, 1e-3  # weights of a foot that stands, and of one that does not
 PLANTED = 0.1, 0.3  # weights from which on a foot is moved to its place, partly and fully
-SMOOTH = 0.15  # s, standard deviation of the mean over time
+SMOOTH = 0.12  # s, standard deviation of the mean over time
 AHEAD = 0.3  # s, of the line of the hips
-KNEE = np.radians(1.8)  # largest change of a knee
-STRAIGHT = 0.02  # rad, of a knee that can bend a little though it is straight
+HIP_TURN, KNEE_BEND = np.radians(1.1), np.radians(1.8)  # largest changes, which change hip flexion by 2° at most
+STRAIGHT = 0.02  # rad, bend of a knee whose axis is not seen
 EXACT = 1e-9  # of a leg length: smaller shifts are rounding errors
 
 
@@ -59,8 +60,12 @@ def find_steps(
         each[:, [marks[f"{side}_{stood}"] for side in sides]] for each, marks in zip(both, joints, strict=True)
     )
     step = float(np.median(np.diff(motion.times))) if len(motion) > 1 else 1.0
-    heights = theirs[:, :, up] - theirs[:, :, up].min()
-    speeds = np.linalg.norm(np.gradient(theirs, motion.times, axis=0), axis=2) if len(motion) > 1 else 0.0 * heights
+    floor = minimum_filter1d(theirs[:, :, up].min(axis=1), 1 + 2 * round(NEARBY / step), mode="nearest")
+    heights = theirs[:, :, up] - floor[:, None]
+    speeds = np.zeros((len(motion) + 1, len(sides)))  # of the steps before and after each frame
+    speeds[1:-1] = np.linalg.norm(np.diff(theirs, axis=0), axis=2) / np.diff(motion.times)[:, None]
+    speeds[[0, -1]] = speeds[[1, -2]]
+    speeds = np.minimum(speeds[1:], speeds[:-1])  # so that one jump does not lift a foot
     weights = np.exp(-((heights / (LOW * leg)) ** 2) - (speeds / (SLOW * leg)) ** 2)[..., None]
     hips = [
         each[:, marks[f"left_{HIP}"]] - each[:, marks[f"right_{HIP}"]] for each, marks in zip(both, joints, strict=True)
@@ -108,9 +113,11 @@ def move_ankle(leg: np.ndarray, step: np.ndarray, axis: np.ndarray) -> tuple[Rot
     a, b = (np.linalg.norm(bone, axis=1) for bone in (knee - hip, ankle - knee))
     bend = np.arccos(np.clip((unit(knee - hip) * unit(ankle - knee)).sum(axis=1), -1.0, 1.0))
     before, wished = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(ankle + step - hip, axis=1)
-    most = a * b / before * np.sin(bend + STRAIGHT) * KNEE
-    after = np.clip(wished, before - most, np.minimum(before + most, a + b))
+    bends = np.arccos(np.clip((wished**2 - a**2 - b**2) / (2.0 * a * b), -1.0, 1.0))
+    bends = np.clip(bends, np.maximum(bend - KNEE_BEND, 0.0), bend + KNEE_BEND)
+    after = np.sqrt(a**2 + b**2 + 2.0 * a * b * np.cos(bends))
     turn = shortest_rotations(unit(ankle - hip), unit(ankle + step - hip))
+    turn = Rotation.from_rotvec(turn.as_rotvec() / np.maximum(turn.magnitude() / HIP_TURN, 1.0)[:, None])
     axis = turn.apply(unit(axis))
     rotations = []
     for first, second, sign in ((a, b, -1.0), (b, a, 1.0)):

@@ -87,9 +87,21 @@ def smaller(skeleton, legs):
     return Skeleton(bones, skeleton.offset_frame)
 
 
-@pytest.mark.parametrize("method", ["orientations", "numbers"])
-def test_feet_stand_on_the_floor_in_another_size(method):
-    motion = walk()[0]
+def uphill(motion, degrees):
+    """The motion on a floor that slopes, as that of a recording whose axes are not level."""
+    turn = Rotation.from_euler("x", -degrees, degrees=True)
+    root = turn * Rotation.from_euler(motion.root_axes, motion.root_angles)
+    return replace(
+        motion,
+        root_positions=turn.apply(motion.root_positions),
+        root_angles=root.as_euler("XYZ"),
+        root_axes="XYZ",
+    )
+
+
+@pytest.mark.parametrize(("method", "slope"), [("orientations", 0.0), ("orientations", 5.0), ("numbers", 0.0)])
+def test_feet_stand_on_the_floor_in_another_size(method, slope):
+    motion = uphill(walk()[0], slope)
     small, up = smaller(motion.skeleton, 0.8), "xyz".index(motion.up)
     found = retarget(motion, small, method=method)
     toes = [
