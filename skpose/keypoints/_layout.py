@@ -19,7 +19,10 @@ from skpose.skeleton._sides import others, partners, sides
 # By regression from markers of the pelvis, where no recording of movements shows them.
 
 
-HARRINGTON, DAVIS = RULES = "harrington", "davis"
+HARRINGTON, DAVIS = HIPS = "harrington", "davis"
+# Distance of the centre from the marker, half a width of 10.5 and 7 cm and the radius, as a share of the segment's 42.
+WIDTHS = {"knee": 0.142, "ankle": 0.1}
+RULES = (*HIPS, *WIDTHS)
 BETA, THETA = np.radians(18.0), np.radians(28.4)  # Davis: angles of the hip in the sagittal and the frontal plane
 RADIUS = 0.007  # m, of a marker
 
@@ -49,6 +52,22 @@ def hip_center(rule: str, side: str, markers: Sequence[np.ndarray]) -> np.ndarra
             width / 2.0 - c * np.sin(THETA),
         )
     return np.ma.filled(origin + place[0] * ahead + place[1] * up + place[2] * outward, np.nan)
+
+
+def center_of_width(rule: str, above: np.ndarray, marker: np.ndarray, wand: np.ndarray | None = None) -> np.ndarray:
+    """The centre (n, 3) of a knee or an ankle, m, inward from the marker at its outer side; the marker without a wand.
+
+    It is in the plane of the joint above, the marker and the wand, which is on the segment, and there the directions to
+    the joint and to the marker are perpendicular.
+    """
+    if wand is None:
+        return marker
+    line, share = above - marker, WIDTHS[rule]
+    length = np.linalg.norm(line, axis=1, keepdims=True)
+    outward = wand - marker
+    outward = outward - (outward * line).sum(axis=1, keepdims=True) / length**2 * line
+    outward = outward / np.linalg.norm(outward, axis=1, keepdims=True)
+    return marker + share**2 * line - share * np.sqrt(1.0 - share**2) * length * outward
 
 
 # --- names ------------------------------------------------------------------------------------------------------------
@@ -108,9 +127,10 @@ class Layout:
     parents : mapping of str to str or None
         Parent of each point and of each midpoint; None for the only root.
     midpoints : mapping of str to iterable of str, default={}
-        Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips. Hip
-        joint centres can be computed from markers instead: ("harrington", ASIS, other ASIS, PSIS, other PSIS) [1]_, or
-        ("davis", the same, knee, ankle) [2]_, where "other" is of the other side.
+        Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips.
+        Joint centres can be computed from markers instead: of hips by ("harrington", ASIS, other ASIS, PSIS, other
+        PSIS) [1]_ or ("davis", the same, knee, ankle) [2]_, where "other" is of the other side; then ("knee", hip,
+        marker, wand) and ("ankle", knee, marker, wand) [2]_, of average width, with the wand on the segment above.
     rigid : iterable of str, default=()
         Points that are fixed to their parent, such as the hips to the pelvis and the ears to the nose. The bones of all
         others are ball joints.
@@ -338,7 +358,10 @@ class Layout:
         for (name, (rule, ends)), side in zip(self._parts.items(), sides(list(self.midpoints)), strict=True):
             if name not in columns:
                 parts, confidence = zip(*(columns[end] for end in ends), strict=True)
-                place = hip_center(rule, side, parts) if rule else np.mean(parts, axis=0)
+                if rule in HIPS:
+                    place = hip_center(rule, side, parts)
+                else:
+                    place = center_of_width(rule, *parts) if rule else np.mean(parts, axis=0)
                 columns[name] = place, np.min(confidence, axis=0)
         array, confidences = (np.stack([columns[name][i] for name in self.points], axis=1) for i in (0, 1))
         array, axis = turn_up(array, up)
@@ -397,7 +420,11 @@ class Layout:
             if name not in out:
                 parents[name] = parent
         stay = tuple(name for name in self.names if name not in out)
-        midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
+        midpoints = {
+            name: tuple(end for end in ends if end not in out) if ends[0] in WIDTHS else ends  # wands may be absent
+            for name, ends in self.midpoints.items()
+            if name not in out
+        }
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from skpose._utils.validation import check_choice
-from skpose.keypoints._layout import HARRINGTON, RIGID, Layout, find_names, layout_of
+from skpose.keypoints._layout import DAVIS, RIGID, Layout, find_names, layout_of
 
 # As Pose2Sim writes them, y up. Some of its files have a point Hip, which is then taken, and some have none.
 POSE2SIM21 = layout_of(
@@ -229,21 +229,25 @@ PLUG_IN_GAIT39 = layout_of(
         ("RASI", "pelvis", RIGID),
         ("LPSI", "pelvis", RIGID),
         ("RPSI", "pelvis", RIGID),
-        ("LTHI", "LKNE", RIGID),
-        ("LKNE", "left_hip"),
-        ("LTIB", "LANK", RIGID),
-        ("LANK", "LKNE"),
+        ("LTHI", "left_knee", RIGID),
+        ("LKNE", "left_knee", RIGID),
+        ("LTIB", "left_ankle", RIGID),
+        ("LANK", "left_ankle", RIGID),
         ("LHEE", "LTOE", RIGID),
-        ("LTOE", "LANK"),
-        ("RTHI", "RKNE", RIGID),
-        ("RKNE", "right_hip"),
-        ("RTIB", "RANK", RIGID),
-        ("RANK", "RKNE"),
+        ("LTOE", "left_ankle"),
+        ("RTHI", "right_knee", RIGID),
+        ("RKNE", "right_knee", RIGID),
+        ("RTIB", "right_ankle", RIGID),
+        ("RANK", "right_ankle", RIGID),
         ("RHEE", "RTOE", RIGID),
-        ("RTOE", "RANK"),
+        ("RTOE", "right_ankle"),
         ("pelvis", None),
         ("left_hip", "pelvis", RIGID),
         ("right_hip", "pelvis", RIGID),
+        ("left_knee", "left_hip"),
+        ("right_knee", "right_hip"),
+        ("left_ankle", "left_knee"),
+        ("right_ankle", "right_knee"),
         ("thorax", "pelvis"),
         ("head", "thorax"),
         ("left_wrist", "LELB"),
@@ -254,8 +258,12 @@ PLUG_IN_GAIT39 = layout_of(
     up="z",
     midpoints={
         "pelvis": ("LASI", "RASI", "LPSI", "RPSI"),
-        "left_hip": (HARRINGTON, "LASI", "RASI", "LPSI", "RPSI"),
-        "right_hip": (HARRINGTON, "RASI", "LASI", "RPSI", "LPSI"),
+        "left_hip": (DAVIS, "LASI", "RASI", "LPSI", "RPSI", "LKNE", "LANK"),
+        "right_hip": (DAVIS, "RASI", "LASI", "RPSI", "LPSI", "RKNE", "RANK"),
+        "left_knee": ("knee", "left_hip", "LKNE", "LTHI"),
+        "right_knee": ("knee", "right_hip", "RKNE", "RTHI"),
+        "left_ankle": ("ankle", "left_knee", "LANK", "LTIB"),
+        "right_ankle": ("ankle", "right_knee", "RANK", "RTIB"),
         "thorax": ("C7", "CLAV", "T10", "STRN"),
         "head": ("LFHD", "RFHD", "LBHD", "RBHD"),
         "left_wrist": ("LWRA", "LWRB"),
@@ -613,7 +621,7 @@ class _Layouts(dict[str, Layout]):
     "mediapipe_hand21" MediaPipe Hands, one, world landmarks    −y
     "pose2sim21"       Pose2Sim, HALPE_26 without the face      y      hip
     "opencap43"        OpenCap's markers, of video              y      pelvis, knees, ankles, elbows, wrists
-    "plug_in_gait39"   markers of Plug-in Gait, the full body   z      pelvis, hips, thorax, head, wrists
+    "plug_in_gait39"   markers of Plug-in Gait, the full body   z      pelvis, hips to ankles, thorax, head, wrists
     "opencap_mocap55"  OpenCap's markers, of motion capture     y      pelvis, knees, ankles, elbows, wrists
     ================== ======================================== ====== ===========================================
 
@@ -623,8 +631,8 @@ class _Layouts(dict[str, Layout]):
 
     Files of markers name their points, and some lack a few:
     ``layouts["plug_in_gait39"].without(["LUPA", "RUPA"]).keypoints(load_c3d("walk.c3d"))``. Markers are on the skin,
-    and so are the ends of bones that are markers; the hips of "plug_in_gait39" are computed from those of the pelvis by
-    Harrington's regression, see `Layout`. If a file has joint centres, a `Layout` with these is better. Medial markers
+    and so are the ends of bones that are markers; the hips, knees and ankles of "plug_in_gait39" are computed as in
+    Plug-in Gait, see `Layout`. If a file has joint centres, a `Layout` with these is better. Medial markers
     of knees and ankles are often in the standing trial only: ``layout.keypoints(markers, absent="unseen")`` reads the
     other trials.
 

@@ -124,6 +124,7 @@ def _join(shares: dict[str, float], sign: str) -> str:
 
 TRUNK = 0.1  # weight of what moves relative to the root, such as the spine: it only says where rigid points do not
 ON_A_LINE = 1e-3  # second singular value over the first; points with less do not show the rotation about their line
+SPINES = ("asi", "asis"), ("psi", "psis")  # of the pelvis, in front and behind; their plane is level at rest
 AXES_ROUNDS = 20
 AXES_SETTLED = 1e-6  # change of the mean shape, relative to its size, at which the rounds end
 
@@ -141,11 +142,14 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
 
     Points that are rigid with the root, and the start of the trunk, are turned onto their mean shape: generalised
     Procrustes analysis with Kabsch's rotations, J. C. Gower, "Generalized Procrustes analysis", Psychometrika 40, 1975,
-    doi:10.1007/BF02291478. Left and up refer to the mean shape. Without left and right by name, left is from the
-    last of the rigid points to the first, and up to all of them, as the fingers of a hand are up from the wrist. If
-    there are no such points, or all are on one line, nothing is turned: the root has the axes of the world, with y up.
+    doi:10.1007/BF02291478. Left and up refer to the mean shape. Where ASIS and PSIS are seen, up is perpendicular to
+    their plane (ISB: G. Wu et al., 2002, doi:10.1016/S0021-9290(01)00222-6). Without left and right by name, left is
+    from the last of the rigid points to the first, and up to all of them, as the fingers of a hand are up from the
+    wrist. If there are no such points, or all are on one line, nothing is turned: the root has the axes of the world,
+    with y up.
     """
     names, pairs, middle = _shape(layout)
+    plain = {name: word for name, (word, _) in _plain_names(layout).items()}
     n = len(points[layout.root])
     world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
     if not pairs:
@@ -163,6 +167,11 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
         shape = _mean_shape(layout, axes, vectors, weights)
         if np.abs(shape - before).max() <= AXES_SETTLED * np.abs(shape).max():
             break
+    spines = [[i for i, name in enumerate(names) if plain.get(name) in each] for each in SPINES]
+    if all(spines):
+        ahead = shape[spines[0]].mean(axis=0) - shape[spines[1]].mean(axis=0)
+        x = _orthonormal(shape[None], left, upward)[0, :, 0]
+        shape, upward = np.vstack([shape, np.cross(ahead, x)]), [len(shape)]
     return axes @ _orthonormal(shape[None], left, upward)[0]
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from skpose import Bone, Motion, Skeleton, inverse_kinematics
 from skpose.biomechanics import gait_events, joint_angles
 from skpose.io import load_amass, load_trc
-from skpose.keypoints import fit_skeleton, layouts
+from skpose.keypoints import Layout, fit_skeleton, layouts
 from skpose.kinematics import forward_kinematics
 
 SIDES = ("left", "right")
@@ -301,6 +301,29 @@ def test_bent_knees_in_zero_warn_or_raise():
                 joint_angles(bent, zero=0)
         else:
             joint_angles(bent, zero=0)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 12.0])
+def test_hips_are_flexed_from_the_plane_of_the_pelvis_markers(tilt):
+    """As in Plug-in Gait: of a person who stands with a tilted pelvis, by the tilt."""
+    forward = Rotation.from_euler("x", tilt, degrees=True)
+    pelvis = {"ASIS": (0.12, 0.0, 0.1), "PSIS": (0.05, 0.0, -0.1), "hip": (0.09, -0.08, 0.0)}
+    points = {"pelvis": np.zeros(3), "thorax": np.array([0.0, 0.4, 0.0])}
+    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+        points |= {f"{side}_{name}": forward.apply(place) * [sign, 1.0, 1.0] for name, place in pelvis.items()}
+        knee = points[f"{side}_hip"] - [0.0, 0.42, 0.0]
+        points |= {f"{side}_knee": knee, f"{side}_ankle": knee - [0.0, 0.4, 0.0]}
+    parents = dict.fromkeys(points, "pelvis")
+    for side in SIDES:
+        parents |= {f"{side}_knee": f"{side}_hip", f"{side}_ankle": f"{side}_knee"}
+    rigid = [name for name in points if name.endswith(("ASIS", "PSIS", "hip"))]
+    layout = Layout("hips", points, parents | {"pelvis": None}, rigid=rigid)
+    seen = layout.keypoints(np.repeat([np.stack([*points.values()])], 3, axis=0), frame_rate=30)
+    motion = inverse_kinematics(seen, fit_skeleton(seen, layout)).to_motion()
+    with pytest.warns(UserWarning, match="rest pose of the layout"):
+        angles = joint_angles(motion)
+    for side in SIDES:
+        np.testing.assert_allclose(angles[f"hip_flexion_{side}"], tilt, atol=0.01)
 
 
 def test_joints_of_unknown_names_can_be_given():

@@ -177,6 +177,20 @@ def test_hip_joint_centres_are_those_of_the_published_regressions(rule):
     np.testing.assert_allclose(found.positions[0, -2:], expected, atol=1e-9)
 
 
+def test_centres_of_knees_and_ankles_are_half_a_width_inward():
+    """At a right angle to the thigh or shank, in the plane of the wand; 6 and 4.2 cm for segments of 42 cm."""
+    knee, ankle = np.zeros(3), np.array([0.0, 0.0, -0.42])
+    markers = {"hip": [0.0, 0.0, 0.42], "KNE": [0.0, 0.06, 0.0], "THI": [0.0, 0.09, 0.2]}
+    markers |= {"ANK": [0.042, 0.0, -0.42], "TIB": [0.1, 0.0, -0.2]}
+    parts = {"left_knee": ("knee", "hip", "KNE", "THI"), "left_ankle": ("ankle", "left_knee", "ANK", "TIB")}
+    layout = Layout("leg", markers, dict.fromkeys([*markers, *parts], "hip") | {"hip": None}, parts, up="z")
+    turned = Rotation.from_rotvec([0.3, -1.0, 2.0])
+    found = layout.keypoints(Keypoints(turned.apply([*markers.values()])[None] + 2.0, markers, 100, up="z"))
+    np.testing.assert_allclose(found.positions[0, -2:], turned.apply([knee, ankle]) + 2.0, atol=1e-3)
+    without = layout.without(["THI"]).keypoints(found.select(markers))
+    np.testing.assert_array_equal(without.positions[:, -2], found.positions[:, 1])  # the marker
+
+
 def test_a_lost_marker_of_the_pelvis_loses_the_hips():
     layout = layouts["plug_in_gait39"]
     positions = np.random.default_rng(0).normal(size=(3, 39, 3))
