@@ -29,25 +29,27 @@ __all__ = [
 # Each package is imported when it or one of its names is first used (PEP 562): the command line prints its help without
 # numba and scikit-learn, which take a second.
 if TYPE_CHECKING:
-    from skpose import biomechanics as biomechanics
-    from skpose import checks as checks
-    from skpose import cluster as cluster
-    from skpose import datasets as datasets
-    from skpose import geodesics as geodesics
-    from skpose import io as io
-    from skpose import keypoints as keypoints
-    from skpose import kinematics as kinematics
-    from skpose import manifold as manifold
-    from skpose import metrics as metrics
-    from skpose import motions as motions
-    from skpose import neighbors as neighbors
-    from skpose import plot as plot
-    from skpose import preprocessing as preprocessing
-    from skpose import robots as robots
-    from skpose import scores as scores
-    from skpose import skeleton as skeleton
-    from skpose import statistics as statistics
-    from skpose import view as view
+    from skpose import (
+        biomechanics as biomechanics,
+        checks as checks,
+        cluster as cluster,
+        datasets as datasets,
+        geodesics as geodesics,
+        io as io,
+        keypoints as keypoints,
+        kinematics as kinematics,
+        manifold as manifold,
+        metrics as metrics,
+        motions as motions,
+        neighbors as neighbors,
+        plot as plot,
+        preprocessing as preprocessing,
+        robots as robots,
+        scores as scores,
+        skeleton as skeleton,
+        statistics as statistics,
+        view as view,
+    )
     from skpose.geodesics import geodesic
     from skpose.keypoints import Keypoints
     from skpose.kinematics import forward_kinematics, inverse_kinematics
@@ -98,30 +100,13 @@ else:
         return sorted({*own, *_PACKAGES, *__all__, "__version__"})
 
 
-def _player(motion, **options):
-    from skpose.view import player
-
-    return player(motion, **options)
-
-
-def _world_positions(motion):
-    from skpose.kinematics._forward import world_positions
-
-    return world_positions(motion)
-
-
-def _mass_weights(skeleton):
-    from skpose.kinematics._mass import mass_weights
-
-    return mass_weights(skeleton)
-
-
-def _keypoints(*arguments):
-    from skpose.keypoints import Keypoints
-
-    return Keypoints(*arguments)
+def _later(module, name):
+    """A function whose module is imported at the first call."""
+    return lambda *arguments, **options: getattr(import_module(f"skpose.{module}"), name)(*arguments, **options)
 
 
 # Methods of skeletons, motions and keypoints that need what comes after them in the flow of data.
-_upper_layers.player, _upper_layers.world_positions, _upper_layers.keypoints = _player, _world_positions, _keypoints
-_upper_layers.mass_weights = _mass_weights
+_upper_layers.player = _later("view", "player")
+_upper_layers.world_positions = _later("kinematics._forward", "world_positions")
+_upper_layers.mass_weights = _later("kinematics._mass", "mass_weights")
+_upper_layers.keypoints = _later("keypoints", "Keypoints")

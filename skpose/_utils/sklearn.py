@@ -10,10 +10,9 @@ from sklearn.utils._param_validation import (
     HasMethods,
     Interval,
     RealNotInt,
+    StrOptions as _StrOptions,
 )
-from sklearn.utils._param_validation import StrOptions as _StrOptions
-from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in
-from sklearn.utils.validation import _check_sample_weight
+from sklearn.utils.validation import _check_feature_names_in as check_feature_names_in, _check_sample_weight
 
 if TYPE_CHECKING:
     Function = TypeVar("Function", bound=Callable)

@@ -10,14 +10,9 @@
 | `_gait_parameters` | cadence, lengths of steps, shares of stance                                         |
 """
 
-from skpose.biomechanics._gait_events import GaitEvents as GaitEvents
-from skpose.biomechanics._gait_events import gait_events
-from skpose.biomechanics._gait_parameters import GaitParameters as GaitParameters
-from skpose.biomechanics._gait_parameters import gait_parameters
-from skpose.biomechanics._joint_angles import JointAngles as JointAngles
-from skpose.biomechanics._joint_angles import joint_angles
-from skpose.biomechanics._symmetry import JointAsymmetry as JointAsymmetry
-from skpose.biomechanics._symmetry import SymmetryResult as SymmetryResult
-from skpose.biomechanics._symmetry import symmetry
+from skpose.biomechanics._gait_events import GaitEvents as GaitEvents, gait_events
+from skpose.biomechanics._gait_parameters import GaitParameters as GaitParameters, gait_parameters
+from skpose.biomechanics._joint_angles import JointAngles as JointAngles, joint_angles
+from skpose.biomechanics._symmetry import JointAsymmetry as JointAsymmetry, SymmetryResult as SymmetryResult, symmetry
 
 __all__ = ["gait_events", "gait_parameters", "joint_angles", "symmetry"]

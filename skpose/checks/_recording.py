@@ -4,8 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from skpose.kinematics._anatomy import BALL, SIDES, TOE, find_anatomy
-from skpose.kinematics._anatomy import LEG as LEGS
+from skpose.kinematics._anatomy import BALL, LEG as LEGS, SIDES, TOE, find_anatomy
 from skpose.kinematics._floor import leg_length
 from skpose.scores._plausibility import Soles, soles_of
 from skpose.skeleton import Motion

@@ -2,8 +2,7 @@
 
 from skpose.datasets._cmu import fetch_cmu, load_cmu, load_hdm05
 from skpose.datasets._folder import load_motions
-from skpose.datasets._gait import humanoid, make_actions, make_gait
-from skpose.datasets._gait import walks_and_runs as walks_and_runs
+from skpose.datasets._gait import humanoid, make_actions, make_gait, walks_and_runs as walks_and_runs
 from skpose.datasets._motions import MotionDataset
 
 __all__ = [

@@ -9,12 +9,10 @@
 | `_descent`                  | the two minimisers behind means and medians                   |
 """
 
-from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult
-from skpose.geodesics._geodesic import geodesic
+from skpose.geodesics._geodesic import GeodesicResult as GeodesicResult, geodesic
 from skpose.geodesics._interpolate import interpolate
 from skpose.geodesics._logarithm import exp_map, log_map
-from skpose.geodesics._mean import GeometricMedianResult as GeometricMedianResult
-from skpose.geodesics._mean import frechet_mean, geometric_median
+from skpose.geodesics._mean import GeometricMedianResult as GeometricMedianResult, frechet_mean, geometric_median
 from skpose.metrics._means import FrechetMeanResult as FrechetMeanResult
 
 __all__ = [

@@ -16,8 +16,7 @@ from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
 from skpose.geodesics._descent import MEAN, MEDIAN, Spread, descend, minimise_sum
 from skpose.metrics import Metric, Position
-from skpose.metrics._means import TOL as TOL_EXTRINSIC
-from skpose.metrics._means import FrechetMeanResult, Sample, some_of
+from skpose.metrics._means import TOL as TOL_EXTRINSIC, FrechetMeanResult, Sample, some_of
 from skpose.metrics._registry import MEAN_CONSTRAINTS, require_means, resolve
 from skpose.skeleton import Skeleton
 

@@ -5,12 +5,10 @@ without a skeleton. Robots are in `skpose.robots`. Angles are in radians, length
 its format raises `MocapFormatError`.
 """
 
-from skpose.io._acclaim import AsfFile as AsfFile
-from skpose.io._acclaim import load_amc, load_asf
+from skpose.io._acclaim import AsfFile as AsfFile, load_amc, load_asf
 from skpose.io._amass import load_amass
 from skpose.io._bvh import load_bvh, save_bvh
-from skpose.io._c3d import C3DQuantity as C3DQuantity
-from skpose.io._c3d import load_c3d, load_c3d_quantities
+from skpose.io._c3d import C3DQuantity as C3DQuantity, load_c3d, load_c3d_quantities
 from skpose.io._formats import load_motion
 from skpose.io._keypoints import load_keypoints
 from skpose.io._save_npz import save_npz

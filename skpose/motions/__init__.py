@@ -13,17 +13,12 @@
 | `_repetitions` | repetitions in one motion; `_template` finds them, `_surrogates` how surely                   |
 """
 
-from skpose.motions._alignment import Alignment as Alignment
-from skpose.motions._alignment import JointDifference as JointDifference
-from skpose.motions._alignment import align_motions
+from skpose.motions._alignment import Alignment as Alignment, JointDifference as JointDifference, align_motions
 from skpose.motions._distances import motion_distances
-from skpose.motions._find import MotionIndex, find_motion
-from skpose.motions._find import MotionMatch as MotionMatch
+from skpose.motions._find import MotionIndex, MotionMatch as MotionMatch, find_motion
 from skpose.motions._kneighbors import MotionKNeighborsTransformer
-from skpose.motions._mean import MeanMotion as MeanMotion
-from skpose.motions._mean import mean_motion
-from skpose.motions._repetitions import Repetitions as Repetitions
-from skpose.motions._repetitions import segment_repetitions
+from skpose.motions._mean import MeanMotion as MeanMotion, mean_motion
+from skpose.motions._repetitions import Repetitions as Repetitions, segment_repetitions
 from skpose.motions._transformer import MotionDistanceTransformer
 
 __all__ = [

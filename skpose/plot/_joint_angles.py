@@ -9,8 +9,7 @@ from skpose._utils.validation import check_integer, check_kind
 from skpose.biomechanics import JointAngles
 from skpose.biomechanics._joint_angles import Cycles, find_cycles, split_name
 from skpose.motions._phases import PHASES, with_gaps, without_jumps
-from skpose.plot._axes import SIDES as COLOURS
-from skpose.plot._axes import axes
+from skpose.plot._axes import SIDES as COLOURS, axes
 
 WIDTH, HEIGHT, LINE = 2.4, 1.9, 0.2  # inches: of one angle, and the height of a line of text above all
 LINES: dict[str, Any] = {"left": "solid", "right": (0, (4, 1.5)), "": "solid"}

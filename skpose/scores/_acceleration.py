@@ -7,8 +7,17 @@ import numpy as np
 
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.typing import ArrayLike
-from skpose.scores._inputs import CONSTRAINTS, LENGTHS, Joints, Length, errors_of, mean_of, read_points, select_joints
-from skpose.scores._inputs import align as align_points
+from skpose.scores._inputs import (
+    CONSTRAINTS,
+    LENGTHS,
+    Joints,
+    Length,
+    align as align_points,
+    errors_of,
+    mean_of,
+    read_points,
+    select_joints,
+)
 from skpose.scores._mpjpe import Align, Average
 from skpose.skeleton import Skeleton
 

@@ -13,12 +13,12 @@ from skpose.scores._inputs import (
     Joints,
     Length,
     Points,
+    align as align_points,
     check_length_unit,
     joint_indices,
     points_of,
     read_positions,
 )
-from skpose.scores._inputs import align as align_points
 from skpose.scores._mpjpe import Align
 from skpose.skeleton import Skeleton
 

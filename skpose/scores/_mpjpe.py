@@ -11,13 +11,13 @@ from skpose.scores._inputs import (
     LENGTHS,
     Joints,
     Length,
+    align as align_points,
     check_data_unit,
     errors_of,
     mean_of,
     read_points,
     select_joints,
 )
-from skpose.scores._inputs import align as align_points
 from skpose.skeleton import Skeleton
 
 Align = Literal["scale", "rigid", "similarity"]

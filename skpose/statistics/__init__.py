@@ -9,11 +9,9 @@
 """
 
 from skpose.statistics._kernel_regressor import PoseKernelRegressor
-from skpose.statistics._outliers import OutlierTestResult as OutlierTestResult
-from skpose.statistics._outliers import outlier_test
+from skpose.statistics._outliers import OutlierTestResult as OutlierTestResult, outlier_test
 from skpose.statistics._tangent_pca import PoseTangentPCA
-from skpose.statistics._two_sample import TwoSampleTestResult as TwoSampleTestResult
-from skpose.statistics._two_sample import two_sample_test
+from skpose.statistics._two_sample import TwoSampleTestResult as TwoSampleTestResult, two_sample_test
 
 __all__ = [
     "PoseKernelRegressor",

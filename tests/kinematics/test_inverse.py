@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import reference
-from conftest import SKELETONS as ALL
-from conftest import in_space
+from conftest import SKELETONS as ALL, in_space
 from placed import FIGURE, at_random, of
 
 from skpose import Bone, Motion, Skeleton, inverse_kinematics

@@ -12,10 +12,7 @@ from conftest import random_tree
 from skpose import Bone, Motion, Skeleton, pose_distances
 from skpose.datasets import humanoid
 from skpose.io import load_bvh, save_bvh
-from skpose.kinematics._mass import ARM_SEGMENTS as ARM
-from skpose.kinematics._mass import HEAD_SEGMENT as HEAD
-from skpose.kinematics._mass import LEG_SEGMENTS as LEG
-from skpose.kinematics._mass import TRUNK
+from skpose.kinematics._mass import ARM_SEGMENTS as ARM, HEAD_SEGMENT as HEAD, LEG_SEGMENTS as LEG, TRUNK
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Geodesic, Spatial
 from skpose.metrics._registry import METRICS

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose import Bone, Skeleton, forward_kinematics
 from skpose.kinematics._anatomy import find_anatomy
-from skpose.kinematics._mass import ARM_SEGMENTS as ARM
-from skpose.kinematics._mass import LEG_SEGMENTS as LEG
+from skpose.kinematics._mass import ARM_SEGMENTS as ARM, LEG_SEGMENTS as LEG
 from skpose.skeleton._proportions import PROPORTIONS
 from skpose.view._shape import R_SKULL, find_shape, outline
 
