@@ -6,7 +6,7 @@ import itertools
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from threading import Lock
+from threading import Event
 from typing import Any, TypeVar
 
 import joblib
@@ -27,34 +27,22 @@ def in_threads(tasks: Iterable[Callable[[], T]], n_jobs: int) -> list[T]:
     Threads, not processes, since the kernels release the GIL and write parts of one array; and not joblib's, which take
     15 ms to start and to end. After a task fails, or on Ctrl-C, no other task starts.
     """
-    waiting = enumerate(tasks)
-    taking = Lock()
-    results: dict[int, T] = {}
+    stopped = Event()
 
-    def work() -> None:
-        nonlocal waiting
+    def run(task: Callable[[], T]) -> Any:
         try:
-            while True:
-                with taking:
-                    i, task = next(waiting, (-1, None))
-                if task is None:
-                    return
-                results[i] = task()
+            return None if stopped.is_set() else task()
         except BaseException:
-            waiting = enumerate(())
+            stopped.set()
             raise
 
     if n_jobs == 1:
-        work()
-        return list(results.values())
+        return [task() for task in tasks]
     with ThreadPoolExecutor(n_jobs) as pool:
         try:
-            for worker in [pool.submit(work) for _ in range(n_jobs)]:
-                worker.result()
-        except BaseException:
-            waiting = enumerate(())
-            raise
-    return [results[i] for i in range(len(results))]
+            return list(pool.map(run, tasks))
+        finally:
+            stopped.set()
 
 
 TASKS_PER_JOB_UNEVEN = 16  # if some rows take much longer than others, such as queries with many candidates

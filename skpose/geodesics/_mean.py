@@ -323,9 +323,7 @@ def minimise(
     search = descend if metric.has_gradients else minimise_sum
     spread, n_iter, converged = search(sample, start, power, max_iter, tol)
     lengths = sample.remeasure(spread.pose, spread.lengths)
-    if lengths is not spread.lengths:
-        spread = spread._replace(value=float(sample.weights @ lengths**power))
-    return spread, n_iter, bool(converged)
+    return spread._replace(value=float(sample.weights @ lengths**power)), n_iter, bool(converged)
 
 
 class WeightedMeans:

@@ -1,22 +1,17 @@
 """The metric "geodesic": the shortest curve that the joints can trace from pose to pose."""
 
 from functools import partial
-from numbers import Integral
-from typing import ClassVar
 
 import numpy as np
 
 from skpose._compiled.path.geodesic import GRADIENT_NORM, measure_geodesic
 from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
-from skpose._compiled.pose.encode import encode_curve_end
-from skpose._compiled.pose.tree import Steps, Tree
+from skpose._compiled.pose.tree import Tree
 from skpose._utils.parallel import in_threads
-from skpose._utils.sklearn import Interval
 from skpose.kinematics._tree import jacobian_at, wrap_dofs
 from skpose.metrics._means import JointSample, Linearization, Sample
 from skpose.metrics._metric import Metric, require_skeleton
-from skpose.metrics._position import Position
-from skpose.metrics._spatial import Spatial, count_curve_codes
+from skpose.metrics._spatial import CurveMetric, Spatial
 from skpose.skeleton import Skeleton
 
 TASK = 8  # geodesics; some tens of milliseconds
@@ -24,7 +19,7 @@ FIRST_TOL = 1e-5  # norm of the gradient of the first paths, m²/rad
 SHARE = 0.04  # of the gradient of the mean, which the error of a path may have
 
 
-class Geodesic(Metric):
+class Geodesic(CurveMetric):
     r"""Length of the shortest curve that the joints can trace, :math:`\min_c \int \|\dot F(c)\| dt`, m (eq. 3 of [1]_).
 
     `skpose.geodesic` finds one such curve, and describes how. It is a local minimum, measured by chords: never shorter
@@ -61,32 +56,8 @@ class Geodesic(Metric):
     source = "eq. 3"
     iterative = True
 
-    encode = encode_curve_end
     measure = measure_geodesic
-    encode_work = 20
     measure_work = 100_000
-
-    _parameter_constraints: ClassVar[dict] = {
-        "n_steps": [Interval(Integral, 1, None, closed="left")],
-        "wrap": ["boolean"],
-    }
-
-    def __init__(self, n_steps: int = 10, wrap: bool = True):
-        self.n_steps = n_steps
-        self.wrap = wrap
-
-    @property
-    def steps(self) -> Steps:
-        """The steps of the line from which the search starts."""
-        return Steps.of(self.n_steps, bool(self.wrap))
-
-    def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Five per angle, four per ball joint and three per joint."""
-        return count_curve_codes(tree)
-
-    def lower_bound(self) -> Metric:
-        """The chord."""
-        return Position()
 
     def upper_bound(self) -> Metric:
         """The length along the straight line."""
@@ -102,33 +73,24 @@ class Geodesic(Metric):
         return _GeodesicSample(self, X, weights, require_skeleton(skeleton), n_jobs)
 
 
-def no_paths(tree: Tree, n: int, n_steps: int) -> KeptPaths:
-    """Empty arrays for the paths to n poses."""
-    return KeptPaths(
-        np.empty((n, MOST_NODES * n_steps + 1, len(tree.column))),  # memory that is not written to is not used
-        np.empty((n, len(tree.frame_parent), 4)),
-        np.zeros(n, dtype=int),
-        np.zeros(n, dtype=int),
-    )
-
-
-def no_geodesics(tree: Tree, n: int) -> Geodesics:
-    """Empty arrays for the results of the geodesics to n poses."""
-    return Geodesics(np.empty(n), np.empty(n), np.empty((n, len(tree.column))), np.empty(n, dtype=bool))
-
-
 class _GeodesicSample(JointSample):
     is_uneven = True
 
     def __init__(self, metric: Geodesic, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton, n_jobs: int):
         super().__init__(X, weights, skeleton)
         self.metric, self.n_jobs, self.frees_angles = metric, n_jobs, bool(metric.wrap)
-        self.kept = no_paths(self.tree, len(X), metric.n_steps)
+        n, n_dofs = self.dofs.shape
+        self.kept = KeptPaths(
+            np.empty((n, MOST_NODES * metric.n_steps + 1, n_dofs)),  # memory that is not written to is not used
+            np.empty((n, len(self.tree.frame_parent), 4)),
+            np.zeros(n, dtype=int),
+            np.zeros(n, dtype=int),
+        )
 
     def linearize(self, pose: np.ndarray, slope: float) -> Linearization:
         """Compute the geodesics from a pose to all poses, as well as the gradient so far needs them."""
         tree, n, n_steps = self.tree, len(self.dofs), int(self.metric.n_steps)
-        found = no_geodesics(tree, n)
+        found = Geodesics(np.empty(n), np.empty(n), np.empty(self.dofs.shape), np.empty(n, dtype=bool))
         ends = wrap_dofs(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
         tol = max(GRADIENT_NORM, SHARE * slope / n_steps) if np.isfinite(slope) else FIRST_TOL
         search = Search(n_steps, self.frees_angles, tol, 0.0)
@@ -150,9 +112,8 @@ class _GeodesicSample(JointSample):
         lengths differ by about 0.1 %.
         """
         rows = np.flatnonzero(self.kept.substeps > 1)
-        if not len(rows):
-            return lengths
-        anew = _GeodesicSample(self.metric, self.X[rows], self.weights[rows], self.skeleton, self.n_jobs)
-        lengths = lengths.copy()
-        lengths[rows] = anew.linearize(pose, 0.0).lengths
+        if len(rows):
+            anew = _GeodesicSample(self.metric, self.X[rows], self.weights[rows], self.skeleton, self.n_jobs)
+            lengths = lengths.copy()
+            lengths[rows] = anew.linearize(pose, 0.0).lengths
         return lengths

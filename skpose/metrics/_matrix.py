@@ -65,8 +65,7 @@ def warn_of_unconverged(parts: Iterable[tuple[int, float]], n_pairs: int) -> Non
 LARGEST_TILE, LARGEST_SENT = 2**27, 2**25  # bytes; tiles that workers send back wait here to be written
 WORK_PER_TILE = 50 * WORK_PER_TASK
 WORTH_SENDING = 5 * WORK_PER_TASK  # to other processes
-TRANSPOSED_EDGE = 512  # of the squares that are transposed at once, which fit into the cache
-EDGE = 128  # of the squares that are mirrored; in both smaller and larger ones a number takes more time
+EDGE = 256  # of the squares that are transposed at once, which fit into the cache
 WORTH_A_THREAD = 2**19  # numbers to mirror, some milliseconds
 
 
@@ -154,15 +153,18 @@ class TiledMatrix:
         remote = self.n_pairs * self.work_per_pair > WORTH_SENDING and in_processes(n_jobs)
         chunks = getattr(out, "shards", None) or getattr(out, "chunks", None) or (1,)  # of zarr or h5py
         tiles = self.tiles(1, n_workers, chunks) if remote else self.tiles(n_workers, 1, chunks)
-        array = np.asarray(out) if isinstance(out, np.ndarray) else None
+        array = np.asarray(out) if isinstance(out, np.ndarray) else out
+        in_place = isinstance(array, np.ndarray) and array.dtype == self.dtype and array.flags.aligned
         if remote:
             results = from_workers(type(self).distances, self, tiles, n_jobs)
         else:
-            results = ((tile, self.distances(tile, n_workers, self._part(array, tile))) for tile in tiles)
+            results = (
+                (tile, self.distances(tile, n_workers, array[tile.slices] if in_place else None)) for tile in tiles
+            )
         unconverged = []
         with progress(str(self), len(tiles), verbose) as advance, closing(results):  # which also stops the workers
             for tile, (distances, count) in results:
-                self._write_tile(out if array is None else array, tile, distances)
+                self._write_tile(array, tile, distances)
                 unconverged.append(count)
                 advance()
         return out, unconverged
@@ -176,24 +178,17 @@ class TiledMatrix:
         if isinstance(out, np.ndarray) and not out.flags.writeable:
             raise ValueError("out must be writeable, got a read-only array")
 
-    def _part(self, array: np.ndarray | None, tile: Tile) -> np.ndarray | None:
-        """The part of an array into which the distances of a tile can be computed, None if they must be copied."""
-        return array[tile.slices] if array is not None and array.dtype == self.dtype and array.flags.aligned else None
-
     def _write_tile(self, out: Any, tile: Tile, distances: np.ndarray) -> None:
         """Write a tile, unless it was computed in place, and its mirror image."""
         rows, columns = tile.slices
-        mirrored = self.symmetric and tile.top != tile.left
-        if not isinstance(out, np.ndarray):
-            distances = distances.astype(self.result_dtype, copy=False)
+        distances = distances.astype(self.result_dtype, copy=False)
+        if not isinstance(out, np.ndarray) or not np.may_share_memory(distances, out):
             out[rows, columns] = distances
-            if mirrored:
+        if self.symmetric and tile.top != tile.left:
+            if isinstance(out, np.ndarray):
+                _transpose(distances, out[columns, rows])
+            else:
                 out[columns, rows] = np.ascontiguousarray(distances.T)
-            return
-        if not np.may_share_memory(distances, out):
-            out[rows, columns] = distances
-        if mirrored:
-            _transpose(distances, out[columns, rows])
 
 
 def _transpose(distances: np.ndarray, target: np.ndarray) -> None:
@@ -202,14 +197,13 @@ def _transpose(distances: np.ndarray, target: np.ndarray) -> None:
     Each square is first copied to rows whose distance is not a power of two, which would share a few places of the
     cache and take twice as long.
     """
-    edge = min(TRANSPOSED_EDGE, max(target.shape))
-    square = np.empty((edge, edge + 16), target.dtype)
-    for top in range(0, len(target), edge):
-        for left in range(0, target.shape[1], edge):
-            part = distances[left : left + edge, top : top + edge]
+    square = np.empty((EDGE, EDGE + 16), target.dtype)
+    for top in range(0, len(target), EDGE):
+        for left in range(0, target.shape[1], EDGE):
+            part = distances[left : left + EDGE, top : top + EDGE]
             copied = square[: part.shape[0], : part.shape[1]]
             copied[...] = part
-            target[top : top + edge, left : left + edge] = copied.T
+            target[top : top + EDGE, left : left + EDGE] = copied.T
 
 
 def mirror(distances: np.ndarray, n_threads: int) -> None:
@@ -217,9 +211,7 @@ def mirror(distances: np.ndarray, n_threads: int) -> None:
 
     def fill_rows(top: int) -> None:
         rows = slice(top, top + EDGE)
-        for left in range(0, top, EDGE):
-            columns = slice(left, left + EDGE)
-            distances[rows, columns] = distances[columns, rows].T
+        _transpose(distances[:top, rows], distances[rows, :top])
         square = distances[rows, rows]
         square[...] = np.triu(square, 1) + np.triu(square, 1).T
 

@@ -246,22 +246,23 @@ def pose_distances_chunked(
     """
     chosen = resolve(metric, skeleton)
     xp = namespace_of(X, Y)
+    if xp is None:
+        X, Y = _check(X, Y, skeleton)
+        warn_of_no_skeleton(metric, skeleton)
+    Y = X if Y is None else Y
     memory = get_config()["working_memory"] if working_memory is None else working_memory
-    if xp is not None:
-        yield from _chunks_of_arrays(xp, X, X if Y is None else Y, skeleton, chosen, reduce_func, memory)
-        return
-    X, Y = _check(X, Y, skeleton)
-    warn_of_no_skeleton(metric, skeleton)
-    complete = DistanceMatrix(X, Y, chosen, skeleton)
-    n_rows, n_columns = complete.shape
-    n_fitting = max(1, int(memory * 2**20 / (complete.result_dtype.itemsize * n_columns)))
+    itemsize = np.result_type(X, Y).itemsize if xp is None else xp.finfo(Y.dtype).bits // 8
+    n_rows, n_columns = X.shape[0], Y.shape[0]
+    n_fitting = max(1, int(memory * 2**20 / (itemsize * n_columns)))
     batches = list(gen_batches(n_rows, min(n_rows, n_fitting)))
     unconverged = []
-    with progress(str(complete), len(batches), verbose) as advance:
+    with progress(f"{n_rows:,} × {n_columns:,} distances", len(batches), verbose) as advance:
         for batch in batches:
-            matrix = DistanceMatrix(X[batch], X if Y is None else Y, chosen, skeleton)
-            chunk, parts = matrix.write(None, n_jobs)
-            unconverged += parts
+            if xp is None:
+                chunk, parts = DistanceMatrix(X[batch], Y, chosen, skeleton).write(None, n_jobs)
+                unconverged += parts
+            else:
+                chunk = _distances_of_arrays(xp, X[batch, :], Y, skeleton, chosen)
             yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
@@ -272,15 +273,6 @@ def _distances_of_arrays(xp: Any, X: Any, Y: Any, skeleton: Skeleton | None, met
         raise ValueError(f"arrays of {xp.__name__} need 'position', 'rotation' or 'spatial', got {metric.label!r}")
     memory = get_config()["working_memory"]
     return array_distances(xp, X, Y, require_skeleton(skeleton), metric.name, memory, **metric.get_params())
-
-
-def _chunks_of_arrays(
-    xp: Any, X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric, reduce_func: Callable | None, memory: float
-) -> Iterator[Any]:
-    n_fitting = max(1, int(memory * 2**20) // (Y.shape[0] * xp.finfo(Y.dtype).bits // 8))
-    for batch in gen_batches(X.shape[0], n_fitting):
-        chunk = _distances_of_arrays(xp, X[batch, :], Y, skeleton, metric)
-        yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
 
 
 def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:

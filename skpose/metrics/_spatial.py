@@ -20,7 +20,36 @@ TWIST = 1e-2  # of the mean of the metric tensor's diagonal, for dofs that move 
 SOME = 100  # poses whose metric tensors are averaged, and at which a search may start
 
 
-class Spatial(Metric):
+class CurveMetric(Metric):
+    """The length of a curve that is searched or taken from the straight line in the angles, in so many chords."""
+
+    encode = encode_curve_end
+    encode_work = 20
+
+    _parameter_constraints: ClassVar[dict] = {
+        "n_steps": [Interval(Integral, 1, None, closed="left")],
+        "wrap": ["boolean"],
+    }
+
+    def __init__(self, n_steps: int = 10, wrap: bool = True):
+        self.n_steps = n_steps
+        self.wrap = wrap
+
+    @property
+    def steps(self) -> Steps:
+        """The steps of the line."""
+        return Steps.of(self.n_steps, bool(self.wrap))
+
+    def n_codes(self, tree: Tree, n_dofs: int) -> int:
+        """Five per angle, four per ball joint and three per joint."""
+        return count_line_codes(tree) + 3 * tree.n_joints
+
+    def lower_bound(self) -> Metric:
+        """The chord."""
+        return Position()
+
+
+class Spatial(CurveMetric):
     r"""Length of the curve of the joints along the straight line in the angles, m (sec. 2.2 of [1]_).
 
     :math:`\sum_{n=1}^N \|F(c_n) - F(c_{n-1})\|`, with c the straight line from a to b in N steps. The straight line of
@@ -63,41 +92,12 @@ class Spatial(Metric):
     source = "sec. 2.2"
     has_gradients = False
 
-    encode = encode_curve_end
     measure = measure_line
-    encode_work = 20
     measure_work = 16
-
-    _parameter_constraints: ClassVar[dict] = {
-        "n_steps": [Interval(Integral, 1, None, closed="left")],
-        "wrap": ["boolean"],
-    }
-
-    def __init__(self, n_steps: int = 10, wrap: bool = True):
-        self.n_steps = n_steps
-        self.wrap = wrap
-
-    @property
-    def steps(self) -> Steps:
-        """The steps of the line."""
-        return Steps.of(self.n_steps, bool(self.wrap))
-
-    def n_codes(self, tree: Tree, n_dofs: int) -> int:
-        """Five per angle, four per ball joint and three per joint."""
-        return count_curve_codes(tree)
-
-    def lower_bound(self) -> Metric:
-        """The chord."""
-        return Position()
 
     def sample(self, X: np.ndarray, weights: np.ndarray, skeleton: Skeleton | None, n_jobs: int) -> Sample:
         """Poses whose distances have gradients by differences."""
         return _SpatialSample(self, X, weights, require_skeleton(skeleton), n_jobs)
-
-
-def count_curve_codes(tree: Tree) -> int:
-    """The length of the code of an end of a curve."""
-    return count_line_codes(tree) + 3 * tree.n_joints
 
 
 class _SpatialSample(JointSample):

@@ -166,7 +166,7 @@ def find_some(request: Request, rows: slice, n_jobs: int = 1) -> Found:
     return Found(near._replace(queries=near.queries + rows.start), search.n_measured, search.unconverged)
 
 
-def search_of(index: PoseIndex, n_jobs: int) -> Search | GeodesicSearch:
+def search_of(index: PoseIndex, n_jobs: int) -> Search:
     """Return a new search of an index."""
     metric = index.metric
     has_bounds = metric.lower_bound() is not None and metric.upper_bound() is not None

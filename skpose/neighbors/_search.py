@@ -280,27 +280,17 @@ class Search:
         return work + share * brute_force < brute_force
 
 
-class GeodesicSearch:
+class GeodesicSearch(Search):
     """A search under "geodesic", whose chords and straight lines leave few geodesics to solve.
 
     It may need memory for all chords between queries and poses at once.
     """
 
     def __init__(self, index: PoseIndex, n_jobs: int):
-        self.index = index
-        solved, skeleton = index.metric, index.skeleton
-        bounds = cast(Metric, solved.lower_bound()), cast(Metric, solved.upper_bound())
-        self.chords, self.lines, self.geodesics = (Search(index, metric, n_jobs) for metric in (*bounds, solved))
-        self.rounding = 0.0 if skeleton is None else ROUNDING * np.abs(skeleton.offsets).sum()
-
-    @property
-    def n_measured(self) -> int:
-        """Geodesics solved so far."""
-        return self.geodesics.n_measured
-
-    @property
-    def unconverged(self) -> list[tuple[int, float]]:
-        return self.geodesics.unconverged
+        super().__init__(index, index.metric, n_jobs)
+        bounds = cast(Metric, self.metric.lower_bound()), cast(Metric, self.metric.upper_bound())
+        self.chords, self.lines = (Search(index, metric, n_jobs) for metric in bounds)
+        self.rounding = 0.0 if index.skeleton is None else ROUNDING * np.abs(index.skeleton.offsets).sum()
 
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
@@ -338,10 +328,10 @@ class GeodesicSearch:
         indices[chords.queries, ranks] = chords.indices
         if self.index.filter is not None:
             bounds[chords.queries, ranks] = chords.distances - self.rounding
-        codes = self.index.metric.encode_poses(poses, self.index.skeleton)
+        codes = self.metric.encode_poses(poses, self.index.skeleton)
         for start in range(0, indices.shape[1], SOLVED_AT_ONCE):
             some, their_bounds = (
                 np.ascontiguousarray(part[:, start : start + SOLVED_AT_ONCE]) for part in (indices, bounds)
             )
             candidates = Candidates(some, some, their_bounds, np.clip(counts - start, 0, SOLVED_AT_ONCE))
-            self.geodesics.refine(codes, candidates, best, 1)
+            self.refine(codes, candidates, best, 1)

@@ -1,10 +1,9 @@
 """The two sets of a test as exchangeable units: single poses or whole motions."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from sklearn.utils import gen_batches
 
 from skpose._utils.validation import check_poses
 from skpose._utils.warnings import warn
@@ -99,7 +98,6 @@ def _warn_of_frames(**arrays: np.ndarray) -> None:
 # Y: G has minus the mean distances for the energy statistic, and mean kernels for the squared MMD.
 
 
-TILE = 4096  # frames per edge of a tile: 134 MB in float64
 ROUNDING = 100 * np.finfo(np.float64).eps  # relative to the largest entry of G; smaller differences are ties
 POSES_FOR_WIDTH = 500  # at least one per unit
 
@@ -111,11 +109,10 @@ class Distances(NamedTuple):
     skeleton: Skeleton | None
     n_jobs: int | None
 
-    def between(self, X: np.ndarray, Y: np.ndarray | None) -> tuple[np.ndarray, Unconverged]:
-        """Distances in float64, and how many of them did not converge."""
-        matrix = DistanceMatrix(X, Y, self.metric, self.skeleton)
-        distances, unconverged = matrix.write(None, self.n_jobs)
-        return distances.astype(np.float64, copy=False), Unconverged.join(unconverged)
+    def between(self, X: np.ndarray, Y: np.ndarray | None, out: Any = None) -> tuple[Any, Unconverged]:
+        """Distances, written into `out` if given, and how many of them did not converge."""
+        distances, unconverged = DistanceMatrix(X, Y, self.metric, self.skeleton).write(out, self.n_jobs)
+        return distances, Unconverged.join(unconverged)
 
 
 # The matrix G of a statistic, how many distances did not converge, σ of the kernel, and the share of its negative
@@ -142,13 +139,15 @@ def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     """
     chosen, unit = _spread(sequences)
     d, unconverged = distances.between(sequences.poses[chosen], None)
+    d = d.astype(np.float64, copy=False)
     apart = d[np.triu(unit[:, None] != unit, 1)]
     apart = apart[apart > 0]
     width = float(np.median(apart)) if len(apart) else 1.0  # all poses are equal, any width will do
     kernel = Kernel("rbf", 0.5 / width**2)
     if len(chosen) == len(sequences.poses):
-        sums = _sum_rectangles(kernel.of(d), sequences.starts[:-1], sequences.starts[:-1])
-        means = _of_units(sums, sequences, None)
+        sums, everything = Sums(sequences, sequences, kernel.of), slice(0, len(chosen))
+        sums[everything, everything] = d
+        means = sums.means()
     else:
         means, unconverged = _means(sequences, None, distances, kernel.of)
     matrix, repair = repair_kernel(means, np.eye(len(means), dtype=bool), "clip")
@@ -169,39 +168,33 @@ def _means(
     X: Sequences, Y: Sequences | None, distances: Distances, function: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, Unconverged]:
     """Means of a function of the distance; each pair of poses is computed once."""
-    others = X if Y is None else Y
-    sums, unconverged = np.zeros((X.n_motions, others.n_motions)), []
-    for rows, columns in _tiles(len(X.poses), None if Y is None else len(Y.poses)):
-        on_diagonal = Y is None and rows == columns
-        d, found = distances.between(X.poses[rows], None if on_diagonal else others.poses[columns])
-        unconverged.append(found)
-        (at, starts), (to, other_starts) = _units_in(X, rows), _units_in(others, columns)
-        tile = _sum_rectangles(function(d), starts, other_starts)
-        sums[at, to] += tile
-        if Y is None and not on_diagonal:
-            sums[to, at] += tile.T
-    return _of_units(sums, X, Y), Unconverged.join(unconverged)
+    sums = Sums(X, X if Y is None else Y, function)
+    _, unconverged = distances.between(X.poses, None if Y is None else Y.poses, sums)
+    return sums.means(), unconverged
 
 
-def _sum_rectangles(values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Sums over the rectangles that begin at these rows and columns."""
-    return np.add.reduceat(np.add.reduceat(values, columns, axis=1), rows, axis=0)
+class Sums:
+    """An array to write distances into, of which it keeps sums of a function over the pairs of poses of two units."""
 
+    def __init__(self, X: Sequences, Y: Sequences, function: Callable[[np.ndarray], np.ndarray]):
+        self.X, self.Y, self.function = X, Y, function
+        self.sums = np.zeros((X.n_motions, Y.n_motions))
 
-def _of_units(sums: np.ndarray, X: Sequences, Y: Sequences | None) -> np.ndarray:
-    """Means from sums over all pairs of poses; exactly symmetric if Y is None."""
-    if Y is not None:
-        return sums / np.outer(X.lengths, Y.lengths)
-    means = sums / np.outer(X.lengths, X.lengths)
-    return 0.5 * (means + means.T)
+    def __setitem__(self, tile: tuple[slice, slice], distances: np.ndarray) -> None:
+        rows, columns = tile
+        if self.X is self.Y and rows.start > columns.start:
+            return  # a mirror image
+        values = self.function(distances.astype(np.float64, copy=False))
+        (at, starts), (to, others) = _units_in(self.X, rows), _units_in(self.Y, columns)
+        sums = np.add.reduceat(np.add.reduceat(values, others, axis=1), starts, axis=0)
+        self.sums[at, to] += sums
+        if self.X is self.Y and rows.start < columns.start:
+            self.sums[to, at] += sums.T
 
-
-def _tiles(n_rows: int, n_columns: int | None) -> Iterator[tuple[slice, slice]]:
-    """Yield rows and columns of tiles, or of the upper triangle if n_columns is None."""
-    batches = list(gen_batches(n_rows, TILE))
-    for i, rows in enumerate(batches):
-        for columns in batches[i:] if n_columns is None else gen_batches(n_columns, TILE):
-            yield rows, columns
+    def means(self) -> np.ndarray:
+        """Means over all pairs of poses; exactly symmetric within one set."""
+        means: np.ndarray = self.sums / np.outer(self.X.lengths, self.Y.lengths)
+        return 0.5 * (means + means.T) if self.X is self.Y else means
 
 
 def _units_in(sequences: Sequences, frames: slice) -> tuple[slice, np.ndarray]:

@@ -10,8 +10,8 @@ from sklearn.metrics import roc_auc_score
 
 from skpose import inverse_kinematics
 from skpose.datasets import MotionDataset, make_gait
-from skpose.metrics import Centered, Jerk, Velocity
-from skpose.statistics import _units, outlier_test, two_sample_test
+from skpose.metrics import Centered, Jerk, Velocity, _matrix
+from skpose.statistics import outlier_test, two_sample_test
 
 OF_MOTIONS = [Velocity(), Velocity(0.01), Jerk(), Centered()]
 STATISTICS = ["energy", "mmd"]
@@ -75,7 +75,7 @@ def test_sets_under_metrics_of_motions_are_sets_of_their_rows(metric, statistic,
 def test_each_motion_is_tested_as_a_set_of_one(metric, tile, gait, monkeypatch):
     """By permutations of it and the others, one test at a time."""
     if tile:
-        monkeypatch.setattr(_units, "TILE", tile)
+        monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", tile)
     X, Y = [*gait.motions[:3], jittered(gait[0], 0.01)], gait.motions[3:]
     found = outlier_test(X, Y, skeleton=gait.skeleton, metric=metric)
     monkeypatch.undo()

@@ -11,6 +11,7 @@ from scipy import stats
 
 from skpose import Motion, Skeleton, pose_distances
 from skpose.datasets import MotionDataset, make_gait
+from skpose.metrics import _matrix
 from skpose.metrics._registry import METRICS
 from skpose.statistics import _two_sample, _units, two_sample_test
 
@@ -192,7 +193,7 @@ def test_tiles_and_chunks_change_nothing(of_motions, statistic, monkeypatch):
     whole = two_sample_test(X, Y, **options)
     monkeypatch.setattr(_units, "POSES_FOR_WIDTH", 10**6 if statistic == "mmd" else 1)
     monkeypatch.setattr(_two_sample, "VALUES_AT_ONCE", 60)
-    monkeypatch.setattr(_units, "TILE", 5)
+    monkeypatch.setattr(_matrix, "ENCODED_AT_ONCE", 5)
     parts = two_sample_test(X, Y, **options)
     assert parts.pvalue == whole.pvalue
     np.testing.assert_allclose(parts.statistic, whole.statistic, rtol=1e-9)
