@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array, issparse
-from scipy.sparse.csgraph import connected_components
 from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils import check_symmetric, gen_batches
@@ -319,17 +318,11 @@ def targets(rows, squared, masses, bandwidth, verbose):
 def _stops(target, staying):
     """The sample at which each sample stops: a fixed point or the best member of a cycle."""
     n = len(target)
-    reached = target.copy()
-    for _ in range(int(np.ceil(np.log2(n))) + 1 if n > 1 else 1):
-        reached = reached[reached]  # doubles the moves; n moves always end in a cycle
-    on_cycle = np.unique(reached)
-    _, component = connected_components(
-        csr_array((np.ones(n), (np.arange(n), target)), shape=(n, n)), directed=True, connection="weak"
-    )
-    order = on_cycle[np.lexsort((on_cycle, staying[on_cycle]))][::-1]
-    mode = np.empty(component.max() + 1, dtype=np.intp)
-    mode[component[order]] = order  # the best is written last
-    return mode[component]
+    order = np.lexsort((np.arange(n), staying))
+    best, reached = np.argsort(order), target  # the rank of the best sample among the next moves, and where they end
+    for _ in range(n.bit_length()):  # twice as many moves each time; n moves always end in a cycle
+        best, reached = np.minimum(best, best[reached]), reached[reached]
+    return order[best[reached]]
 
 
 def find_bandwidth(squared, masses, scale, n_clusters, verbose):

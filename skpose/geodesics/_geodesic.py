@@ -12,7 +12,7 @@ from skpose._compiled.pose.tree import Tree
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_limits, check_pose, limits_of
+from skpose._utils.validation import check_integer, check_limits, check_pose, limits_of
 from skpose._utils.warnings import warn
 from skpose.kinematics._forward import weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of, wrap_dofs
@@ -92,8 +92,7 @@ class GeodesicResult:
         ndarray of shape (n, n_dofs)
             Joint angles, rad.
         """
-        if not isinstance(n, Integral) or n < 2:
-            raise ValueError(f"n must be an integer of at least 2, got {n!r}")
+        check_integer(n, 2, "n")
         return self._at(np.linspace(0.0, 1.0, n))
 
     def _at(self, shares: np.ndarray) -> np.ndarray:

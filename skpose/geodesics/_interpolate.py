@@ -108,9 +108,7 @@ def _segment_of(path: GeodesicResult, skeleton: Skeleton) -> Segment:
     near = weighted_positions(poses[[0, -4, -3, len(shares) - 1, -2, -1]], skeleton)
     difference = np.array([-1.5, 2.0, -0.5]) / NEAR_END
     bases = _bases(tree, poses[: len(shares)])
-    forth = np.eye(bases[0].shape[1])
-    for before, after in pairwise(bases):
-        forth = _step(before, after) @ forth
+    forth = _transport(np.eye(bases[0].shape[1]), [_step(before, after) for before, after in pairwise(bases)])[-1]
     first, last = bases[0], bases[-1]
     leaving, arriving = first.T @ (difference @ near[:3]), -last.T @ (difference @ near[3:])
     return Segment(path, first, last, leaving, arriving, _turn(forth @ leaving, arriving) @ forth)
@@ -167,7 +165,7 @@ def _displace(tree: Tree, pose: np.ndarray, displacement: np.ndarray) -> np.ndar
 
 
 def _transport(vector: np.ndarray, steps: list[np.ndarray]) -> list[np.ndarray]:
-    """A vector at all poses of a path, transported from the first."""
+    """A vector, or several, at all poses of a path, transported from the first."""
     carried = [vector]
     for step in steps:
         carried.append(step @ carried[-1])

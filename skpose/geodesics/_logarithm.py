@@ -74,16 +74,13 @@ class TangentSpace(NamedTuple):
             self.n_jobs,
         )
         uncertain = np.flatnonzero(~(found.turns <= UNIQUE))
-        misses = self._misses(poses[uncertain], found.velocities[uncertain]) if len(uncertain) else np.empty(0)
-        n_unconverged, n_missed = int((~found.converged).sum()), int((misses > 0.0).sum())
-        return FoundLogarithms(found.velocities, n_unconverged, n_missed, float(misses.max(initial=0.0)))
-
-    def _misses(self, poses: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """Distances between poses and the exponentials of their logarithms, m; zero within the tolerance."""
+        velocities = found.velocities[uncertain]
         reached, _ = self.exponentials(velocities)
-        between = weighted_positions(reached, self.skeleton) - weighted_positions(poses, self.skeleton)
+        between = weighted_positions(reached, self.skeleton) - weighted_positions(poses[uncertain], self.skeleton)
         misses = np.linalg.norm(between, axis=1)
-        return np.where(misses <= MISSED * np.linalg.norm(velocities, axis=1) + ROUNDING, 0.0, misses)
+        missed = misses > MISSED * np.linalg.norm(velocities, axis=1) + ROUNDING
+        n_unconverged, n_missed = int((~found.converged).sum()), int(missed.sum())
+        return FoundLogarithms(found.velocities, n_unconverged, n_missed, float(misses[missed].max(initial=0.0)))
 
     def exponentials(self, velocities: np.ndarray) -> tuple[np.ndarray, int]:
         """Poses (n_poses, n_dofs), and the number of geodesics that could not follow their velocities."""

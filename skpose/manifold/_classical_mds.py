@@ -1,6 +1,5 @@
 """Classical multidimensional scaling of pose distances."""
 
-from dataclasses import dataclass
 from numbers import Integral
 from typing import ClassVar
 
@@ -183,11 +182,8 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
         else:
             self.X_fit_ = X[chosen]
             squared = np.square(self._distances(self.X_fit_, None), dtype=np.float64)
-        self._scaling = classical_scaling(squared, self.n_components)
-        self.eigenvalues_ = self._scaling.eigenvalues
-        self.explained_variance_ratio_ = self._scaling.explained_variance_ratio
-        self.negative_share_ = self._scaling.negative_share
-        self.embedding_ = self._scaling.points if n_scaled == n else self._embed(X)
+        points = self._scale(squared)
+        self.embedding_ = points if n_scaled == n else self._embed(X)
         return self.embedding_
 
     def transform(self, X):
@@ -213,8 +209,31 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
         points = X if self.skeleton_ is None else weighted_positions(X, self.skeleton_)
         return farthest_points(lambda i: np.linalg.norm(points - points[i], axis=1), len(X), n_scaled, rng)
 
+    def _scale(self, squared):
+        """Learn from squared distances, which are overwritten; return the coordinates."""
+        self._mean_squared = squared.mean(axis=0)
+        squared -= self._mean_squared
+        squared -= squared.mean(axis=1, keepdims=True)
+        squared *= -0.5
+        values, vectors, spectrum = _leading_eigenpairs(squared, self.n_components)
+        positive = values > ROUNDING * np.abs(spectrum).max()
+        if not positive.all():
+            warn(
+                f"only {positive.sum()} of the leading {self.n_components} eigenvalues are positive; other components "
+                "are zero"
+            )
+        vectors *= np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])])
+        sqrt = np.sqrt(np.where(positive, values, 0.0))
+        # ½ (Λ⁻¹ Zᵀ)ᵀ = ½ U Λ^-½ of Gower's formula, zero for components without positive eigenvalue.
+        self._projection = 0.5 * vectors * np.divide(1.0, sqrt, out=np.zeros_like(sqrt), where=positive)
+        total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
+        self.eigenvalues_ = values
+        self.explained_variance_ratio_ = np.maximum(values, 0.0) / total if total > 0 else np.zeros(len(values))
+        self.negative_share_ = float((size - total) / size) if size > 0 else 0.0
+        return vectors * sqrt
+
     def _embed(self, X):
-        """Coordinates of all poses, batch by batch."""
+        """Coordinates of all poses, batch by batch, by Gower's formula."""
         n_components = len(self.eigenvalues_)
         points = np.empty((len(X), n_components))
         size = max(1, BATCH * effective_n_jobs(self.n_jobs) // len(self.landmark_indices_))
@@ -225,7 +244,7 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
                     distances = X[batch][:, self.landmark_indices_]
                 else:
                     distances = self._distances(X[batch], self.X_fit_, verbose=0)
-                points[batch] = self._scaling.place(np.square(distances, dtype=np.float64))
+                points[batch] = (self._mean_squared - np.square(distances, dtype=np.float64)) @ self._projection
                 advance()
         return points
 
@@ -236,42 +255,6 @@ class SpatialMDS(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transforme
 
 LANCZOS = 200  # up to this many poses a dense decomposition is fastest
 ROUNDING = 1e-12  # eigenvalues below this share of the largest count as zero
-
-
-@dataclass(frozen=True, eq=False)
-class Scaling:
-    """Result of classical scaling."""
-
-    points: np.ndarray  # (n, n_components)
-    eigenvalues: np.ndarray  # (n_components,)
-    explained_variance_ratio: np.ndarray  # (n_components,)
-    negative_share: float
-    mean_squared: np.ndarray  # (n,) mean squared distance of each point
-    projection: np.ndarray  # (n, n_components) the ½ Λ⁻¹ Zᵀ of Gower's formula, transposed
-
-    def place(self, squared):
-        """Coordinates of new points from their squared distances to the scaled points, by Gower's formula."""
-        return (self.mean_squared - squared) @ self.projection
-
-
-def classical_scaling(squared, n_components):
-    """Scale squared distances, which are overwritten; components without positive eigenvalue are zero."""
-    mean_squared = squared.mean(axis=0)
-    squared -= mean_squared
-    squared -= squared.mean(axis=1, keepdims=True)
-    squared *= -0.5
-    values, vectors, spectrum = _leading_eigenpairs(squared, n_components)
-    positive = values > ROUNDING * np.abs(spectrum).max()
-    if not positive.all():
-        warn(f"only {positive.sum()} of the leading {n_components} eigenvalues are positive; other components are zero")
-    vectors *= np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])])
-    sqrt = np.sqrt(np.where(positive, values, 0.0))
-    # Λ⁻¹ Zᵀ = Λ^-½ Uᵀ, zero for components without positive eigenvalue.
-    projection = 0.5 * vectors * np.divide(1.0, sqrt, out=np.zeros_like(sqrt), where=positive)
-    total, size = spectrum[spectrum > 0].sum(), np.abs(spectrum).sum()
-    negative_share = float((size - total) / size) if size > 0 else 0.0
-    ratio = np.maximum(values, 0.0) / total if total > 0 else np.zeros(n_components)
-    return Scaling(vectors * sqrt, values, ratio, negative_share, mean_squared, projection)
 
 
 def _leading_eigenpairs(B, n_components):

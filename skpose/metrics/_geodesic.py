@@ -6,7 +6,6 @@ import numpy as np
 
 from skpose._compiled.path.geodesic import GRADIENT_NORM, measure_geodesic
 from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
-from skpose._compiled.pose.tree import Tree
 from skpose._utils.parallel import in_threads
 from skpose.kinematics._tree import jacobian_at, wrap_dofs
 from skpose.metrics._means import JointSample, Linearization, Sample

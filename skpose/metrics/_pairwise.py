@@ -246,23 +246,22 @@ def pose_distances_chunked(
     """
     chosen = resolve(metric, skeleton)
     xp = namespace_of(X, Y)
-    if xp is None:
-        X, Y = _check(X, Y, skeleton)
-        warn_of_no_skeleton(metric, skeleton)
-    Y = X if Y is None else Y
+    rows, columns = _check(X, Y, skeleton) if xp is None else (X, Y)
+    warn_of_no_skeleton(metric, skeleton)
+    columns = rows if columns is None else columns
     memory = get_config()["working_memory"] if working_memory is None else working_memory
-    itemsize = np.result_type(X, Y).itemsize if xp is None else xp.finfo(Y.dtype).bits // 8
-    n_rows, n_columns = X.shape[0], Y.shape[0]
+    itemsize = np.result_type(rows, columns).itemsize if xp is None else xp.finfo(columns.dtype).bits // 8
+    n_rows, n_columns = rows.shape[0], columns.shape[0]
     n_fitting = max(1, int(memory * 2**20 / (itemsize * n_columns)))
     batches = list(gen_batches(n_rows, min(n_rows, n_fitting)))
     unconverged = []
     with progress(f"{n_rows:,} × {n_columns:,} distances", len(batches), verbose) as advance:
         for batch in batches:
             if xp is None:
-                chunk, parts = DistanceMatrix(X[batch], Y, chosen, skeleton).write(None, n_jobs)
+                chunk, parts = DistanceMatrix(rows[batch], columns, chosen, skeleton).write(None, n_jobs)
                 unconverged += parts
             else:
-                chunk = _distances_of_arrays(xp, X[batch, :], Y, skeleton, chosen)
+                chunk = _distances_of_arrays(xp, rows[batch, :], columns, skeleton, chosen)
             yield chunk if reduce_func is None else _reduce(reduce_func, chunk, batch.start)
             advance()
     warn_of_unconverged(unconverged, n_rows * n_columns)
@@ -275,7 +274,7 @@ def _distances_of_arrays(xp: Any, X: Any, Y: Any, skeleton: Skeleton | None, met
     return array_distances(xp, X, Y, require_skeleton(skeleton), metric.name, memory, **metric.get_params())
 
 
-def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[np.ndarray, np.ndarray | None]:
+def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tuple[Any, Any]:
     """The poses as arrays; Y is None if it is X."""
     if Y is X:
         Y = None

@@ -118,7 +118,11 @@ class _SpatialSample(JointSample):
         n = len(pose)
         energies = self._distances_around(pose, np.zeros(n), STEP * np.eye(n)) ** 2
         gradients = (energies[1 : n + 1] - energies[n + 1 :]).T / (4.0 * STEP)
-        return Linearization(np.sqrt(energies[0]), energies[0], gradients, self._tensor(pose))
+        jacobian = jacobian_at(self.tree, pose, False)
+        tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
+        # The mean of the tensors at the pose and at the sample; a twist that moves no joint moves lines to other poses.
+        tensor += TWIST * np.trace(tensor) / n * np.eye(n)
+        return Linearization(np.sqrt(energies[0]), energies[0], gradients, tensor)
 
     def sum_along(self, x: np.ndarray, pose: np.ndarray, steps: np.ndarray, power: int) -> tuple[float, np.ndarray]:
         """The sum of powers of distances, and its gradient, at a pose plus steps (n_dofs, n) times x (n,)."""
@@ -138,13 +142,6 @@ class _SpatialSample(JointSample):
 
     def _distances(self, columns: np.ndarray) -> np.ndarray:
         return DistanceMatrix(columns, self.X, self.metric, self.skeleton).write(None, self.n_jobs)[0]
-
-    def _tensor(self, pose: np.ndarray) -> np.ndarray:
-        """The mean of the metric tensors at the pose and at the sample."""
-        jacobian = jacobian_at(self.tree, pose, False)
-        tensor = 0.5 * (jacobian.T @ jacobian + self.mean_tensor)
-        # A twist that moves no joint moves the lines to other poses.
-        return tensor + TWIST * np.trace(tensor) / len(pose) * np.eye(len(pose))
 
 
 def _sample_rows(X: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from numbers import Real
 from typing import ClassVar
 
@@ -21,19 +22,12 @@ KERNEL_CONSTRAINTS: dict[str, list] = {
 }
 
 
-@dataclass(frozen=True)
-class Kernel:
-    """A kernel by name, and its γ."""
-
-    name: str
-    gamma: float
-
-    def of(self, distances):
-        """Turn distances into the kernel, in place."""
-        if self.name == "rbf":
-            np.square(distances, out=distances)
-        distances *= -self.gamma
-        return np.exp(distances, out=distances)
+def to_kernel(distances, name, gamma):
+    """Turn distances into the kernel of a name, in place."""
+    if name == "rbf":
+        np.square(distances, out=distances)
+    distances *= -gamma
+    return np.exp(distances, out=distances)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +115,12 @@ class KernelMixin:
             some = among(None if len(chosen) == n else chosen)
             distances = some if len(chosen) == n else None
         self.gamma_ = self._scale_of(some) if self.gamma == "scale" else float(self.gamma)
-        self._kernel = Kernel(self.kernel, self.gamma_)
+        self._kernel = partial(to_kernel, name=self.kernel, gamma=self.gamma_)
         if self.psd == "ignore":
-            return None if distances is None else self._kernel.of(distances)
+            return None if distances is None else self._kernel(distances)
         distances = among(None) if distances is None else distances
         equal = distances == 0
-        kernel, self._repair = repair_kernel(self._kernel.of(distances), equal, self.psd)
+        kernel, self._repair = repair_kernel(self._kernel(distances), equal, self.psd)
         self.negative_share_ = self._repair.negative_share
         return kernel
 
@@ -142,9 +136,9 @@ class KernelMixin:
         if self._kernel is None:
             return distances
         if self._repair is None:
-            return self._kernel.of(distances)
+            return self._kernel(distances)
         equal = distances == 0
-        return self._repair.rows(self._kernel.of(distances), equal)
+        return self._repair.rows(self._kernel(distances), equal)
 
 
 # --- distances --------------------------------------------------------------------------------------------------------

@@ -206,27 +206,21 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
 
     def _check_X(self, X, *, reset):
         """X as positions (n_samples, n_joints, 3); with `reset` also learn the skeleton."""
+        skeleton = self.skeleton if reset else self.skeleton_
+        if skeleton is None:
+            raise ValueError("PoseFromPositions needs skeleton=, got None: skpose.keypoints.fit_skeleton makes one")
         if reset:
             self._forget()
-            if self.skeleton is None:
-                raise ValueError("PoseFromPositions needs skeleton=, got None: skpose.keypoints.fit_skeleton makes one")
             if self.joint_limits == "enforce":
-                limits_of(self.skeleton)  # refused in fit already
-            skeleton = self.skeleton
-        else:
-            skeleton = self.skeleton_
+                limits_of(skeleton)  # refused in fit already
         if isinstance(X, Keypoints | Motion | Skeleton):
             raise TypeError(f"X must be an array of positions, got {type(X).__name__}")
         names = [f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]
         check_names(X, names, "X", '[f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]')
         X = validate_data(self, X, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan", reset=reset)
-        positions = self._positions(X, skeleton)
-        self.skeleton_ = skeleton
-        return positions
-
-    def _positions(self, X, skeleton):
         if X.shape[1] != 3 * skeleton.n_joints:
             raise ValueError(f"X must have {3 * skeleton.n_joints} columns, positions of the joints, got {X.shape[1]}")
+        self.skeleton_ = skeleton
         return X.reshape(len(X), -1, 3)
 
     def __sklearn_tags__(self):

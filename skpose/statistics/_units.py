@@ -1,17 +1,18 @@
 """The two sets of a test as exchangeable units: single poses or whole motions."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from skpose._utils.validation import check_poses
+from skpose._utils.validation import check_poses, check_same_width
 from skpose._utils.warnings import warn
 from skpose.metrics import Metric
 from skpose.metrics._matrix import DistanceMatrix, Unconverged
 from skpose.metrics._motion_metrics import MotionMetric
 from skpose.motions._inputs import CheckedMotions, Sequences, check_motions, is_rows
-from skpose.preprocessing._distances import Kernel, repair_kernel
+from skpose.preprocessing._distances import repair_kernel, to_kernel
 from skpose.skeleton import Skeleton
 
 FRAMES_OF_A_RECORDING = 0.4  # threshold of `_warn_of_frames`, above the ratio of most recordings
@@ -55,8 +56,7 @@ def check_units(X: Any, Y: Any, skeleton: Skeleton | None, paired: bool) -> Unit
         )
     if rows:
         a, b = check_poses(X, skeleton, "X"), check_poses(Y, skeleton, "Y")
-        if a.shape[1] != b.shape[1]:
-            raise ValueError(f"X and Y must have the same number of columns, got {a.shape[1]} and {b.shape[1]}")
+        check_same_width(a, b)
         one, other = (CheckedMotions(Sequences(p, np.arange(len(p) + 1)), skeleton, None) for p in (a, b))
     else:
         one, other = check_motions({"X": X, "Y": Y}, skeleton)
@@ -143,13 +143,13 @@ def mean_kernel(sequences: Sequences, distances: Distances) -> UnitMeans:
     apart = d[np.triu(unit[:, None] != unit, 1)]
     apart = apart[apart > 0]
     width = float(np.median(apart)) if len(apart) else 1.0  # all poses are equal, any width will do
-    kernel = Kernel("rbf", 0.5 / width**2)
+    kernel = partial(to_kernel, name="rbf", gamma=0.5 / width**2)
     if len(chosen) == len(sequences.poses):
-        sums, everything = Sums(sequences, sequences, kernel.of), slice(0, len(chosen))
+        sums, everything = Sums(sequences, sequences, kernel), slice(0, len(chosen))
         sums[everything, everything] = d
         means = sums.means()
     else:
-        means, unconverged = _means(sequences, None, distances, kernel.of)
+        means, unconverged = _means(sequences, None, distances, kernel)
     matrix, repair = repair_kernel(means, np.eye(len(means), dtype=bool), "clip")
     return matrix, unconverged, width, repair.negative_share
 
