@@ -92,7 +92,7 @@ class _GeodesicSample(JointSample):
         found = Geodesics(np.empty(n), np.empty(n), np.empty(self.dofs.shape), np.empty(n, dtype=bool))
         ends = wrap_dofs(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
         tol = max(GRADIENT_NORM, SHARE * slope / n_steps) if np.isfinite(slope) else FIRST_TOL
-        search = Search(n_steps, self.frees_angles, tol, 0.0)
+        search = Search(n_steps, self.frees_angles, tol)
         in_threads(
             (
                 partial(follow_geodesics, tree, pose, ends, i, min(i + TASK, n), search, self.kept, found)

@@ -246,9 +246,9 @@ def pose_distances_chunked(
     """
     chosen = resolve(metric, skeleton)
     xp = namespace_of(X, Y)
-    rows, columns = _check(X, Y, skeleton) if xp is None else (X, Y)
+    arrays: tuple[Any, Any] = _check(X, Y, skeleton) if xp is None else (X, Y)
     warn_of_no_skeleton(metric, skeleton)
-    columns = rows if columns is None else columns
+    rows, columns = arrays[0], arrays[0] if arrays[1] is None else arrays[1]
     memory = get_config()["working_memory"] if working_memory is None else working_memory
     itemsize = np.result_type(rows, columns).itemsize if xp is None else xp.finfo(columns.dtype).bits // 8
     n_rows, n_columns = rows.shape[0], columns.shape[0]

@@ -18,12 +18,10 @@ float64 adds, in ‖rest‖² = ‖F‖² − ‖z‖² above all, is a few more
 *slack*, about three times the sum of these, is subtracted.
 """
 
-import copy
 from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import DTypeLike
 
 from skpose._compiled.pose import loops
 from skpose._compiled.pose.candidates import Boxes, Known, nearest_of_boxes
@@ -34,56 +32,6 @@ from skpose._utils.parallel import over_rows
 from skpose.metrics import Metric
 from skpose.metrics._matrix import ENCODED_AT_ONCE
 from skpose.skeleton import Skeleton
-
-
-class NearestSoFar:
-    """The nearest poses found so far, for each query: at most `capacity`, none beyond the query's limit.
-
-    Attributes
-    ----------
-    heaps : Heaps
-        The arrays that the compiled loops write: values, which are distances or lower bounds of them, indices and
-        counts.
-    """
-
-    def __init__(self, limits: np.ndarray, capacity: int, dtype: DTypeLike = np.float64):
-        shape = len(limits), capacity
-        self.heaps = Heaps(
-            np.ascontiguousarray(limits, dtype),
-            np.empty(shape, dtype),
-            np.empty(shape, np.int64),
-            np.zeros(len(limits), np.int64),
-        )
-
-    @property
-    def current_limits(self) -> np.ndarray:
-        """The largest value that each query would still keep."""
-        limits, values, _, counts = self.heaps
-        return np.where(counts == values.shape[1], values[:, 0], limits)
-
-    def take(self, rows: np.ndarray) -> "NearestSoFar":
-        """Return a copy of some rows."""
-        some = copy.copy(self)
-        some.heaps = Heaps(*(part[rows] for part in self.heaps))
-        return some
-
-    def put(self, rows: np.ndarray, other: "NearestSoFar") -> None:
-        """Replace the entries of some rows by those of another of the same capacity."""
-        for name in ("values", "indices", "counts"):
-            getattr(self.heaps, name)[rows] = getattr(other.heaps, name)
-
-    def sorted_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return row, index and value of all entries, by row, value and index; every row must be full."""
-        _, values, indices, counts = self.heaps
-        order = np.lexsort((indices, values), axis=1)
-        indices, values = (np.take_along_axis(part, order, axis=1).ravel() for part in (indices, values))
-        return np.repeat(np.arange(len(counts)), counts), indices, values
-
-    def entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return row, index and value of all entries, by row."""
-        _, values, indices, counts = self.heaps
-        kept = np.arange(values.shape[1]) < counts[:, np.newaxis]
-        return np.repeat(np.arange(len(counts)), counts), indices[kept], values[kept]
 
 
 class Neighbors(NamedTuple):
@@ -226,12 +174,12 @@ class ChordFilter:
         limits: np.ndarray,
         n: int,
         n_jobs: int,
-    ) -> NearestSoFar:
+    ) -> Heaps:
         """Return the n poses with the least lower bounds within limits, in order, given the poses in groups."""
-        near = NearestSoFar(limits, n, FLOAT32)
+        near = Heaps.of(limits, n, FLOAT32)
         boxes = Boxes(self.groups, indices, *self.boxes)
         over_rows(
-            lambda first, last: nearest_of_boxes(points.coordinates, boxes, first, last, known, near.heaps),
+            lambda first, last: nearest_of_boxes(points.coordinates, boxes, first, last, known, near),
             len(limits),
             FILTER_WORK * len(limits) * (256 * n),
             n_jobs,

@@ -29,7 +29,7 @@ import numpy as np
 
 from skpose._compiled.pose.candidates import Candidates, Known, nearest_of_candidates
 from skpose._compiled.pose.loops import FLOAT64_LANES, encode_poses, in_lanes
-from skpose._compiled.pose.nearest import Groups, nearest_of_groups
+from skpose._compiled.pose.nearest import Groups, Heaps, nearest_of_groups
 from skpose._utils.parallel import TASKS_PER_JOB_UNEVEN, over_rows
 from skpose._utils.typing import ArrayLike
 from skpose.metrics import Metric
@@ -39,7 +39,6 @@ from skpose.neighbors._index import (
     LANES,
     ChordFilter,
     FilterPoints,
-    NearestSoFar,
     Neighbors,
     PoseIndex,
     order_of_groups,
@@ -101,7 +100,7 @@ class Search:
 
     def nearest(self, poses: np.ndarray, excluded: np.ndarray, k: int) -> Neighbors:
         """Find the k nearest poses of each query."""
-        queries, best = self._queries(poses, excluded), NearestSoFar(np.full(len(poses), np.inf), k)
+        queries, best = self._queries(poses, excluded), Heaps.of(np.full(len(poses), np.inf), k)
         order = np.arange(len(poses))
         if queries.points is not None:  # queries near each other, one after another, find the same poses in the cache
             order = order_of_groups(queries.points.coordinates, LANES)
@@ -113,7 +112,7 @@ class Search:
             rest, is_filtered = self._measure_candidates(queries, sizes, best), True
         at_once = max(1, MAX_BOUNDS // len(self.index.groups)) if is_filtered else QUERIES
         for some in (rest[start : start + at_once] for start in range(0, len(rest), at_once)):
-            queries_left, best_of_rest = queries.take(some), NearestSoFar(best.current_limits[some], k)
+            queries_left, best_of_rest = queries.take(some), Heaps.of(best.current_limits[some], k)
             bounds = self._bounds(queries_left) if is_filtered else None
             for numbers in self._numbers(queries_left, bounds, best_of_rest.current_limits):
                 self._measure_groups(queries_left, bounds, numbers, best_of_rest)
@@ -126,15 +125,15 @@ class Search:
         queries = self._queries(poses, excluded)
         bounds = self._bounds(queries) if self._filter_is_worth_it_within(queries, limits) else None
         for numbers in self._numbers(queries, bounds, limits):
-            found = NearestSoFar(limits, LANES * len(numbers))
+            found = Heaps.of(limits, LANES * len(numbers))
             self._measure_groups(queries, bounds, numbers, found)
             parts.append(found.entries())
-        return Neighbors.sort(parts or [NearestSoFar(limits, 1).entries()])
+        return Neighbors.sort(parts or [Heaps.of(limits, 1).entries()])
 
-    def refine(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar, at_once: int) -> None:
+    def refine(self, codes: np.ndarray, candidates: Candidates, best: Heaps, at_once: int) -> None:
         """Measure the candidates of each query in order, but for those whose bound shows that they are not kept."""
         candidates, poses = self._gather(candidates, best.current_limits)
-        others, tail = self._encode(poses), (self.metric.measure, self._tree, self._steps, best.heaps)
+        others, tail = self._encode(poses), (self.metric.measure, self._tree, self._steps, best)
         for n_measured, *unconverged in over_rows(
             lambda first, last: nearest_of_candidates(codes, others, candidates, first, last, at_once, *tail),
             len(codes),
@@ -181,7 +180,7 @@ class Search:
         """Return of some groups whether their bounds are within the limit of each query."""
         return bounds <= self._chords.limits(cast(FilterPoints, queries.points), limits)[:, np.newaxis]
 
-    def _measure_candidates(self, queries: Queries, numbers: Sequence[int], best: NearestSoFar) -> np.ndarray:
+    def _measure_candidates(self, queries: Queries, numbers: Sequence[int], best: Heaps) -> np.ndarray:
         """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
         rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
         last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
@@ -189,7 +188,7 @@ class Search:
             some, best_of_some = queries.take(rest), best.take(rest)
             points, known = cast(FilterPoints, some.points), Known(some.excluded, last_bounds, last_indices)
             limits = self._chords.limits(points, best_of_some.current_limits)
-            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs).heaps
+            near = self._chords.nearest(points, poses_of_groups, known, limits, n, self.n_jobs)
             bounds = self._chords.lowest(points, near.values)
             self._refine_in_parts(some.codes, Candidates(near.indices, near.indices, bounds, near.counts), best_of_some)
             best.put(rest, best_of_some)
@@ -201,7 +200,7 @@ class Search:
                 break
         return rest
 
-    def _refine_in_parts(self, codes: np.ndarray, candidates: Candidates, best: NearestSoFar) -> None:
+    def _refine_in_parts(self, codes: np.ndarray, candidates: Candidates, best: Heaps) -> None:
         """Measure candidates of queries with as many together, some at a time where the index has many poses."""
         order = candidates.counts.argsort()
         n_codes = candidates.counts[order].cumsum() if len(self.index.poses) > CODES_AT_ONCE else np.zeros(len(order))
@@ -222,16 +221,14 @@ class Search:
             yield numbers[start : start + size]
             start, size = start + size, min(2 * size, GROUPS_AT_ONCE)
 
-    def _measure_groups(
-        self, queries: Queries, bounds: np.ndarray | None, numbers: np.ndarray, best: NearestSoFar
-    ) -> None:
+    def _measure_groups(self, queries: Queries, bounds: np.ndarray | None, numbers: np.ndarray, best: Heaps) -> None:
         """Measure some groups for the queries that they are within reach of."""
         near = np.zeros((len(queries), len(numbers)), FLOAT32)
         if bounds is not None:
             near[~self._within_reach(queries, bounds[:, numbers], best.current_limits)] = np.inf
         indices = self.index.groups[numbers].ravel()
         groups = Groups(in_lanes(self._encode(self.index.poses[np.maximum(indices, 0)])), indices, near)
-        tail = queries.excluded, self.metric.measure, self._tree, self._steps, best.heaps
+        tail = queries.excluded, self.metric.measure, self._tree, self._steps, best
         self.n_measured += sum(
             over_rows(
                 lambda first, last: nearest_of_groups(queries.codes, groups, first, last, *tail),
@@ -246,7 +243,7 @@ class Search:
         if queries.points is None or 4 * n_first > len(self.index.poses):
             return False
         sample = queries.take(np.arange(0, len(queries), QUERIES_PER_SAMPLE))
-        best, points = NearestSoFar(np.full(len(sample), np.inf), k), cast(FilterPoints, sample.points)
+        best, points = Heaps.of(np.full(len(sample), np.inf), k), cast(FilterPoints, sample.points)
         rest = self._measure_candidates(sample, (n_first,), best)
         limits = self._chords.limits(points.take(rest), best.current_limits[rest])
         share = self._chords.share_within(points.take(rest), limits, self.n_jobs) * len(rest) / len(sample)
@@ -297,7 +294,7 @@ class GeodesicSearch(Search):
         limits = np.full(len(poses), np.inf)
         if self.index.filter is not None:
             limits = self.lines.nearest(poses, excluded, k).distances.reshape(-1, k)[:, -1] + self.rounding
-        best = NearestSoFar(limits, k)
+        best = Heaps.of(limits, k)
         self._solve(poses, self.chords.within(poses, excluded, limits), best)
         return Neighbors(*best.sorted_entries())
 
@@ -314,12 +311,12 @@ class GeodesicSearch(Search):
             parts.append(lines)
             unsettled = ~np.isin(near.queries * size + near.indices, lines.queries * size + lines.indices)
             near = Neighbors(*(field[unsettled] for field in near))
-        best = NearestSoFar(limits, max(1, np.bincount(near.queries, minlength=1).max()))
+        best = Heaps.of(limits, max(1, np.bincount(near.queries, minlength=1).max()))
         self._solve(poses, near, best)
         parts.append(best.entries())
         return Neighbors.sort(parts)
 
-    def _solve(self, poses: np.ndarray, chords: Neighbors, best: NearestSoFar) -> None:
+    def _solve(self, poses: np.ndarray, chords: Neighbors, best: Heaps) -> None:
         """Solve the geodesics that may be among the best, in order of chord."""
         counts = np.bincount(chords.queries, minlength=len(poses))
         shape = len(poses), max(1, counts.max())

@@ -18,7 +18,7 @@ from skpose._compiled.path.energy import LANES
 from skpose._compiled.pose.chart import free_tree, keep_bounded, rotation_of
 from skpose._compiled.pose.forward import workspace_rows
 from skpose._compiled.pose.jacobian import place_with_screws
-from skpose._compiled.pose.rotation import inverse, product, sign_towards, vector_of
+from skpose._compiled.pose.rotation import inverse, product, put_quaternion, quaternion_at, sign_towards, vector_of
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import Tree
 from skpose._compiled.simd.jit import by_address, internal
@@ -188,8 +188,7 @@ def set_pose(tree, dofs, rotations, angles):
     """Write a pose as rotations of the frames that may turn freely, and as angles."""
     for f in range(1, tree.frame_parent.shape[0]):
         if tree.end_dof[f] - tree.first_dof[f] == 3:
-            w, x, y, z = rotation_of(tree, dofs, f)
-            rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = w, x, y, z
+            put_quaternion(rotation_of(tree, dofs, f), rotations, f)
     copy_to(angles, dofs)
 
 
@@ -207,8 +206,7 @@ def start_at(tree, state, rotations, angles):
 @internal
 def _turn_from(before, now, f):
     """The rotation vector of a frame from one set of rotations to another, in the rotated axes."""
-    p = before[f, 0], before[f, 1], before[f, 2], before[f, 3]
-    q = now[f, 0], now[f, 1], now[f, 2], now[f, 3]
+    p, q = quaternion_at(before, f), quaternion_at(now, f)
     sign = sign_towards(p, q)
     w, x, y, z = product(inverse(p), q)
     return vector_of((sign * w, sign * x, sign * y, sign * z))

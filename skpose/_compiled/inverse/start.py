@@ -11,7 +11,7 @@ import numpy as np
 
 from skpose._compiled.inverse.energy import TARGET, WORKSPACE, copy_state, place_state, start_at
 from skpose._compiled.inverse.step import FIRST_DAMPING, FIT, Fit, minimise_pose
-from skpose._compiled.pose.rotation import product, quaternion_of
+from skpose._compiled.pose.rotation import product, put_quaternion, quaternion_at, quaternion_of
 from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.lanes import copy_to
@@ -110,8 +110,7 @@ def _turn(tree, state, f, turn):
         axes[d + 1, 0] * x + axes[d + 1, 1] * y + axes[d + 1, 2] * z,
         axes[d + 2, 0] * x + axes[d + 2, 1] * y + axes[d + 2, 2] * z,
     )
-    before = rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3]
-    rotations[f, 0], rotations[f, 1], rotations[f, 2], rotations[f, 3] = product(before, own)
+    put_quaternion(product(quaternion_at(rotations, f), own), rotations, f)
 
 
 @internal
@@ -170,16 +169,13 @@ def _inside(angle, lower, upper):
     if lower <= angle <= upper:
         return angle
     if angle > upper:
-        below = angle - TWO_PI * math.ceil((angle - upper) / TWO_PI)
-        above = below + TWO_PI
+        turned = min(angle - TWO_PI * math.ceil((angle - upper) / TWO_PI), upper)
     else:
-        above = angle + TWO_PI * math.ceil((lower - angle) / TWO_PI)
-        below = above - TWO_PI
-    if angle > upper and below >= lower:
-        return min(below, upper)
-    if angle < lower and above <= upper:
-        return max(above, lower)
-    return lower if lower - below < above - upper else upper
+        turned = max(angle + TWO_PI * math.ceil((lower - angle) / TWO_PI), lower)
+    if lower <= turned <= upper:
+        return turned
+    below = turned if angle > upper else turned - TWO_PI
+    return lower if lower - below < below + TWO_PI - upper else upper
 
 
 @internal

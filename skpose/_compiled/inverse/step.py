@@ -24,7 +24,7 @@ from skpose._compiled.inverse.energy import (
     half_square_away,
     solve,
 )
-from skpose._compiled.pose.rotation import product, quaternion_of
+from skpose._compiled.pose.rotation import product, put_quaternion, quaternion_at, quaternion_of
 from skpose._compiled.simd.jit import by_address, internal
 from skpose._compiled.simd.signatures import FLAG, INTEGER, REAL, tuple_type
 
@@ -64,14 +64,13 @@ def retract(tree, state, step, target, moved):
     for i in range(N_ORIGIN):
         moved.origin[i] = state.origin[i] + step[i]
     for f in range(1, tree.frame_parent.shape[0]):
-        first, end, q = tree.first_dof[f], tree.end_dof[f], state.rotations[f]
+        first, end = tree.first_dof[f], tree.end_dof[f]
         if tree.ball[f] >= 0:
             k = N_ORIGIN + first
             turn = quaternion_of(step[k], step[k + 1], step[k + 2])
-            w, x, y, z = product((q[0], q[1], q[2], q[3]), turn)
+            w, x, y, z = product(quaternion_at(state.rotations, f), turn)
             size = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-            moved.rotations[f, 0], moved.rotations[f, 1] = size * w, size * x
-            moved.rotations[f, 2], moved.rotations[f, 3] = size * y, size * z
+            put_quaternion((size * w, size * x, size * y, size * z), moved.rotations, f)
         else:
             for d in range(first, end):
                 angle = state.dofs[d] + step[N_ORIGIN + d]

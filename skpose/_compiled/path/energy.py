@@ -19,7 +19,7 @@ from skpose._compiled.pose.forward import orient, place, place_joints, workspace
 from skpose._compiled.pose.jacobian import set_screws
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal
-from skpose._compiled.simd.lanes import empty_aligned, full_like, next_lane, rows, sqrt, sum_of_lanes
+from skpose._compiled.simd.lanes import copy_to, empty_aligned, full_like, next_lane, rows, sqrt, sum_of_lanes
 from skpose._compiled.simd.signatures import FLAG, INTEGER, MATRIX, REAL, tuple_type
 
 FINE = 8  # chords into which each chord of a path is divided to measure it again
@@ -69,8 +69,7 @@ def copy_of(path):
 def copy_free(source, target):
     """Copy the poses between the ends to another path."""
     for i in range(1, source.poses.shape[0] - 1):
-        for d in range(source.poses.shape[1]):
-            target.poses[i, d] = source.poses[i, d]
+        copy_to(target.poses[i], source.poses[i])
 
 
 @by_address(lambda: SAMPLES(TREE, PATH))
@@ -152,8 +151,7 @@ def divide(poses, n_parts):
         t = (i - step * n_parts) / n_parts
         for d in range(n_dofs):
             out[i, d] = poses[step, d] + t * (poses[step + 1, d] - poses[step, d])
-    for d in range(n_dofs):
-        out[-1, d] = poses[-1, d]  # exactly
+    copy_to(out[-1], poses[-1])  # exactly
     return out
 
 

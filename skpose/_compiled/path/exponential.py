@@ -40,6 +40,7 @@ from skpose._compiled.pose.chart import chart_at, free_tree, pose_of
 from skpose._compiled.pose.forward import orient, place_joints, workspace, workspace_rows
 from skpose._compiled.pose.jacobian import write_jacobian
 from skpose._compiled.simd.jit import internal, jit
+from skpose._compiled.simd.lanes import copy_to
 
 # Eigenvalue of the metric tensor, relative to the largest, of a direction that moves joints: less than for steps of
 # angles (`FLAT` of the means), as velocities of positions stay small along it.
@@ -93,9 +94,7 @@ def _range(jacobian):
     The basis has shape (3 n_joints, rank), the directions (n_dofs, n_dofs − rank).
     """
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
-    first = 0
-    while first < values.shape[0] and values[first] <= MOVES * values[-1]:
-        first += 1
+    first = np.count_nonzero(values <= MOVES * values[-1])
     basis = jacobian @ (vectors[:, first:] / np.sqrt(values[first:]))
     return basis, np.ascontiguousarray(vectors[:, :first]), values[-1]
 
@@ -118,9 +117,7 @@ def _after_turns(tree, coordinates, scratch, jacobian, basis, still, largest):
     if is_empty:
         return np.empty((n, 0))
     values, vectors = np.linalg.eigh(gram)
-    first = 0
-    while first < n and values[first] <= OPENS * largest:
-        first += 1
+    first = np.count_nonzero(values <= OPENS * largest)
     return np.ascontiguousarray(vectors[:, first:])
 
 
@@ -153,8 +150,7 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
             curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, GRADIENT_NORM, 0.0))
         n_samples = (curve.poses.shape[0] - 1) // n_steps
         for k in range(n_steps + 1):
-            for d in range(n_dofs):
-                nodes[k, d] = curve.poses[k * n_samples, d]
+            copy_to(nodes[k], curve.poses[k * n_samples])
         path = path_of(free, nodes, 1)
         found.converged[i] = curve.converged
         found.turns[i] = 0.0 if minimise(free, path, bounds, settings).converged else math.inf
@@ -167,8 +163,7 @@ def logarithms_from(tree, pose, ends, first, last, n_steps, found):
         tangential = basis @ (basis.T @ chord)
         size = math.sqrt((tangential**2).sum())
         share = n_steps * math.sqrt((chord**2).sum()) / size if size > 0.0 else 0.0
-        for k in range(n):
-            found.velocities[i, k] = share * tangential[k]
+        copy_to(found.velocities[i], share * tangential)
 
 
 @internal
@@ -228,13 +223,8 @@ def _find_after_turns(tree, pose, basis, tangential, tol):
     free, coordinates = chart_at(tree, pose, True)
     jacobian = _derivatives(free, coordinates, np.empty(workspace_rows(tree)))
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
-    n_slow = 0
-    for k in range(values.shape[0]):
-        if values[k] <= MOVES * values[-1]:
-            continue
-        if values[k] > SLOW * values[-1] or n_slow == MOST_SLOW:
-            break
-        n_slow += 1
+    first, last = np.count_nonzero(values <= MOVES * values[-1]), np.count_nonzero(values <= SLOW * values[-1])
+    for k in range(first, min(last, first + MOST_SLOW)):
         for turn in TURNS:
             start = pose_of(tree, free, coordinates + turn * vectors[:, k], pose)
             other, other_positions, other_error = _find_following(tree, pose, basis, tangential, start, tol)

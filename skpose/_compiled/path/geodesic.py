@@ -43,7 +43,7 @@ from skpose._compiled.pose.chart import (
 from skpose._compiled.pose.encode import n_line_codes
 from skpose._compiled.pose.forward import SQRT2, size_of
 from skpose._compiled.pose.measure import measure_line, turns_off
-from skpose._compiled.pose.rotation import product, vector_of
+from skpose._compiled.pose.rotation import inverse, product, quaternion_at, vector_of
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.pose.tree import TWO_PI
 from skpose._compiled.simd.jit import by_address, first_class, internal, jit
@@ -204,28 +204,21 @@ def _dofs_in(tree, code, dofs):
         dofs[tree.slide_dof[k]] = code[5 * n + 4 * n_balls + k]
     for k in range(n):
         dofs[tree.angle_dof[k]] = np.rint(code[k] * BITS) / BITS if n_balls > 0 else code[k]
-    rotation = np.empty(4)
+    rotation = np.empty((1, 4))
     for k in range(n_balls):
         f = tree.ball_frame[k]
         for i in range(4):
-            rotation[i] = np.rint(code[5 * n + 4 * k + i] / SQRT2 * BITS) / BITS
-        before, d = tree.reference[f], tree.first_dof[f]
-        dofs[d], dofs[d + 1], dofs[d + 2] = vector_of(
-            product(
-                (before[0], -before[1], -before[2], -before[3]), (rotation[0], rotation[1], rotation[2], rotation[3])
-            )
-        )
+            rotation[0, i] = np.rint(code[5 * n + 4 * k + i] / SQRT2 * BITS) / BITS
+        d, turned = tree.first_dof[f], product(inverse(quaternion_at(tree.reference, f)), quaternion_at(rotation, 0))
+        dofs[d], dofs[d + 1], dofs[d + 2] = vector_of(turned)
 
 
 @internal
 def _is_ahead(tree, x, y):
     """Whether the first dof in which two codes differ is larger in y: one rule for both orders of the two."""
     n = tree.angle_dof.shape[0]
-    for k in range(n):
-        if x[k] != y[k]:
-            return y[k] > x[k]
-    for k in range(5 * n, n_line_codes(tree)):
-        if x[k] != y[k]:
+    for k in range(n_line_codes(tree)):
+        if not n <= k < 5 * n and x[k] != y[k]:
             return y[k] > x[k]
     return True
 

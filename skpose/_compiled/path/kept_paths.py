@@ -56,8 +56,7 @@ class Search(NamedTuple):
 
     n_steps: int
     frees_angles: bool  # joints of three angles turn freely, see `chart`
-    gradient_norm: float  # a path has converged where the energy's is as small, m²/rad,
-    gain: float  # or where this relative decrease of the energy is left
+    gradient_norm: float  # a path has converged where the energy's is as small, m²/rad
 
 
 @internal
@@ -88,8 +87,7 @@ def _keep(kept, i, free, curve, substeps):
     kept.n_nodes[i] = (curve.poses.shape[0] - 1) // substeps + 1 if np.isfinite(curve.gradient_norm) else 0
     kept.substeps[i] = substeps
     for k in range(kept.n_nodes[i]):
-        for d in range(curve.poses.shape[1]):
-            kept.nodes[i, k, d] = curve.poses[k * substeps, d]
+        copy_to(kept.nodes[i, k], curve.poses[k * substeps])
     copy_to(kept.references[i], free.reference)
 
 
@@ -116,8 +114,8 @@ def _record(free, curve, substeps, i, found):
 def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
     """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
     free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
-    bounds, least, gain = no_bounds(pose.shape[0]), search.gradient_norm, search.gain
-    settings = Settings(Stop(MAX_STEPS, least, gain), False, PATIENCE)
+    bounds, least = no_bounds(pose.shape[0]), search.gradient_norm
+    settings = Settings(Stop(MAX_STEPS, least, 0.0), False, PATIENCE)
     for i in range(first, last):
         line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
         if kept.n_nodes[i] > 0:
@@ -132,7 +130,7 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                     _keep(kept, i, own, curve, kept.substeps[i])
                     _record(own, curve, kept.substeps[i], i, found)
                     continue
-        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, least, gain))
+        curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, least, 0.0))
         substeps = 1 if curve.poses.shape[0] - 1 == search.n_steps else SUBSTEPS
         _keep(kept, i, free, curve, substeps)
         _record(free, curve, substeps, i, found)

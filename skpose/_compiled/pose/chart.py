@@ -15,6 +15,8 @@ from skpose._compiled.pose.rotation import (
     inverse,
     inverse_jacobian,
     product,
+    put_quaternion,
+    quaternion_at,
     quaternion_of,
     sign_towards,
     vector_of,
@@ -62,12 +64,6 @@ def rotation_of(tree, dofs, f):
 
 
 @internal
-def _reference(free, f):
-    before = free.reference[f]
-    return before[0], before[1], before[2], before[3]
-
-
-@internal
 def set_references(tree, free, start, end):
     """Let the references of a free tree be half-way between two poses."""
     for f in range(1, tree.frame_parent.shape[0]):
@@ -76,8 +72,7 @@ def set_references(tree, free, start, end):
             sign = sign_towards(p, q)
             w, x, y, z = p[0] + sign * q[0], p[1] + sign * q[1], p[2] + sign * q[2], p[3] + sign * q[3]
             size = math.sqrt(w * w + x * x + y * y + z * z)
-            free.reference[f, 0], free.reference[f, 1] = w / size, x / size
-            free.reference[f, 2], free.reference[f, 3] = y / size, z / size
+            put_quaternion((w / size, x / size, y / size, z / size), free.reference, f)
 
 
 @internal
@@ -86,7 +81,7 @@ def coordinates_of(tree, free, dofs, out):
     for f in range(1, tree.frame_parent.shape[0]):
         first = tree.first_dof[f]
         if free.ball[f] >= 0:
-            p, q = _reference(free, f), rotation_of(tree, dofs, f)
+            p, q = quaternion_at(free.reference, f), rotation_of(tree, dofs, f)
             sign = sign_towards(p, q)
             w, x, y, z = product(inverse(p), q)
             out[first], out[first + 1], out[first + 2] = vector_of((sign * w, sign * x, sign * y, sign * z))
@@ -130,7 +125,9 @@ def dofs_of(tree, free, coordinates, near, out):
             continue
         rotation = frame_quaternion(free, coordinates, f)
         if tree.ball[f] >= 0:
-            out[first], out[first + 1], out[first + 2] = vector_of(product(inverse(_reference(tree, f)), rotation))
+            out[first], out[first + 1], out[first + 2] = vector_of(
+                product(inverse(quaternion_at(tree.reference, f)), rotation)
+            )
             follow(near[first : first + 3], out[first : first + 3])
             continue
         for i in range(3):

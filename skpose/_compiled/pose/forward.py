@@ -2,7 +2,7 @@
 
 import math
 
-from skpose._compiled.pose.rotation import product, quaternion_of, turn_back
+from skpose._compiled.pose.rotation import product, quaternion_at, quaternion_of, turn_back
 from skpose._compiled.simd.jit import inlined, internal
 from skpose._compiled.simd.lanes import rows
 from skpose._compiled.simd.trigonometry import cosine_sine
@@ -52,8 +52,8 @@ def rotate(u, v, c, s):
 @internal
 def frame_quaternion(tree, dofs, f):
     """The rotation of a ball joint's frame from its parent's, as a unit quaternion."""
-    d, before = tree.first_dof[f], tree.reference[f]
-    return product((before[0], before[1], before[2], before[3]), quaternion_of(dofs[d], dofs[d + 1], dofs[d + 2]))
+    d = tree.first_dof[f]
+    return product(quaternion_at(tree.reference, f), quaternion_of(dofs[d], dofs[d + 1], dofs[d + 2]))
 
 
 @internal

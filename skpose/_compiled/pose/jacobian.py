@@ -3,7 +3,7 @@
 import numpy as np
 from numba import types
 
-from skpose._compiled.pose.forward import orient, place_joints, rotate, slide_direction, workspace, workspace_rows
+from skpose._compiled.pose.forward import place, rotate, slide_direction, workspace, workspace_rows
 from skpose._compiled.pose.rotation import right_jacobian
 from skpose._compiled.pose.signatures import TREE
 from skpose._compiled.simd.jit import by_address, internal, jit
@@ -78,11 +78,8 @@ def set_screws(tree, C, S, H, P, screws):
 @by_address(lambda: types.void(TREE, VECTOR, VECTOR, VECTOR, MATRIX))
 def place_with_screws(tree, dofs, scratch, P, screws):
     """Compute the joint positions of one pose, and the screws of its dofs, (n_dofs, 6)."""
+    place(tree, dofs, scratch, P)
     C, S, H, positions = workspace(tree, scratch)
-    orient(tree, dofs, C, S, H)
-    place_joints(tree, C, H, positions)
-    for i in range(P.shape[0]):
-        P[i] = positions[i]
     set_screws(tree, C, S, H, positions, flat(screws))
 
 

@@ -11,7 +11,7 @@ uses the limit writes any lower bound above it instead, for a whole group of lan
 groups to ``results.n_ruled_out``. These poses are then not kept.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,38 @@ class Heaps(NamedTuple):
     values: np.ndarray  # (n_queries, capacity) distances or bounds
     indices: np.ndarray  # (n_queries, capacity) of the poses, in the index
     counts: np.ndarray  # (n_queries,) number of entries
+
+    @classmethod
+    def of(cls, limits: np.ndarray, capacity: int, dtype: Any = np.float64) -> "Heaps":
+        """Heaps without entries: for each query at most `capacity`, none beyond its limit."""
+        n = len(limits)
+        values, indices = np.empty((n, capacity), dtype), np.empty((n, capacity), np.int64)
+        return cls(np.ascontiguousarray(limits, dtype), values, indices, np.zeros(n, np.int64))
+
+    @property
+    def current_limits(self) -> np.ndarray:
+        """The largest value that each query would still keep."""
+        return np.where(self.counts == self.values.shape[1], self.values[:, 0], self.limits)
+
+    def take(self, rows: np.ndarray) -> "Heaps":
+        """Return a copy of some rows."""
+        return Heaps(*(part[rows] for part in self))
+
+    def put(self, rows: np.ndarray, other: "Heaps") -> None:
+        """Replace the entries of some rows by those of another of the same capacity."""
+        for own, part in zip(self[1:], other[1:], strict=True):
+            own[rows] = part
+
+    def sorted_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return row, index and value of all entries, by row, value and index; every row must be full."""
+        order = np.lexsort((self.indices, self.values), axis=1)
+        indices, values = (np.take_along_axis(part, order, axis=1).ravel() for part in (self.indices, self.values))
+        return np.repeat(np.arange(len(order)), order.shape[1]), indices, values
+
+    def entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return row, index and value of all entries, by row."""
+        kept = np.arange(self.values.shape[1]) < self.counts[:, np.newaxis]
+        return np.nonzero(kept)[0], self.indices[kept], self.values[kept]
 
 
 class Groups(NamedTuple):

@@ -36,6 +36,18 @@ def product(p, q):
 
 
 @inlined
+def quaternion_at(quaternions, f):
+    """The quaternion in row f of an array (n, 4)."""
+    return quaternions[f, 0], quaternions[f, 1], quaternions[f, 2], quaternions[f, 3]
+
+
+@inlined
+def put_quaternion(q, quaternions, f):
+    """Write a quaternion to row f of an array (n, 4)."""
+    quaternions[f, 0], quaternions[f, 1], quaternions[f, 2], quaternions[f, 3] = q
+
+
+@inlined
 def inverse(q):
     """The inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]

@@ -2,7 +2,6 @@
 
 import functools
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -158,9 +157,5 @@ def slerp_series(n_steps: int) -> np.ndarray:
     def curvatures(t: np.ndarray) -> np.ndarray:
         return (np.sin(0.5 * angle(t) / n_steps) / np.sin(0.5 * angle(t))) ** 2
 
-    functions = (shares, curvatures)
-    return np.stack([np.polynomial.chebyshev.cheb2poly(_chebyshev_series(f)) for f in functions])
-
-
-def _chebyshev_series(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    return np.polynomial.chebyshev.chebinterpolate(function, SLERP_TERMS - 1)
+    series = (np.polynomial.chebyshev.chebinterpolate(f, SLERP_TERMS - 1) for f in (shares, curvatures))
+    return np.stack([np.polynomial.chebyshev.cheb2poly(one) for one in series])

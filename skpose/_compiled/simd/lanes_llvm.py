@@ -114,11 +114,10 @@ def _alignment(row):
     return (row.dtype if isinstance(row, LanesType) else row).bitwidth // 8
 
 
-def _rows_of(array, first):
-    return RowsType({1: array.dtype, 2: LanesType(array.dtype), 3: LanesType(array.dtype, lanes.PAIR)}[array.ndim])
+_ROWS = {1: lambda dtype: dtype, 2: LanesType, 3: lambda dtype: LanesType(dtype, lanes.PAIR)}  # by number of axes
 
 
-@_defines(lanes.rows, _rows_of)
+@_defines(lanes.rows, lambda array, first: RowsType(_ROWS[array.ndim](array.dtype)))
 def _rows(context, builder, sig, args):
     start = _address(context, builder, sig.args[0], args[0])
     first_row = _row_address(context, builder, sig.return_type, start, sig.args[1], args[1])
@@ -167,11 +166,7 @@ def _full_like(context, builder, sig, args):
     return _broadcast(context, builder, args[1], sig.args[1], sig.return_type)
 
 
-def _matrix_of(n_rows, width, dtype):
-    return types.Array(dtype.dtype, 2, "C")
-
-
-@_defines(lanes.empty_aligned, _matrix_of)
+@_defines(lanes.empty_aligned, lambda n_rows, width, dtype: types.Array(dtype.dtype, 2, "C"))
 def _empty_aligned(context, builder, sig, args):
     n_rows, width = (context.cast(builder, args[i], sig.args[i], types.intp) for i in (0, 1))
     return _allocate(context, builder, sig.return_type, (n_rows, width))
