@@ -92,15 +92,8 @@ class TiledMatrix:
     shape: tuple[int, int]
     dtype: np.dtype
     result_dtype: np.dtype
+    symmetric: bool  # whether only one triangle is computed; the diagonal is then zero
     smallest_edge: int  # of a tile; a power of two
-
-    def __str__(self) -> str:
-        return f"{self.shape[0]:,} × {self.shape[1]:,} distances"
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether only one triangle is computed; the diagonal is then zero."""
-        raise NotImplementedError
 
     @property
     def largest_edge(self) -> int:
@@ -162,7 +155,8 @@ class TiledMatrix:
                 (tile, self.distances(tile, n_workers, array[tile.slices] if in_place else None)) for tile in tiles
             )
         unconverged = []
-        with progress(str(self), len(tiles), verbose) as advance, closing(results):  # which also stops the workers
+        what = f"{self.shape[0]:,} × {self.shape[1]:,} distances"
+        with progress(what, len(tiles), verbose) as advance, closing(results):  # which also stops the workers
             for tile, (distances, count) in results:
                 self._write_tile(array, tile, distances)
                 unconverged.append(count)
@@ -236,11 +230,7 @@ class DistanceMatrix(TiledMatrix):
         self.skeleton = skeleton if metric.needs_skeleton else None
         self.result_dtype = X.dtype if Y is None else np.result_type(X, Y)
         self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
-        self.shape = len(X), len(X if Y is None else Y)
-
-    @property
-    def symmetric(self) -> bool:
-        return self.Y is None
+        self.shape, self.symmetric = (len(X), len(X if Y is None else Y)), Y is None
 
     @property
     def largest_edge(self) -> int:

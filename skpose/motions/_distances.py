@@ -57,14 +57,11 @@ class MotionMatrix(TiledMatrix):
         self.result_dtype = np.result_type(X.poses, (X if Y is None else Y).poses)
         self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
         self.shape = X.n_motions, (X if Y is None else Y).n_motions
+        self.symmetric = Y is None and alignment != "subsequence"
 
     @property
     def columns(self) -> Sequences:
         return self.X if self.Y is None else self.Y
-
-    @property
-    def symmetric(self) -> bool:
-        return self.Y is None and self.alignment != "subsequence"
 
     @property
     def n_cells(self) -> int:

@@ -137,7 +137,6 @@ class MotionDistanceTransformer(MotionEstimatorMixin, PoseDistanceTransformer):
 
     def _learn(self, X):
         """Learn from the training motions; return their kernel if that computes it, else None."""
-        self._check_kernel()
         self._X = self._check_X(X, reset=True)
         check_alignment(self.alignment, self.window, self.metric_, X=self._X)
         if self.kernel is not None and self.alignment == "subsequence":

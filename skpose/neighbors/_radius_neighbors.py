@@ -192,6 +192,5 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
 def _object_array(parts):
     """Return an array of arrays, also where all are of one length."""
     ragged = np.empty(len(parts), dtype=object)
-    for i, part in enumerate(parts):
-        ragged[i] = part
+    ragged[:] = parts
     return ragged

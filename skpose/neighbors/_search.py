@@ -22,8 +22,7 @@ ends of the intervals are found by searches of their own.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -64,16 +63,12 @@ SOLVED_AT_ONCE = 16  # geodesics of a query: few enough that Ctrl-C does not wai
 ROUNDING = 1e-9  # relative to the size of the skeleton: a chord may exceed a curve by it, as after a whole turn
 
 
-@dataclass(frozen=True)
-class Queries:
+class Queries(NamedTuple):
     """Poses whose neighbours are searched."""
 
     codes: np.ndarray  # (n_queries, n_codes)
     excluded: np.ndarray  # (n_queries,) index of a pose that is not a neighbour, or -1
     points: FilterPoints | None  # where the filter is used
-
-    def __len__(self) -> int:
-        return len(self.codes)
 
     def take(self, rows: np.ndarray) -> "Queries":
         return Queries(self.codes[rows], self.excluded[rows], None if self.points is None else self.points.take(rows))
@@ -182,7 +177,7 @@ class Search:
 
     def _measure_candidates(self, queries: Queries, numbers: Sequence[int], best: Heaps) -> np.ndarray:
         """Measure so many poses with the least bounds, and then so many more; return the queries that may need more."""
-        rest, poses_of_groups = np.arange(len(queries)), self.index.groups.ravel()
+        rest, poses_of_groups = np.arange(len(queries.codes)), self.index.groups.ravel()
         last_bounds, last_indices = np.full(len(rest), -1.0, FLOAT32), np.full(len(rest), -1)
         for n in numbers:
             some, best_of_some = queries.take(rest), best.take(rest)
@@ -223,7 +218,7 @@ class Search:
 
     def _measure_groups(self, queries: Queries, bounds: np.ndarray | None, numbers: np.ndarray, best: Heaps) -> None:
         """Measure some groups for the queries that they are within reach of."""
-        near = np.zeros((len(queries), len(numbers)), FLOAT32)
+        near = np.zeros((len(queries.codes), len(numbers)), FLOAT32)
         if bounds is not None:
             near[~self._within_reach(queries, bounds[:, numbers], best.current_limits)] = np.inf
         indices = self.index.groups[numbers].ravel()
@@ -232,7 +227,7 @@ class Search:
         self.n_measured += sum(
             over_rows(
                 lambda first, last: nearest_of_groups(queries.codes, groups, first, last, *tail),
-                len(queries),
+                len(queries.codes),
                 float(np.count_nonzero(near < np.inf)) * LANES * self._n_codes * self.metric.measure_work,
                 self.n_jobs,
             )
@@ -242,21 +237,21 @@ class Search:
         """Search for the k nearest of a sample of the queries, and estimate the cost of the search from it."""
         if queries.points is None or 4 * n_first > len(self.index.poses):
             return False
-        sample = queries.take(np.arange(0, len(queries), QUERIES_PER_SAMPLE))
-        best, points = Heaps.of(np.full(len(sample), np.inf), k), cast(FilterPoints, sample.points)
+        sample = queries.take(np.arange(0, len(queries.codes), QUERIES_PER_SAMPLE))
+        best, points = Heaps.of(np.full(len(sample.codes), np.inf), k), cast(FilterPoints, sample.points)
         rest = self._measure_candidates(sample, (n_first,), best)
         limits = self._chords.limits(points.take(rest), best.current_limits[rest])
-        share = self._chords.share_within(points.take(rest), limits, self.n_jobs) * len(rest) / len(sample)
-        return self._saves_work(len(queries), n_first, share)
+        share = self._chords.share_within(points.take(rest), limits, self.n_jobs) * len(rest) / len(sample.codes)
+        return self._saves_work(len(queries.codes), n_first, share)
 
     def _filter_is_worth_it_within(self, queries: Queries, limits: np.ndarray) -> bool:
         """Filter for a sample of the queries, and estimate the cost of the search from it."""
         if queries.points is None:
             return False
-        rows = np.arange(0, len(queries), QUERIES_PER_SAMPLE)
+        rows = np.arange(0, len(queries.codes), QUERIES_PER_SAMPLE)
         sample = queries.take(rows)
         left = self._within_reach(sample, self._bounds(sample), limits[rows])
-        return self._saves_work(len(queries), 0, left.mean())
+        return self._saves_work(len(queries.codes), 0, left.mean())
 
     def _work_of_pairs(self, n_pairs: float) -> float:
         """Estimate the work of measuring pairs one at a time, the pose of each encoded anew."""

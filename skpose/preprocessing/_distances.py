@@ -97,11 +97,6 @@ class KernelMixin:
     gamma: str | float
     psd: str
 
-    def _check_kernel(self):
-        """Refuse the repair of distances."""
-        if self.psd != "ignore" and self.kernel is None:
-            raise ValueError(f'psd="{self.psd}" repairs a kernel, got kernel=None: choose "rbf" or "laplacian"')
-
     def _learn_kernel(self, n: int, among: Callable[[np.ndarray | None], np.ndarray]) -> np.ndarray | None:
         """Learn γ and the repair from n training samples; the result is their kernel if it was computed, else None.
 
@@ -109,6 +104,8 @@ class KernelMixin:
         """
         self._kernel = self._repair = distances = None
         if self.kernel is None:
+            if self.psd != "ignore":
+                raise ValueError(f'psd="{self.psd}" repairs a kernel, got kernel=None: choose "rbf" or "laplacian"')
             return None
         if self.gamma == "scale":
             chosen = np.unique(np.linspace(0, n - 1, SCALE_SAMPLES).astype(int))
@@ -315,7 +312,6 @@ class PoseDistanceTransformer(
 
     def _learn(self, X):
         """Learn from the training poses; the result is their kernel if it had to be computed, else None."""
-        self._check_kernel()
         self.X_fit_ = self._X = self._check_X(X, reset=True, copy=True)
 
         def among(rows):

@@ -76,17 +76,12 @@ def measure_boxes(x, Y, first, last, tree, steps, scratch, results):
         rows(results.distances, k - first)[0] = to_boxes(a, rows(Y, 2 * n * k), rows(Y, 2 * n * k + n), n)
 
 
-def _squared_angle_series(degree=24):
-    """The coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
-
-    φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2]
-    gains a factor 3 + √8 per degree and is exact to rounding at degree 24.
-    """
-    series = np.polynomial.Chebyshev.interpolate(lambda m: (2.0 * np.arcsin(np.sqrt(m) / 2.0)) ** 2 / m, degree, (0, 2))
-    return tuple(np.polynomial.chebyshev.cheb2poly(series.coef))
-
-
-_SQUARED_ANGLE = _squared_angle_series()
+# The coefficients in t of φ² / 4m for two unit quaternions at squared distance m = 1 + t, 0 ≤ m ≤ 2.
+#
+# φ = 4 arcsin(√m / 2), whose square is analytic in m up to m = 4: interpolation in Chebyshev's points on [0, 2] gains a
+# factor 3 + √8 per degree and is exact to rounding at degree 24.
+_SERIES = np.polynomial.Chebyshev.interpolate(lambda m: (2.0 * np.arcsin(np.sqrt(m) / 2.0)) ** 2 / m, 24, (0, 2))
+_SQUARED_ANGLE = tuple(np.polynomial.chebyshev.cheb2poly(_SERIES.coef))
 
 
 @first_class

@@ -69,19 +69,10 @@ def load_callees(function: Callable) -> None:
 # --- jit --------------------------------------------------------------------------------------------------------------
 
 
-def sources_digest() -> str:
-    """Digest all sources of `skpose._compiled`.
-
-    numba inlines functions of one file into another, but its cache watches only the file of the outer one.
-    With this digest as a part of the cache's version, an edit in any file takes effect everywhere.
-    """
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.parent.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-DIGEST = sources_digest()
+# numba inlines functions of one file into another, but its cache watches only the file of the outer one. With a digest
+# of all sources as a part of the cache's version, an edit in any file takes effect everywhere.
+SOURCES = sorted(Path(__file__).parent.parent.rglob("*.py"))
+DIGEST = hashlib.sha256(b"".join(path.read_bytes() for path in SOURCES)).hexdigest()
 
 
 def _reduce(compiled: Any, protocol: Any) -> Any:
