@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from sklearn.base import _fit_context as fit_context
+from sklearn.metrics.pairwise import _check_chunk_size as check_chunk_size
 from sklearn.utils._param_validation import (
     HasMethods,
     Interval,
@@ -47,6 +48,7 @@ __all__ = [
     "Interval",
     "RealNotInt",
     "StrOptions",
+    "check_chunk_size",
     "check_feature_names_in",
     "check_sample_weight",
     "fit_context",

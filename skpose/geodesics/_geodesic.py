@@ -314,9 +314,10 @@ def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:
     """Lower and upper bound of each dof, in the tree's order."""
     free = np.full(len(tree.column), np.inf)
     bounds = Bounds(-free, free)
-    if joint_limits == "ignore":
-        return bounds
-    limited = np.append(tree.angle_dof, tree.slide_dof)
-    limits = limits_of(skeleton)[tree.column[limited]] * tree.sign[limited, None]  # a reversed axis swaps its limits
-    bounds.lower[limited], bounds.upper[limited] = limits.min(axis=1), limits.max(axis=1)
+    if joint_limits == "enforce":
+        limited = np.append(tree.angle_dof, tree.slide_dof)
+        limits = (
+            limits_of(skeleton)[tree.column[limited]] * tree.sign[limited, None]
+        )  # a reversed axis swaps its limits
+        bounds.lower[limited], bounds.upper[limited] = limits.min(axis=1), limits.max(axis=1)
     return bounds

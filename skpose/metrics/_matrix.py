@@ -69,21 +69,7 @@ EDGE = 256  # of the squares that are transposed at once, which fit into the cac
 WORTH_A_THREAD = 2**19  # numbers to mirror, some milliseconds
 
 
-class Tile(NamedTuple):
-    """Rows top:bottom and columns left:right of a matrix."""
-
-    top: int
-    bottom: int
-    left: int
-    right: int
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        return slice(self.top, self.bottom), slice(self.left, self.right)
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.bottom - self.top, self.right - self.left
+Tile = tuple[slice, slice]  # rows and columns of a matrix
 
 
 class TiledMatrix:
@@ -133,7 +119,7 @@ class TiledMatrix:
             edge = max(chunk, edge // chunk * chunk)
         n_rows, n_columns = self.shape
         return [
-            Tile(top, min(top + edge, n_rows), left, min(left + edge, n_columns))
+            (slice(top, min(top + edge, n_rows)), slice(left, min(left + edge, n_columns)))
             for top in range(0, n_rows, edge)
             for left in range(top if self.symmetric else 0, n_columns, edge)
         ]
@@ -151,9 +137,7 @@ class TiledMatrix:
         if remote:
             results = from_workers(type(self).distances, self, tiles, n_jobs)
         else:
-            results = (
-                (tile, self.distances(tile, n_workers, array[tile.slices] if in_place else None)) for tile in tiles
-            )
+            results = ((tile, self.distances(tile, n_workers, array[tile] if in_place else None)) for tile in tiles)
         unconverged = []
         what = f"{self.shape[0]:,} × {self.shape[1]:,} distances"
         with progress(what, len(tiles), verbose) as advance, closing(results):  # which also stops the workers
@@ -174,11 +158,11 @@ class TiledMatrix:
 
     def _write_tile(self, out: Any, tile: Tile, distances: np.ndarray) -> None:
         """Write a tile, unless it was computed in place, and its mirror image."""
-        rows, columns = tile.slices
+        rows, columns = tile
         distances = distances.astype(self.result_dtype, copy=False)
         if not isinstance(out, np.ndarray) or not np.may_share_memory(distances, out):
             out[rows, columns] = distances
-        if self.symmetric and tile.top != tile.left:
+        if self.symmetric and rows.start != columns.start:
             if isinstance(out, np.ndarray):
                 _transpose(distances, out[columns, rows])
             else:
@@ -243,8 +227,10 @@ class DistanceMatrix(TiledMatrix):
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
         """The distances of a tile, in `out` if given, and how many geodesics did not converge."""
-        out = np.empty(tile.shape, self.dtype) if out is None else out
-        diagonal = self.symmetric and tile.top == tile.left
+        rows, columns = tile
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        out = np.empty(shape, self.dtype) if out is None else out
+        diagonal = self.symmetric and rows.start == columns.start
         unconverged = Unconverged.join(in_threads(self._tasks(tile, diagonal, n_jobs, out), n_jobs))
         if diagonal:
             mirror(out, n_jobs)
@@ -255,8 +241,8 @@ class DistanceMatrix(TiledMatrix):
     ) -> Iterator[Callable[[], tuple[int, float]]]:
         """The tasks of a tile, as functions to call."""
         tree = self.metric.tree_for(self.skeleton, self.dtype)
-        rows = self._encode(self.X[tile.top : tile.bottom])
-        columns = rows if diagonal else self._encode((self.X if self.Y is None else self.Y)[tile.left : tile.right])
+        rows = self._encode(self.X[tile[0]])
+        columns = rows if diagonal else self._encode((self.X if self.Y is None else self.Y)[tile[1]])
         lanes = loops.in_lanes(columns)
         work = WORK_PER_TASK
         if n_jobs > 1:

@@ -9,7 +9,7 @@ from sklearn import get_config
 from sklearn.utils import gen_batches
 
 from skpose._utils.progress import progress
-from skpose._utils.sklearn import Interval, validate_params
+from skpose._utils.sklearn import Interval, check_chunk_size, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_same_width
@@ -288,10 +288,6 @@ def _check(X: ArrayLike, Y: ArrayLike | None, skeleton: Skeleton | None) -> tupl
 
 
 def _reduce(reduce_func: Callable[[np.ndarray, int], Any], chunk: np.ndarray, start: int) -> Any:
-    result = reduce_func(chunk, start)
-    if result is not None:
-        for part in result if isinstance(result, tuple) else (result,):
-            n = part.shape[0] if hasattr(part, "shape") else len(part)
-            if n != chunk.shape[0]:
-                raise ValueError(f"reduce_func must return one entry per row, {chunk.shape[0]}, got {n}")
-    return result
+    reduced = reduce_func(chunk, start)
+    check_chunk_size(reduced, chunk.shape[0])
+    return reduced

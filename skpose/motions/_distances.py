@@ -89,12 +89,14 @@ class MotionMatrix(TiledMatrix):
         return 2 ** int(np.log2(max(1.0, ENCODED_AT_ONCE / longest)))
 
     def distances(self, tile: Tile, n_jobs: int = 1, out: np.ndarray | None = None) -> tuple[np.ndarray, Unconverged]:
-        rows, columns = self.X.slice(tile.top, tile.bottom), self.columns.slice(tile.left, tile.right)
-        diagonal = self.symmetric and tile.top == tile.left
+        rows, columns = (
+            motions.slice(part.start, part.stop) for motions, part in zip((self.X, self.columns), tile, strict=True)
+        )
+        diagonal = self.symmetric and tile[0].start == tile[1].start
         if self.alignment == "frames":
             sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)
         else:
-            sums = np.zeros(tile.shape)
+            sums = np.zeros((rows.n_motions, columns.n_motions))
             tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
             unconverged = Unconverged.join(in_threads(tasks, n_jobs))
         if diagonal:
@@ -118,7 +120,7 @@ class MotionMatrix(TiledMatrix):
         for frame in range(X.shape[1]):
             poses = np.ascontiguousarray(X[:, frame]), None if Y is None else np.ascontiguousarray(Y[:, frame])
             matrix = DistanceMatrix(*poses, self.metric, self.skeleton)
-            distances, unconverged = matrix.distances(Tile(0, n_rows, 0, n_columns), n_jobs)
+            distances, unconverged = matrix.distances((slice(0, n_rows), slice(0, n_columns)), n_jobs)
             sums += distances
             parts.append(unconverged)
         return sums, Unconverged.join(parts)
