@@ -13,7 +13,7 @@ from sklearn.utils.validation import check_non_negative, validate_data
 
 from skpose._utils.sklearn import StrOptions
 from skpose._utils.units import warn_of_degrees
-from skpose._utils.validation import check_column_names, check_dimensions, check_is_array, check_width
+from skpose._utils.validation import check_layout, check_width
 from skpose.metrics import Metric, pose_distances
 from skpose.metrics._registry import METRIC_CONSTRAINTS, METRICS, resolve, warn_of_no_skeleton
 from skpose.skeleton import Skeleton
@@ -71,13 +71,10 @@ class PoseEstimatorMixin(EstimatorMixin):
 
     def _check_X(self, X, *, reset, **options):
         """Validate poses or precomputed distances; `reset` also resolves the metric."""
-        check_is_array(X, "X")
         if reset:
             self._forget()
             self._learn_metric(self.skeleton)
-        if self.skeleton_ is not None:
-            check_column_names(X, self.skeleton_, "X")
-            check_dimensions(X, self.skeleton_, "X")
+        check_layout(X, self.skeleton_, "X")
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=reset, **options)
         if self.skeleton_ is not None:
             check_width(X, self.skeleton_, "X")

@@ -180,15 +180,20 @@ def refuse_infinite(positions: np.ndarray, name: str) -> None:
 
 def check_poses(X: ArrayLike, skeleton: SkeletonLike | None, name: str) -> np.ndarray:
     """X as an (n_poses, n_dofs) array that fits the skeleton; float32 stays, everything else becomes float64."""
+    check_layout(X, skeleton, name)
+    poses = check_array(X, dtype=[np.float64, np.float32], input_name=name)
+    if skeleton is not None:
+        check_width(poses, skeleton, name)
+    return poses
+
+
+def check_layout(X: Any, skeleton: SkeletonLike | None, name: str) -> None:
+    """Refuse what is no array, columns in another order, and more than two dimensions."""
     check_is_array(X, name)
     if skeleton is not None:
         check_skeleton(skeleton)
         check_column_names(X, skeleton, name)
         check_dimensions(X, skeleton, name)
-    poses = check_array(X, dtype=[np.float64, np.float32], input_name=name)
-    if skeleton is not None:
-        check_width(poses, skeleton, name)
-    return poses
 
 
 def check_pose(pose: ArrayLike, skeleton: SkeletonLike, name: str) -> np.ndarray:

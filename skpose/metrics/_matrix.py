@@ -23,7 +23,7 @@ from skpose._utils.parallel import (
     in_threads,
 )
 from skpose._utils.progress import progress
-from skpose._utils.validation import check_dimensions, check_is_array, check_poses, check_same_width, check_width
+from skpose._utils.validation import check_layout, check_poses, check_same_width, check_width
 from skpose._utils.warnings import warn
 from skpose.metrics._metric import Metric
 from skpose.skeleton import Skeleton
@@ -323,10 +323,8 @@ def lazy_distances(X: Any, Y: Any, skeleton: Skeleton | None, metric: Metric) ->
 
 def _rechunk_rows(da: Any, X: Any, skeleton: Skeleton | None, name: str) -> Any:
     """Make each chunk hold whole poses."""
-    check_is_array(X, name)
+    check_layout(X, skeleton, name)
     X = da.asarray(X)
-    if skeleton is not None:
-        check_dimensions(X, skeleton, name)
     if X.ndim != 2 or np.isnan(X.shape[1]):
         raise ValueError(f"{name} must have two dimensions and a known number of columns, got {X}")
     if np.isnan(X.shape[0]):
