@@ -316,8 +316,7 @@ def _bounds(tree: Tree, skeleton: Skeleton, joint_limits: str) -> Bounds:
     bounds = Bounds(-free, free)
     if joint_limits == "enforce":
         limited = np.append(tree.angle_dof, tree.slide_dof)
-        limits = (
-            limits_of(skeleton)[tree.column[limited]] * tree.sign[limited, None]
-        )  # a reversed axis swaps its limits
+        # A reversed axis swaps its limits.
+        limits = limits_of(skeleton)[tree.column[limited]] * tree.sign[limited, None]
         bounds.lower[limited], bounds.upper[limited] = limits.min(axis=1), limits.max(axis=1)
     return bounds
