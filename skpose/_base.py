@@ -35,11 +35,7 @@ class EstimatorMixin:
 
     # Linked from scikit-learn's HTML representation.
     _doc_link_module = "skpose"
-    _doc_link_template = "https://skpose.github.io/skpose/api/{page}.html"
-
-    def _doc_link_url_param_generator(self):
-        package = type(self).__module__.rpartition(".")[0]
-        return {"page": f"{package}.{type(self).__name__}"}
+    _doc_link_template = "https://skpose.github.io/skpose/api/{estimator_module}.{estimator_name}.html"
 
     def _forget(self):
         """Delete the attributes of an earlier fit."""

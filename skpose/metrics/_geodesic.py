@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from skpose._compiled.path.geodesic import GRADIENT_NORM, measure_geodesic
-from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, Search, follow_geodesics
+from skpose._compiled.path.kept_paths import MOST_NODES, Geodesics, KeptPaths, follow_geodesics
 from skpose._utils.parallel import in_threads
 from skpose.kinematics._tree import jacobian_at, wrap_dofs
 from skpose.metrics._means import JointSample, Linearization, Sample
@@ -92,10 +92,10 @@ class _GeodesicSample(JointSample):
         found = Geodesics(np.empty(n), np.empty(n), np.empty(self.dofs.shape), np.empty(n, dtype=bool))
         ends = wrap_dofs(tree, self.dofs, pose[None]) if self.frees_angles else self.dofs
         tol = max(GRADIENT_NORM, SHARE * slope / n_steps) if np.isfinite(slope) else FIRST_TOL
-        search = Search(n_steps, self.frees_angles, tol)
+        settings = n_steps, self.frees_angles, tol
         in_threads(
             (
-                partial(follow_geodesics, tree, pose, ends, i, min(i + TASK, n), search, self.kept, found)
+                partial(follow_geodesics, tree, pose, ends, i, min(i + TASK, n), *settings, self.kept, found)
                 for i in range(0, n, TASK)
             ),
             self.n_jobs,

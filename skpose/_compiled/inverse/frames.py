@@ -112,10 +112,7 @@ def _settle(tree, observed, i, rotations, angles, state, target):
 @internal
 def _distance(fit, weights):
     """The weighted root mean square of the distances."""
-    total = 0.0
-    for j in range(1, weights.shape[0]):
-        total += weights[j]
-    return math.sqrt(2.0 * fit.half / total)
+    return math.sqrt(2.0 * fit.half / weights[1:].sum())
 
 
 @jit

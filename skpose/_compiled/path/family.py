@@ -16,20 +16,9 @@ It follows row by row. Between two paths a family *waits*, in a state next to th
 cell, or begins a path, and there a path arrives that has taken the last frame of the template.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from skpose._compiled.simd.jit import internal, jit
-
-
-class Family(NamedTuple):
-    """The best family."""
-
-    score: float
-    segments: np.ndarray  # (n_paths, 2) of the motion: the first frame, and the one behind the last
-    n_cells: np.ndarray  # (n_paths,)
-    sums: np.ndarray  # (n_paths,) of the similarities along each path
 
 
 @internal
@@ -45,7 +34,11 @@ def _step_to(score, row, k):
 
 @internal
 def _family_of(similarities, first, last, start, stop):
-    """The best family in frames first:last of a template, frames start:stop, without pauses."""
+    """The best family in frames first:last of a template, frames start:stop, without pauses.
+
+    Returns its score and, of each path, the segment (first frame, and the one behind the last), the number of cells
+    and the sum of the similarities.
+    """
     n, m = last - first, stop - start
     score = np.full((n + 2, m), -np.inf)  # two rows without a path, then the frames
     waiting, arrives = np.zeros(n + 1), np.zeros(n + 1, np.bool_)  # before each frame, and whether by a path's end
@@ -74,14 +67,14 @@ def _family_of(similarities, first, last, start, stop):
         i = row - 2
         segments[at, 0], segments[at, 1] = first + i, first + end
         sums[at] = waiting[end] - waiting[i]
-    return Family(waiting[n], segments[at:], n_cells[at:], sums[at:])
+    return waiting[n], segments[at:], n_cells[at:], sums[at:]
 
 
 @jit
 def segments_of(similarities, first, last, start, stop):
     """The segments of that family (n_paths, 2), and the mean similarity along each path."""
-    family = _family_of(similarities, first, last, start, stop)
-    return family.segments, family.sums / family.n_cells
+    _, segments, n_cells, sums = _family_of(similarities, first, last, start, stop)
+    return segments, sums / n_cells
 
 
 @jit
@@ -93,10 +86,10 @@ def fitness_of(similarities, pauses, longest, start, stop, row):
             last = first + 1
             while last < end and pauses[last] <= longest:
                 last += 1
-            family = _family_of(similarities, first, last, start, stop)
-            score += family.score
-            n_cells += family.n_cells.sum()
-            n_covered += (family.segments[:, 1] - family.segments[:, 0]).sum()
+            own, segments, cells, _ = _family_of(similarities, first, last, start, stop)
+            score += own
+            n_cells += cells.sum()
+            n_covered += (segments[:, 1] - segments[:, 0]).sum()
             first = last
     if score <= 0.0:
         return 0.0

@@ -51,14 +51,6 @@ class KeptPaths(NamedTuple):
     substeps: np.ndarray  # (n,) chords between two nodes
 
 
-class Search(NamedTuple):
-    """Settings of the search for geodesics."""
-
-    n_steps: int
-    frees_angles: bool  # joints of three angles turn freely, see `chart`
-    gradient_norm: float  # a path has converged where the energy's is as small, m²/rad
-
-
 @internal
 def _follow_base(tree, own, pose, end, nodes):
     """Move a path to a new first pose; return whether its coordinates still suit the two poses."""
@@ -111,13 +103,16 @@ def _record(free, curve, substeps, i, found):
 
 
 @jit
-def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
-    """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths."""
-    free, own = free_tree(tree, search.frees_angles), free_tree(tree, search.frees_angles)
-    bounds, least = no_bounds(pose.shape[0]), search.gradient_norm
+def follow_geodesics(tree, pose, ends, first, last, n_steps, frees_angles, least, kept, found):
+    """Compute the geodesics from a pose to the ends first:last, whose angles are wrapped already; keep their paths.
+
+    Joints of three angles turn freely if so asked, see `chart`. A path has converged where the norm of the energy's
+    gradient is at most `least`, m²/rad.
+    """
+    free, own, bounds = free_tree(tree, frees_angles), free_tree(tree, frees_angles), no_bounds(pose.shape[0])
     settings = Settings(Stop(MAX_STEPS, least, 0.0), False, PATIENCE)
     for i in range(first, last):
-        line, _ = shorter_line(tree, free, pose, ends[i], search.n_steps)
+        line, _ = shorter_line(tree, free, pose, ends[i], n_steps)
         if kept.n_nodes[i] > 0:
             copy_to(own.reference, kept.references[i])
             nodes = kept.nodes[i, : kept.n_nodes[i]].copy()
@@ -131,6 +126,6 @@ def follow_geodesics(tree, pose, ends, first, last, search, kept, found):
                     _record(own, curve, kept.substeps[i], i, found)
                     continue
         curve = find_geodesic(free, line, bounds, Stop(MAX_ITER, least, 0.0))
-        substeps = 1 if curve.poses.shape[0] - 1 == search.n_steps else SUBSTEPS
+        substeps = 1 if curve.poses.shape[0] - 1 == n_steps else SUBSTEPS
         _keep(kept, i, free, curve, substeps)
         _record(free, curve, substeps, i, found)
