@@ -80,9 +80,7 @@ def natural_slopes(segments: list[Segment], spans: np.ndarray) -> list[np.ndarra
     Solves h' m₋ + 2 (h + h') m + h m₊ = 3 (h' a + h a'), with h the time before a key and h' the time after it.
     """
     n = len(segments)
-    share, right = np.empty(n), []
-    share[0], slope = 0.5, 1.5 * segments[0].leaving / spans[0]
-    right.append(slope)
+    share, right = np.full(n, 0.5), [1.5 * segments[0].leaving / spans[0]]
     for i in range(1, n + 1):
         before = segments[i - 1]
         arriving, brought = before.arriving / spans[i - 1], before.forth @ right[i - 1]
