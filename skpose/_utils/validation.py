@@ -125,16 +125,6 @@ def check_names(X: Any, names: Sequence[str], name: str, columns: str) -> None:
     )
 
 
-def check_dimensions(X: ArrayLike, skeleton: SkeletonLike, name: str) -> None:
-    """Refuse an array of three or more dimensions."""
-    shape = np.shape(X) if isinstance(X, list | tuple) else tuple(getattr(X, "shape", ()))
-    if len(shape) > 2:
-        raise ValueError(
-            f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}: use PoseFromPositions for positions, "
-            "poses_from_rotations for rotations"
-        )
-
-
 def check_width(X: Any, skeleton: SkeletonLike, name: str) -> None:
     """Refuse an array that does not have one column for each dof."""
     if X.shape[1] != skeleton.n_dofs:
@@ -193,7 +183,12 @@ def check_layout(X: Any, skeleton: SkeletonLike | None, name: str) -> None:
     if skeleton is not None:
         check_skeleton(skeleton)
         check_column_names(X, skeleton, name)
-        check_dimensions(X, skeleton, name)
+        shape = np.shape(X) if isinstance(X, list | tuple) else tuple(getattr(X, "shape", ()))
+        if len(shape) > 2:
+            raise ValueError(
+                f"{name} must have shape (n_poses, {skeleton.n_dofs}), got {shape}: use PoseFromPositions for "
+                "positions, poses_from_rotations for rotations"
+            )
 
 
 def check_pose(pose: ArrayLike, skeleton: SkeletonLike, name: str) -> np.ndarray:

@@ -68,7 +68,9 @@ class GraphTransformer(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Tran
         neighbors, n_queries = self._find(X, **criterion)
         data = neighbors.distances if mode == "distance" else np.ones(len(neighbors.indices))
         indptr = np.searchsorted(neighbors.queries, np.arange(n_queries + 1))
-        return sparse_graph(data, neighbors.indices, indptr, (n_queries, self.n_samples_fit_))
+        # As scikit-learn is configured.
+        sparse = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
+        return sparse((data, neighbors.indices, indptr), shape=(n_queries, self.n_samples_fit_))
 
     @property
     def _n_features_out(self):
@@ -84,12 +86,6 @@ def check_k(n_neighbors, excludes_itself, n_samples_fit):
             f"n_samples_fit = {n_samples_fit}"
         )
     return int(n_neighbors)
-
-
-def sparse_graph(data, indices, indptr, shape):
-    """Return a graph in CSR format, as the array or the matrix that scikit-learn is configured for."""
-    sparse = csr_array if get_config().get("sparse_interface") == "sparray" else csr_matrix
-    return sparse((data, indices, indptr), shape=shape)
 
 
 # --- queries ----------------------------------------------------------------------------------------------------------

@@ -183,9 +183,10 @@ class PoseRadiusNeighborsTransformer(GraphTransformer):
         radius = self.radius if radius is None else radius
         if not isinstance(radius, Real):
             raise TypeError(f"radius must be one number for all poses, got {radius!r}: call once for each radius")
+        radius = float(radius)
         if not radius >= 0:
             raise ValueError(f"radius must be zero or more, got {radius}")
-        return float(radius)
+        return radius
 
 
 def _object_array(parts):

@@ -301,7 +301,7 @@ class PoseTangentPCA(PoseEstimatorMixin, ClassNamePrefixFeaturesOutMixin, Transf
         steps = space.steps(X, U[:, :n_varying] / sizes[:n_varying], directions)
         # Directions without variance are arbitrary, so they are set to zero.
         self._directions, self._steps, self.components_, self.explained_variance_, self.singular_values_ = (
-            _with_zeros(known, n)
+            np.concatenate([known, np.zeros((n - len(known), *known.shape[1:]))])
             for known in (directions, steps, space.motions(steps), variances[:n_varying], sizes[:n_varying])
         )
         self.explained_variance_ratio_ = self.explained_variance_ / variances.sum()
@@ -408,8 +408,3 @@ def _count_varying(sizes, n_samples):
     tolerance of the mean, which is more than rounding.
     """
     return min(int((sizes > VARIES * sizes[0]).sum()), n_samples - 1)
-
-
-def _with_zeros(rows, n):
-    """Pad with rows of zeros to n rows."""
-    return np.concatenate([rows, np.zeros((n - len(rows), *rows.shape[1:]))])
