@@ -218,9 +218,13 @@ class PoseFromPositions(EstimatorMixin, TransformerMixin, BaseEstimator):
         names = [f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]
         check_names(X, names, "X", '[f"{joint}_{axis}" for joint in skeleton.joint_names for axis in "xyz"]')
         X = validate_data(self, X, dtype=[np.float64, np.float32], ensure_all_finite="allow-nan", reset=reset)
+        positions = self._positions(X, skeleton)
+        self.skeleton_ = skeleton
+        return positions
+
+    def _positions(self, X, skeleton):
         if X.shape[1] != 3 * skeleton.n_joints:
             raise ValueError(f"X must have {3 * skeleton.n_joints} columns, positions of the joints, got {X.shape[1]}")
-        self.skeleton_ = skeleton
         return X.reshape(len(X), -1, 3)
 
     def __sklearn_tags__(self):
