@@ -87,7 +87,7 @@ KINDS = {
         "warning", 0.0, "frames", "{n} frames lie on straight lines between their neighbours",
         "leave them out, or resample to the true frame rate", least=5,
     ),
-    "jump": Kind(  # the distance of a step from those around it, many times the usual one
+    "jump": Kind(  # by which a step differs from those around it; a jerk of 1,500 m/s³ explains less
         "error", 0.05, "m", "{joint} jumps by {size:.2g} m after frame {first}",
         "interpolate the frames, or cut the motion there",
     ),

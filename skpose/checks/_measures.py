@@ -20,7 +20,7 @@ WALK = 1.5  # m, shortest path of gait
 FACTORS = 0.25, 0.5, 2.0, 4.0  # of the frame rate, tried where strides are missing
 STRIDES = 3  # that show gait at another rate
 SAME, LINEAR = 1e-9, 0.003  # m, movement of a repeated frame; share by which velocities change on a straight line
-AROUND, SUDDEN = 0.15, 8.0  # s, around a step; times what steps usually differ there
+AROUND, SUDDEN, JERK = 0.15, 8.0, 1500.0  # s, around a step; times what steps usually differ there; m/s³
 FAST = 6.0  # Hz; people move more slowly, so that it is a usual cut-off of gait data
 NORMAL = 6.9  # √20 times the median length of a normal vector in space: of third differences of white noise
 T_POSE, ZERO = np.cos(np.radians(15.0)), 0.01  # rad
@@ -93,7 +93,7 @@ def jump(recording: Recording) -> Measured:
     off = np.linalg.norm(steps - (padded[:-2] + padded[2:]) / 2.0, axis=2)
     gaps = np.convolve(np.diff(recording.motion.frame_numbers) > 1, np.ones(3), mode="same") > 0
     usual = median_filter(off, size=(2 * max(3, round(AROUND / recording.step)) + 1, 1), mode="nearest")
-    sizes = np.where((off > SUDDEN * usual) & ~gaps[:, None], off, 0.0)
+    sizes = np.where((off > np.maximum(SUDDEN * usual, JERK * recording.step**3)) & ~gaps[:, None], off, 0.0)
     return Measured(np.concatenate([sizes, sizes[-1:] * 0.0]), recording.names)
 
 

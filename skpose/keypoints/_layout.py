@@ -15,13 +15,13 @@ from skpose.keypoints._checks import UPS, complaints_of, turn_up
 from skpose.keypoints._keypoints import Keypoints
 from skpose.skeleton._sides import others, partners, sides
 
-# --- hip joint centres ------------------------------------------------------------------------------------------------
-# By regression from markers of the pelvis, where no recording of movements shows them.
+# --- joint centres ----------------------------------------------------------------------------------------------------
+# From markers: of hips by regression, of knees and ankles by their widths.
 
 
 HARRINGTON, DAVIS = HIPS = "harrington", "davis"
-# Distance of the centre from the marker, half a width of 10.5 and 7 cm and the radius, as a share of the segment's 42.
-WIDTHS = {"knee": 0.142, "ankle": 0.1}
+# Distance of the centre from the marker: half a width of 10.5 or 7 cm and the radius, as a share of 42 cm.
+WIDTHS = {"davis_knee": 0.142, "davis_ankle": 0.1}
 RULES = (*HIPS, *WIDTHS)
 BETA, THETA = np.radians(18.0), np.radians(28.4)  # Davis: angles of the hip in the sagittal and the frontal plane
 RADIUS = 0.007  # m, of a marker
@@ -57,8 +57,8 @@ def hip_center(rule: str, side: str, markers: Sequence[np.ndarray]) -> np.ndarra
 def center_of_width(rule: str, above: np.ndarray, marker: np.ndarray, wand: np.ndarray | None = None) -> np.ndarray:
     """The centre (n, 3) of a knee or an ankle, m, inward from the marker at its outer side; the marker without a wand.
 
-    It is in the plane of the joint above, the marker and the wand, which is on the segment, and there the directions to
-    the joint and to the marker are perpendicular.
+    It is in the plane of the joint above, the marker and the wand, which is on the segment. At the centre, the lines to
+    the joint above and to the marker are at a right angle.
     """
     if wand is None:
         return marker
@@ -127,10 +127,11 @@ class Layout:
     parents : mapping of str to str or None
         Parent of each point and of each midpoint; None for the only root.
     midpoints : mapping of str to iterable of str, default={}
-        Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips.
-        Joint centres can be computed from markers instead: of hips by ("harrington", ASIS, other ASIS, PSIS, other
-        PSIS) [1]_ or ("davis", the same, knee, ankle) [2]_, where "other" is of the other side; then ("knee", hip,
-        marker, wand) and ("ankle", knee, marker, wand) [2]_, of average width, with the wand on the segment above.
+        Points that are not in the array, each the mean of two or more others, such as the pelvis between the hips, or a
+        joint centre by a rule. Hips: ("harrington", ASIS, other ASIS, PSIS, other PSIS) [1]_, where "other" is of the
+        other side, or ("davis", the same, knee marker, ankle marker) [2]_. Knees and ankles: ("davis_knee", hip, knee
+        marker, thigh wand) and ("davis_ankle", knee, ankle marker, shank wand) [2]_, half a joint's width inward: 14 %
+        and 10 % of the length of the segment.
     rigid : iterable of str, default=()
         Points that are fixed to their parent, such as the hips to the pelvis and the ears to the nose. The bones of all
         others are ball joints.
@@ -371,7 +372,7 @@ class Layout:
         """Remove points from the layout, such as points that are never seen.
 
         Children of a removed point become children of its parent. Keypoints are matched by name, so keypoints of the
-        whole layout fit the smaller one.
+        whole layout fit the smaller one. Without one of the wands, all knees and ankles are at their markers.
 
         Parameters
         ----------
@@ -420,11 +421,9 @@ class Layout:
             if name not in out:
                 parents[name] = parent
         stay = tuple(name for name in self.names if name not in out)
-        midpoints = {
-            name: tuple(end for end in ends if end not in out) if ends[0] in WIDTHS else ends  # wands may be absent
-            for name, ends in self.midpoints.items()
-            if name not in out
-        }
+        midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
+        if any(ends[0] in WIDTHS and out.intersection(ends[3:]) for ends in midpoints.values()):
+            midpoints = {name: ends[:3] if ends[0] in WIDTHS else ends for name, ends in midpoints.items()}
         return replace(self, names=stay, parents=parents, midpoints=midpoints, rigid=frozenset(rigid))
 
 

@@ -124,7 +124,10 @@ def _join(shares: dict[str, float], sign: str) -> str:
 
 TRUNK = 0.1  # weight of what moves relative to the root, such as the spine: it only says where rigid points do not
 ON_A_LINE = 1e-3  # second singular value over the first; points with less do not show the rotation about their line
-SPINES = ("asi", "asis"), ("psi", "psis")  # of the pelvis, in front and behind; their plane is level at rest
+SPINES = (
+    ("asi", "asis", "ias"),
+    ("psi", "psis", "ips", "sacr", "sacrum"),
+)  # of the pelvis, in front and behind; their plane is level at rest
 AXES_ROUNDS = 20
 AXES_SETTLED = 1e-6  # change of the mean shape, relative to its size, at which the rounds end
 
@@ -149,7 +152,6 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
     with y up.
     """
     names, pairs, middle = _shape(layout)
-    plain = {name: word for name, (word, _) in _plain_names(layout).items()}
     n = len(points[layout.root])
     world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
     if not pairs:
@@ -167,12 +169,14 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
         shape = _mean_shape(layout, axes, vectors, weights)
         if np.abs(shape - before).max() <= AXES_SETTLED * np.abs(shape).max():
             break
-    spines = [[i for i, name in enumerate(names) if plain.get(name) in each] for each in SPINES]
+    still, plain = _orthonormal(shape[None], left, upward)[0], _plain_names(layout)
+    spines = [[i for i, name in enumerate(names) if name and plain[name][0] in each] for each in SPINES]
     if all(spines):
         ahead = shape[spines[0]].mean(axis=0) - shape[spines[1]].mean(axis=0)
-        x = _orthonormal(shape[None], left, upward)[0, :, 0]
-        shape, upward = np.vstack([shape, np.cross(ahead, x)]), [len(shape)]
-    return axes @ _orthonormal(shape[None], left, upward)[0]
+        level = np.cross(ahead, still[:, 0])
+        level *= np.sign(level @ still[:, 1])  # up, even if left and right are exchanged
+        still = _orthonormal(np.vstack([shape, level])[None], left, [len(shape)])[0]
+    return axes @ still
 
 
 def rigid_with(name: str, layout: Layout) -> list[str]:

@@ -17,12 +17,12 @@ from skpose.skeleton._rest import unit
 from skpose.skeleton._rotations import shortest_rotations
 
 LOW, SLOW = 0.08, 1.0  # leg lengths above the floor, and leg lengths per second, of a foot that stands
-NEARBY = 0.5  # s, before and after, in which the floor is as high as the lowest foot: recorded floors may slope
+NEARBY = 0.5  # s, before and after: the floor of a foot is its lowest place in this time, as on stairs and slopes
 STANDS, LEAST = 0.5, 1e-3  # weights of a foot that stands, and of one that does not
 PLANTED = 0.1, 0.3  # weights from which on a foot is moved to its place, partly and fully
 SMOOTH = 0.12  # s, standard deviation of the mean over time
 AHEAD = 0.3  # s, of the line of the hips
-HIP_TURN, KNEE_BEND = np.radians(1.1), np.radians(1.8)  # largest changes, which change hip flexion by 2° at most
+HIP_TURN, KNEE_BEND = np.radians(1.1), np.radians(1.8)  # largest changes; thighs rotate by about 2°
 STRAIGHT = 0.02  # rad, bend of a knee whose axis is not seen
 EXACT = 1e-9  # of a leg length: smaller shifts are rounding errors
 
@@ -60,8 +60,8 @@ def find_steps(
         each[:, [marks[f"{side}_{stood}"] for side in sides]] for each, marks in zip(both, joints, strict=True)
     )
     step = float(np.median(np.diff(motion.times))) if len(motion) > 1 else 1.0
-    floor = minimum_filter1d(theirs[:, :, up].min(axis=1), 1 + 2 * round(NEARBY / step), mode="nearest")
-    heights = theirs[:, :, up] - floor[:, None]
+    heights = theirs[:, :, up]
+    heights = heights - minimum_filter1d(heights, 1 + 2 * round(NEARBY / step), axis=0, mode="nearest")
     speeds = np.zeros((len(motion) + 1, len(sides)))  # of the steps before and after each frame
     speeds[1:-1] = np.linalg.norm(np.diff(theirs, axis=0), axis=2) / np.diff(motion.times)[:, None]
     speeds[[0, -1]] = speeds[[1, -2]]

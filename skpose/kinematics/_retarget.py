@@ -117,7 +117,7 @@ def retarget(
 
     *Feet.* The root is moved so that the feet that stand are where the motion's are, times the ratio of the lengths of
     the legs. The distance between the feet changes by the difference in the width of the hips. With "orientations",
-    hips rotate by up to 1.1° and knees bend by up to 1.8° to remove what is left, and the report includes it.
+    thighs rotate by about 2° and knees bend by up to 1.8° to remove what is left, and the report includes it.
 
     *Positions.* Bones of other lengths leave some centimetres and degrees; prefer orientations where possible. Twists
     at the end of a chain are not determined, and stay at rest. At least three joints need counterparts. In people,

@@ -182,7 +182,7 @@ def test_centres_of_knees_and_ankles_are_half_a_width_inward():
     knee, ankle = np.zeros(3), np.array([0.0, 0.0, -0.42])
     markers = {"hip": [0.0, 0.0, 0.42], "KNE": [0.0, 0.06, 0.0], "THI": [0.0, 0.09, 0.2]}
     markers |= {"ANK": [0.042, 0.0, -0.42], "TIB": [0.1, 0.0, -0.2]}
-    parts = {"left_knee": ("knee", "hip", "KNE", "THI"), "left_ankle": ("ankle", "left_knee", "ANK", "TIB")}
+    parts = {"left_knee": ("davis_knee", "hip", "KNE", "THI"), "left_ankle": ("davis_ankle", "left_knee", "ANK", "TIB")}
     layout = Layout("leg", markers, dict.fromkeys([*markers, *parts], "hip") | {"hip": None}, parts, up="z")
     turned = Rotation.from_rotvec([0.3, -1.0, 2.0])
     found = layout.keypoints(Keypoints(turned.apply([*markers.values()])[None] + 2.0, markers, 100, up="z"))
