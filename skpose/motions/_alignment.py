@@ -22,7 +22,7 @@ from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
-from skpose.skeleton._root import find_root_joint
+from skpose.skeleton._root import has_root_joint
 from skpose.skeleton._rotations import rotations_of
 
 Quantity = Literal["distance", "rotation"]
@@ -312,7 +312,7 @@ def _joint_distances(
 ) -> np.ndarray:
     """Distances (n_pairs, n_joints) between the positions of each joint, m."""
     positions = [forward_kinematics(each.astype(np.float64), skeleton) for each in poses]
-    if isinstance(a, Motion) and isinstance(b, Motion) and not find_root_joint(skeleton):
+    if isinstance(a, Motion) and isinstance(b, Motion) and not has_root_joint(skeleton):
         tilts = (Rotation.from_rotvec(each.with_root("tilt").angles[:, :3]) for each in (a, b))
         positions = [np.einsum("nij,nkj->nki", R.as_matrix(), at) for R, at in zip(tilts, positions, strict=True)]
     return np.asarray(np.linalg.norm(positions[1][path[:, 1]] - positions[0][path[:, 0]], axis=2))

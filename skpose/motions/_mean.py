@@ -28,7 +28,7 @@ from skpose.motions._distances import MotionMatrix
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import interpolate_poses, join_seen
-from skpose.skeleton._root import continuous_root_angles, find_root_joint, heading, root_orientations
+from skpose.skeleton._root import continuous_root_angles, has_root_joint, heading, root_orientations
 
 STEPS_OF_A_POSE = 200  # Newton's, at most
 TRAVEL = 0.5  # m, from the first place to the last, of a motion that has a direction of travel
@@ -330,7 +330,7 @@ def _check_roots(motions: Sequence[Motion]) -> None:
         if motion.up != first.up:
             raise ValueError(f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": rotate one of them')
         axes, others = (set(one.root_axes.lower()) for one in (first, motion))
-        if axes != others and find_root_joint(motion.skeleton):
+        if axes != others and has_root_joint(motion.skeleton):
             raise ValueError(f"motions[0] and motions[{i}] differ in root axes: call without_root() of all")
 
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from operator import index
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -71,48 +69,8 @@ def interpolate_values(start: np.ndarray, end: np.ndarray, part: np.ndarray, per
     return start + part * (gap - period * np.rint(gap / period) if period else gap)
 
 
-# --- sampling ---------------------------------------------------------------------------------------------------------
-# Selection and resampling of frames by their numbers.
-
-
-def choose_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -> tuple[slice, int, np.ndarray]:
-    """The rows of a frame or a slice, the step between them, and their new numbers."""
-    n, step = len(frame_numbers), 1
-    if isinstance(frames, slice):
-        step = abs(frames.indices(n)[2])
-    else:
-        frame = range(n)[index(frames)]
-        frames = slice(frame, frame + 1)
-    numbers = frame_numbers[frames]
-    numbers = np.abs(numbers - numbers[:1])
-    if (numbers % step).any():
-        raise ValueError(f"frames are missing, so every {step}th is not evenly spaced: use resample")
-    return frames, step, numbers // step
-
-
-def resample_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """The rows, not necessarily whole, of the frames at a new rate, and their numbers."""
-    step = old_rate / frame_rate
-    # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
-    first, last = (numbers[0], numbers[-1]) if len(numbers) else (0, -1)
-    new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
-    at = new * step  # in numbers of the old frames
-    near = np.rint(at)
-    at = np.where(np.abs(at - near) < 1e-9, near, at)
-    before = np.searchsorted(numbers, at, side="right") - 1
-    part = at - numbers[before]
-    known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)
-    return (before + part)[known], new[known]
-
-
-def check_seen(seen: Any, shape: tuple[int, int]) -> np.ndarray | None:
-    """The joints seen in each frame, an array of this shape; None if poses were not fitted to positions."""
-    if seen is None:
-        return None
-    array = np.asarray(seen)
-    if array.dtype != bool or array.shape not in ((), shape):
-        raise ValueError(f"seen must be True, None or bool of shape {shape}, got {array.dtype} of shape {array.shape}")
-    return np.broadcast_to(array, shape).copy()
+# --- seen -------------------------------------------------------------------------------------------------------------
+# The joints seen in each frame of a motion that was fitted to positions.
 
 
 def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.ndarray | None:

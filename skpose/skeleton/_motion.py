@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from operator import index
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
@@ -20,12 +21,9 @@ from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes, kept_inside
 from skpose.skeleton._cycle import close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import (
-    check_seen,
-    choose_frames,
     interpolate_linearly,
     interpolate_poses,
     join_seen,
-    resample_frames,
     seen_between,
     seen_of,
 )
@@ -33,13 +31,11 @@ from skpose.skeleton._mirror import mirror_poses
 from skpose.skeleton._rest import mismatch
 from skpose.skeleton._root import (
     continuous_root_angles,
-    find_root_joint,
+    has_root_joint,
     heading,
     root_joint_orientations,
     root_orientations,
-    root_parts,
     with_root_joint,
-    without_root_joint,
 )
 from skpose.skeleton._rotations import convert, remove_jumps
 from skpose.skeleton._skeleton import Skeleton
@@ -175,7 +171,12 @@ class Motion:
         if numbers.shape != (n_frames,) or not is_whole or (np.diff(numbers.astype(np.int64)) <= 0).any():
             raise ValueError(f"frame_numbers must be {n_frames} increasing integers, got {numbers}")
         object.__setattr__(self, "frame_numbers", numbers.astype(np.int64))
-        object.__setattr__(self, "seen", check_seen(self.seen, (n_frames, self.skeleton.n_joints)))
+        if self.seen is not None:
+            seen, shape = np.asarray(self.seen), (n_frames, self.skeleton.n_joints)
+            if seen.dtype != bool or seen.shape not in ((), shape):
+                expected = f"True, None or bool of shape {shape}"
+                raise ValueError(f"seen must be {expected}, got {seen.dtype} of shape {seen.shape}")
+            object.__setattr__(self, "seen", np.broadcast_to(seen, shape).copy())
         warn_of_degrees(None, self.skeleton, angles=self.angles)
 
     @property
@@ -193,15 +194,24 @@ class Motion:
 
     def __getitem__(self, frames: int | np.integer | slice) -> "Motion":
         """Select frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
-        rows, step, numbers = choose_frames(self.frame_numbers, frames)
+        n, step = len(self), 1
+        if isinstance(frames, slice):
+            step = abs(frames.indices(n)[2])
+        else:
+            frame = range(n)[index(frames)]
+            frames = slice(frame, frame + 1)
+        numbers = self.frame_numbers[frames]
+        numbers = np.abs(numbers - numbers[:1])
+        if (numbers % step).any():
+            raise ValueError(f"frames are missing, so every {step}th is not evenly spaced: use resample")
         return replace(
             self,
-            angles=self.angles[rows],
+            angles=self.angles[frames],
             frame_rate=self.frame_rate / step,
-            root_positions=self.root_positions[rows],
-            root_angles=self.root_angles[rows],
-            frame_numbers=numbers,
-            seen=None if self.seen is None else self.seen[rows],
+            root_positions=self.root_positions[frames],
+            root_angles=self.root_angles[frames],
+            frame_numbers=numbers // step,
+            seen=None if self.seen is None else self.seen[frames],
         )
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
@@ -289,15 +299,24 @@ class Motion:
             On the same skeleton.
         """
         check_frame_rate(frame_rate)
-        rows, numbers = resample_frames(self.frame_numbers, self.frame_rate, frame_rate)
-        bones = self.skeleton.bones
+        bones, numbers, step = self.skeleton.bones, self.frame_numbers, self.frame_rate / frame_rate
+        # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
+        first, last = (numbers[0], numbers[-1]) if len(self) else (0, -1)
+        new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
+        at = new * step  # in numbers of the old frames
+        near = np.rint(at)
+        at = np.where(np.abs(at - near) < 1e-9, near, at)
+        before = np.searchsorted(numbers, at, side="right") - 1
+        part = at - numbers[before]
+        known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)  # not between frames that are missing
+        rows = (before + part)[known]  # not necessarily whole
         return replace(
             self,
             angles=interpolate_poses(bones, self.angles, rows, kept_inside(bones, self.angles)),
             frame_rate=frame_rate,
             root_positions=interpolate_linearly(self.root_positions, rows),
             root_angles=interpolate_poses((self._root,), self.root_angles, rows),
-            frame_numbers=numbers,
+            frame_numbers=new[known],
             seen=None if self.seen is None else seen_between(self.seen, rows),
         )
 
@@ -419,7 +438,7 @@ class Motion:
         """Refuse motions with too few frames or with a changing heading in the poses."""
         if len(self) < least:
             raise ValueError(f"{function} needs at least {least} frames, got {len(self)}")
-        if find_root_joint(self.skeleton) and not self.root_angles.any():
+        if has_root_joint(self.skeleton) and not self.root_angles.any():
             ends = root_joint_orientations(self.skeleton, self.angles[[0, -1]])
             if abs(heading(ends[1:] * ends[:1].inv(), self.up)[0]) > HEADED:
                 raise ValueError(
@@ -748,9 +767,14 @@ class Motion:
         check_choice("part", part, ("tilt", "whole"))
         up = self.up if up is None else up
         check_choice("up", up, ("x", "y", "z"))
-        stand = upright_turn(self.skeleton, up)
-        vectors, left, axes = root_parts(self.root_angles, self.root_axes, part, up, stand)
-        skeleton = with_root_joint(self.skeleton)
+        skeleton, axes = with_root_joint(self.skeleton), up if part == "tilt" else self.root_axes
+        left, vectors = np.zeros((len(self), len(axes))), np.zeros((len(self), 3))
+        if len(self):
+            orientations = root_orientations(self.root_angles, self.root_axes)
+            if part == "tilt":
+                left[:, 0] = heading(orientations * upright_turn(self.skeleton, up).inv(), up)
+                orientations = root_orientations(left, axes).inv() * orientations
+            vectors = orientations.as_rotvec()
         return replace(
             self,
             skeleton=skeleton,
@@ -793,7 +817,11 @@ class Motion:
         >>> np.degrees(there.root_angles).round(3) + 0.0, there.root_axes
         (array([[30., 60.,  0.]]), 'xyz')
         """
-        skeleton, columns = without_root_joint(self.skeleton)
+        if not has_root_joint(self.skeleton):
+            raise ValueError("without_root needs a motion of with_root, whose first joint carries all others")
+        first, *others = self.skeleton.bones
+        bones = tuple(bone._replace(parent=None) if bone.parent == first.name else bone for bone in others)
+        skeleton = replace(self.skeleton, bones=bones)
         own = root_joint_orientations(self.skeleton, self.angles)
         root = root_orientations(self.root_angles, self.root_axes) * own
         axes = self.root_axes if len(self.root_axes) == 3 else "xyz"
@@ -801,7 +829,7 @@ class Motion:
         return replace(
             self,
             skeleton=skeleton,
-            angles=self.angles[:, columns],
+            angles=self.angles[:, skeleton.columns_in(self.skeleton)],
             root_angles=root_angles,
             root_axes=root_axes,
             seen=self._seen_of(skeleton),
