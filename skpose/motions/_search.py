@@ -13,7 +13,6 @@ import copy
 import functools
 import itertools
 from collections.abc import Iterable
-from contextlib import closing
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -25,13 +24,13 @@ from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate, accumulate_from, path_to, warp_pairs
 from skpose._compiled.warping.within import Ends, Within, warp_within
-from skpose._utils.parallel import TASKS_PER_WORKER, from_workers, in_processes, in_threads
-from skpose._utils.progress import progress
+from skpose._utils.parallel import TASKS_PER_WORKER, in_processes, in_threads, results_of
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.motions._distances import MotionMatrix, share_of_band, work_per_cell
 from skpose.motions._inputs import Sequences
-from skpose.neighbors._index import FLOAT32, ChordFilter, FilterPoints, PoseIndex
+from skpose.neighbors._graph import Found
+from skpose.neighbors._index import FLOAT32, ChordFilter, FilterPoints, Neighbors, PoseIndex
 from skpose.skeleton import Skeleton
 
 FRAMES_PER_BOX = 8
@@ -273,76 +272,47 @@ class Request(NamedTuple):
     window: float | None
 
 
-class Nearest(NamedTuple):
-    """The nearest motions of each query, by distance and then by index."""
-
-    distances: np.ndarray  # (n_queries, k)
-    indices: np.ndarray  # (n_queries, k)
-    n_cells: int  # pairs of frames measured
-    unconverged: list[tuple[int, float]]
-
-
-def find(request: Request, n_jobs: int | None, verbose: int) -> Nearest:
+def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     """Find the nearest motions of all queries."""
-    n_queries, n_workers = request.queries.n_motions, effective_n_jobs(n_jobs)
+    n_queries, n_motions = request.queries.n_motions, request.index.sequences.n_motions
     n_cells = len(request.queries.poses) * len(request.index.sequences.poses)
     remote = (request.index.metric.iterative or n_cells > WORTH_SENDING) and in_processes(n_jobs)
-    size = max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers))
+    size = max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * effective_n_jobs(n_jobs)))
+    size = max(1, min(size, MOST_DISTANCES // n_motions))
     tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, size)]
-    found: dict[tuple[int, int], Nearest] = {}
-    title = f"neighbours of {n_queries:,} motions among {request.index.sequences.n_motions:,}"
-    with progress(title, len(tasks), verbose) as advance:
-        if remote:
-            with closing(from_workers(find_some, request, tasks, n_jobs)) as results:
-                for task, result in results:
-                    found[task] = result
-                    advance()
-        else:
-
-            def find_here(task: tuple[int, int]) -> None:
-                found[task] = find_some(request, task)
-                advance()
-
-            in_threads([lambda task=task: find_here(task) for task in tasks], n_workers)  # type: ignore[misc]
-    parts = [found[task] for task in tasks]
-    return Nearest(
-        np.concatenate([part.distances for part in parts]),
-        np.concatenate([part.indices for part in parts]),
-        sum(part.n_cells for part in parts),
+    what = f"neighbours of {n_queries:,} motions among {n_motions:,}"
+    parts = results_of(find_some, request, tasks, n_jobs, remote, what, verbose)
+    return Found(
+        Neighbors.join(part.neighbors for part in parts),
+        sum(part.n_measured for part in parts),
         [one for part in parts for one in part.unconverged],
     )
 
 
-def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
+def find_some(request: Request, rows: tuple[int, int]) -> Found:
     """Find the nearest motions of the queries first:last."""
     queries, excluded = request.queries.slice(*rows), request.excluded[slice(*rows)]
     index = request.index
-    work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
-    work *= len(queries.poses) * len(index.sequences.poses)
+    n_cells = len(queries.poses) * len(index.sequences.poses)
+    work = n_cells * work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
     # A pair of frames that is solved takes so long that to leave out a few is worth it.
     many = not index.metric.iterative and request.k * FEWEST_PER_NEIGHBOR > index.sequences.n_motions
     if index.filter is None or work < WORTH_FILTERING * queries.n_motions or many:
-        return _by_brute_force(request, queries, excluded)
-    search = MotionSearch(index, request.window)
-    found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
-    distances, indices = (np.stack(part) for part in zip(*found, strict=True))
-    return Nearest(distances, indices, search.aligner.n_cells, search.aligner.unconverged)
-
-
-def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) -> Nearest:
-    index, motions = request.index, request.index.sequences.in_float64()
-    parts, unconverged = [], []
-    for rows in gen_batches(queries.n_motions, max(1, MOST_DISTANCES // motions.n_motions)):
-        some = queries.slice(rows.start, rows.stop).in_float64()
-        matrix = MotionMatrix(some, motions, index.metric, index.skeleton, window=request.window)
+        among = queries.in_float64(), index.sequences.in_float64()
+        matrix = MotionMatrix(*among, index.metric, index.skeleton, window=request.window)
         distances, counts = matrix.write(None, 1)
-        left_out = np.flatnonzero(excluded[rows] >= 0)
-        distances[left_out, excluded[rows][left_out]] = np.inf
-        order = distances.argsort(axis=1, kind="stable")[:, : request.k]
-        parts.append((np.take_along_axis(distances, order, axis=1), order))
-        unconverged += [(one.count, one.gap) for one in counts]
-    nearest, indices = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Nearest(nearest, indices, len(queries.poses) * len(motions.poses), unconverged)
+        left_out = np.flatnonzero(excluded >= 0)
+        distances[left_out, excluded[left_out]] = np.inf
+        indices = distances.argsort(axis=1, kind="stable")[:, : request.k]
+        distances = np.take_along_axis(distances, indices, axis=1)
+        unconverged = [(one.count, one.gap) for one in counts]
+    else:
+        search = MotionSearch(index, request.window)
+        found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
+        distances, indices = (np.stack(part) for part in zip(*found, strict=True))
+        n_cells, unconverged = search.aligner.n_cells, search.aligner.unconverged
+    neighbors = Neighbors(np.repeat(np.arange(*rows), request.k), indices.ravel(), distances.ravel())
+    return Found(neighbors, n_cells, unconverged)
 
 
 # --- windows ----------------------------------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """The orientation of the root, as numbers of a motion and as a joint of the poses."""
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -46,6 +48,7 @@ def heading(orientations: Rotation, up: str) -> np.ndarray:
     return twist - 2.0 * np.pi * np.rint(twist / (2.0 * np.pi))
 
 
+@lru_cache(maxsize=64)
 def with_root_joint(skeleton: Skeleton) -> Skeleton:
     """Add a ball joint of length zero at the root, as the parent of the root's children."""
     name = "root"
