@@ -4,12 +4,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
+from skpose._utils.typing import DataFrame
 from skpose._utils.validation import check_kind
 from skpose._utils.warnings import warn
 from skpose.biomechanics._segments import find_person, find_shown, require
@@ -20,9 +21,6 @@ from skpose.motions._phases import LONGEST_GAP
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import degrees_between
 from skpose.skeleton._upright import axes_with_up_last, describe_up, find_up
-
-if TYPE_CHECKING:
-    import pandas
 
 # --- feet -------------------------------------------------------------------------------------------------------------
 # Feet and pelvis of a motion in the world: their joints, positions, velocities and heading. Positions are rotated so
@@ -410,7 +408,7 @@ class GaitEvents:
         span = f"{self.times[0]:.2f} to {self.times[-1]:.2f} s at {self.frame_rate:g} Hz"
         return f"GaitEvents({counts[0]} contacts, {counts[1]} offs, {len(self.strides)} strides, {span}, {self.up} up)"
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the events to a pandas DataFrame, one row for each.
 
         Returns

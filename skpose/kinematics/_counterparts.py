@@ -275,23 +275,19 @@ def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours:
 
     As many as possible are matched, in their order, and of these the nearest.
     """
-    shares = [_shares(skeleton, chain) for skeleton, chain in ((source, theirs), (target, ours))]
+    pairs = (source, theirs), (target, ours)
+    lengths = [np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1)) for skeleton, chain in pairs]
+    shares = [along / max(along[-1], np.finfo(float).tiny) for along in lengths]
     best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
     for i in range(len(theirs)):
         for j in range(len(ours)):
             options = [best.get((i - 1, j), (0, 0.0, [])), best.get((i, j - 1), (0, 0.0, []))]
             if i and j and (apart := abs(shares[0][i - 1] - shares[1][j - 1])) <= SHARE:
-                count, sum_of_all, pairs = best.get((i - 1, j - 1), (0, 0.0, []))
-                options.append((count + 1, sum_of_all + apart, [*pairs, (i - 1, j - 1)]))
+                count, sum_of_all, matched = best.get((i - 1, j - 1), (0, 0.0, []))
+                options.append((count + 1, sum_of_all + apart, [*matched, (i - 1, j - 1)]))
             best[i, j] = min(options, key=lambda option: (-option[0], option[1]))
     for i, j in best[len(theirs) - 1, len(ours) - 1][2]:
         there[ours[j]] = theirs[i]
-
-
-def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:
-    """The share of the length of a chain at which each of its joints is."""
-    lengths = np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1))
-    return lengths / max(lengths[-1], np.finfo(float).tiny)
 
 
 def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names: Names, there: np.ndarray) -> None:

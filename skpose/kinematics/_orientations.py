@@ -153,20 +153,6 @@ def _adapt_girdles(
             lines[joint] = Line(int(target.parents[joint]), joint, start, int(there[joint]))
 
 
-def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
-    """The directions (n_frames, n_lines, 3) of lines in the source; zeros for lines too short in any frame.
-
-    Positions (n_frames, n_joints + 2, 3) as from `with_root`.
-    """
-    starts, ends = [line.source_start for line in lines], [line.source_end for line in lines]
-    vectors = positions[:, ends] - positions[:, starts]
-    sizes = np.linalg.norm(vectors, axis=2)
-    longest = np.linalg.norm(source.offsets, axis=1).max()
-    directions = unit(vectors)
-    directions[:, sizes.min(axis=0) <= NO_DIRECTION * longest] = 0.0
-    return directions
-
-
 # --- conversion -------------------------------------------------------------------------------------------------------
 
 
@@ -300,16 +286,17 @@ AT_ZERO, IN_MOTION = slice(0, 1), slice(1, None)  # frames
 
 def _bones(source: Skeleton, positions: np.ndarray, target: Skeleton, lines: Lines) -> _Bones:
     """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
-    joints, all_lines = list(lines.of_bones), list(lines.of_bones.values())
     at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
-    found = source_lines(source, np.concatenate([at_zero, positions]), all_lines)
-    wished = np.zeros((len(found), target.n_joints, 3))
-    wished[:, joints] = found
+    positions, ends = np.concatenate([at_zero, positions]), {j: line.source_end for j, line in lines.of_bones.items()}
+    vectors = positions[:, [*ends.values()]] - positions[:, [line.source_start for line in lines.of_bones.values()]]
+    longest, directions = np.linalg.norm(source.offsets, axis=1).max(), unit(vectors)
+    directions[:, np.linalg.norm(vectors, axis=2).min(axis=0) <= NO_DIRECTION * longest] = 0.0  # too short in a frame
+    wished = np.zeros((len(positions), target.n_joints, 3))
+    wished[:, [*ends]] = directions
     known = np.asarray(lines.directions.any(axis=1) & wished.any(axis=(0, 2)))
     carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
     for joint, carrier in enumerate(find_carriers(target)):
         carried[carrier] += [joint] * bool(known[joint])
-    ends = {joint: line.source_end for joint, line in lines.of_bones.items()}
     return _Bones(lines.directions, ends, wished, carried)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 
-from skpose._utils.typing import ArrayLike
+from skpose._utils.typing import ArrayLike, DataFrame
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.upper_layers import Keypoints, Page, upper_layers
 from skpose._utils.validation import (
@@ -40,10 +40,6 @@ from skpose.skeleton._root import (
 from skpose.skeleton._rotations import convert, remove_jumps
 from skpose.skeleton._skeleton import Skeleton
 from skpose.skeleton._upright import upright_turn
-
-if TYPE_CHECKING:
-    import pandas
-
 
 HEADED = 1e-6  # rad, tolerance of a constant heading
 
@@ -694,7 +690,7 @@ class Motion:
         """
         return upper_layers.player(self)
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the angles to a pandas DataFrame, one column for each dof and one row for each frame.
 
         Estimators with a skeleton refuse a dataframe whose columns are not the skeleton's dofs, in its order.
