@@ -488,8 +488,7 @@ def measure(
     The last is the direction (3,) in the world relative to which the pelvis is rotated.
     """
     joints = _Joints(motion, segments, reference)
-    vertical = np.eye(3)["xyz".index(motion.up)]
-    world = rotation_onto(reference.body[:, 1], vertical) @ reference.body
+    world = rotation_onto(reference.body[:, 1], np.eye(3)["xyz".index(motion.up)]) @ reference.body
     joints.pelvis(world)
     for joint in MIDDLE:
         joints.measure(joint, "")

@@ -174,8 +174,7 @@ def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
     known = find_shown(motion, range(motion.skeleton.n_joints))
     lines, frames = set(), {"trunk": np.zeros(len(motion), dtype=bool)}  # where the skeleton has none
     for name, segment in segments.items():
-        seen = _seen_points(motion, known, segment)
-        patterns, which = np.unique(seen, axis=0, return_inverse=True)
+        patterns, which = np.unique(_seen_points(motion, known, segment), axis=0, return_inverse=True)
         shown: np.ndarray = np.array([_shows(segment, pattern) for pattern in patterns], dtype=int)[which.ravel()]
         most = int(shown.max(initial=NOTHING))
         if most < ROTATION:

@@ -93,8 +93,8 @@ def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
             found[name] = Segment(joint, body_axes(at, mark))
     if "chest" in found and HEAD in person.joints:
         head, top = person.joints[HEAD], person.joints.get(HEAD_TOP, ROOT)
-        is_own = skeleton.offset_frame == "own"
-        found["head"] = Segment(carriers[top] if is_own else movers[head], found["chest"].axes)
+        joint = carriers[top] if skeleton.offset_frame == "own" else movers[head]
+        found["head"] = Segment(joint, found["chest"].axes)
     if "pelvis" in found and is_standing(at, body := body_axes(at)):
         for side in SIDES:
             ankle, knee = at.get(f"{side}_{ANKLE}"), at.get(f"{side}_{KNEE}")

@@ -135,8 +135,7 @@ def counterparts(
     else:
         there = _match_names(source, target, names, required=not given)
         placed = there >= 0
-    taken = [other for other in given.values() if other >= 0]
-    there[np.isin(there, taken)] = NONE
+    there[np.isin(there, [other for other in given.values() if other >= 0])] = NONE
     there[[*given]] = [*given.values()]
     placed[[*given]] = there[[*given]] >= 0
     placed &= there >= 0
@@ -145,8 +144,7 @@ def counterparts(
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     _check_order(source, target, there)
-    same = agreeing if agreeing[0].joints else None
-    return Counterparts(there, placed, measured, people, same, known)
+    return Counterparts(there, placed, measured, people, agreeing if agreeing[0].joints else None, known)
 
 
 def _indices_of(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> dict[int, int]:
@@ -262,8 +260,7 @@ def _match_trunk(source: Skeleton, target: Skeleton, people: People, there: np.n
     """Match the joints from which the arms begin, and those below and above them."""
     heads = [[person.joints[HEAD]] if HEAD in person.joints else [] for person in people]
     chains = [[*person.trunk, *person.neck, *head] for person, head in zip(people, heads, strict=True)]
-    chests = [len(person.trunk) - 1 for person in people]
-    (theirs, ours), (chest, other) = chains, chests
+    (theirs, ours), (chest, other) = chains, [len(person.trunk) - 1 for person in people]
     there[ours[other]] = theirs[chest]
     _match_in_order(source, target, theirs[: chest + 1], ours[: other + 1], there)
     if all(heads):
@@ -374,8 +371,7 @@ def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) ->
     sums = np.zeros(2)
     for joint in np.flatnonzero(found.measured).tolist():
         above = _mapped_above(target, found.there, joint)
-        first = int(found.there[above]) if above >= 0 else -1
-        path = _bones_between(source, int(found.there[joint]), first)
+        path = _bones_between(source, int(found.there[joint]), int(found.there[above]) if above >= 0 else -1)
         if path is not None:
             sums += lengths[0][_bones_between(target, joint, above)].sum(), lengths[1][path].sum()
     if not (sums > 0.0).all():

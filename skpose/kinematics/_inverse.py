@@ -378,7 +378,9 @@ def problem_of(
     n = len(given)
     seen = confidences * _weights(weights, confidences.shape)
     seen[np.isnan(given).any(axis=2)] = 0.0
-    _warn_of_units(given, skeleton)
+    extent, size = extent_of(given), size_of(skeleton)
+    if size > 0.0 and (extent > LARGER * size or 0.0 < extent < size / SMALLER):
+        warn(f"positions extend over {extent:.3g} m, the skeleton over {size:.3g} m: one is likely not in metres")
     tree = tree_of_all_joints(with_root_joint(skeleton))
     order = tree.code_joint  # 0 is the root, 1 the joint that is added to turn it
     padded, padded_weights = np.zeros((n, len(order), 3)), np.zeros((n, len(order)))
@@ -470,10 +472,3 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
     limits = limits_of(skeleton)[tree.column[limited] - N_ROOT] * tree.sign[limited, None]  # a reversed axis swaps them
     lower[limited], upper[limited] = limits.min(axis=1), limits.max(axis=1)
     return lower, upper
-
-
-def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
-    """Warn if positions and skeleton are likely in different units."""
-    extent, size = extent_of(positions), size_of(skeleton)
-    if size > 0.0 and (extent > LARGER * size or 0.0 < extent < size / SMALLER):
-        warn(f"positions extend over {extent:.3g} m, the skeleton over {size:.3g} m: one is likely not in metres")

@@ -149,8 +149,8 @@ def _adapt_girdles(
         lines.pop(joint, None)
     for side, joint in zip(SIDES, pair_of(ours, SHOULDER) or (), strict=False):
         if there[joint] >= 0 and int(target.parents[joint]) != ours.get(f"{side}_{COLLAR}"):
-            start = int(source.parents[there[joint]])
-            lines[joint] = Line(int(target.parents[joint]), joint, start, int(there[joint]))
+            other = int(there[joint])
+            lines[joint] = Line(int(target.parents[joint]), joint, int(source.parents[other]), other)
 
 
 # --- conversion -------------------------------------------------------------------------------------------------------

@@ -451,8 +451,7 @@ class Barycenter:
 
         def move_one(frame: int, group: np.ndarray) -> None:
             start = to_tree_order(self.tree, mean[[frame]])[0]
-            target = self.positions[group].mean(axis=0)
-            found, outcome = project(self.tree, target, start, STEPS_OF_A_POSE, TOL)
+            found, outcome = project(self.tree, self.positions[group].mean(axis=0), start, STEPS_OF_A_POSE, TOL)
             pose = from_tree_order(self.tree, found, mean[frame])
             (self.unconverged.discard if outcome.converged else self.unconverged.add)(frame)
             if self._squares(pose[np.newaxis], self.motions.poses[group]).sum() <= squares[frame].sum():

@@ -132,8 +132,7 @@ class Bounds:
     def _distances(self, rows: np.ndarray, measure: object) -> np.ndarray:
         points, lanes = self.points.coordinates, loops.in_lanes(rows)
         distances = np.empty((self.n, len(rows)), FLOAT32)
-        n_groups = -(-len(rows) // lanes.shape[1])
-        pairs = loops.PairRange(0, self.n, 0, n_groups, triangle=False)
+        pairs = loops.PairRange(0, self.n, 0, -(-len(rows) // lanes.shape[1]), triangle=False)
         loops.pair_distances(points, lanes, pairs, measure, NO_TREE, NO_WRAP, distances)
         bounds = distances.astype(np.float64)
         bounds -= self.points.slack[:, np.newaxis]
@@ -361,11 +360,13 @@ class WindowSearch:
 
     def best(self, query: np.ndarray, k: int) -> list[Window]:
         """The k best windows by their sums, or all if there are fewer."""
-        codes = Aligner(self.index, OPEN).encode(query)
-        if self.index.filter is None or not self._is_worth_it(query, k):
-            starts = self.index.sequences.starts.tolist()
+        index, codes = self.index, Aligner(self.index, OPEN).encode(query)
+        work = len(query) * len(index.sequences.poses) * work_per_cell(index.metric, index.skeleton, index.sequences)
+        # Brute force may take less time than measuring the windows for the limit.
+        if index.filter is None or work <= WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k):
+            starts = index.sequences.starts.tolist()
             return choose_windows(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
-        bounds = Bounds(self.index, query)
+        bounds = Bounds(index, query)
         by_boxes = self._bounds_of_boxes(bounds)
         covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in the scanned boxes
         measured: dict[int, Window] = {}
@@ -381,19 +382,13 @@ class WindowSearch:
                 limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf  # a factor does not raise zero
             covered = limit
 
-    def _is_worth_it(self, query: np.ndarray, k: int) -> bool:
-        """Whether brute force takes longer than measuring the windows for the limit."""
-        index = self.index
-        work = work_per_cell(index.metric, index.skeleton, index.sequences)
-        return len(query) * len(index.sequences.poses) * work > WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k)
-
     def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
         """A lower bound of the sums of all paths through each box."""
-        least = np.empty(len(self.index.boxes))
+        least, none = np.empty(len(self.index.boxes)), np.full(bounds.n, np.inf)
 
         def fill(first: int, last: int) -> None:
             distances = bounds.of_boxes(first, last)
-            least[first:last] = sums_through(distances, sums_to_end(distances, OPEN), np.full(bounds.n, np.inf))[0]
+            least[first:last] = sums_through(distances, none, none)[0]
 
         starts = self.index.box_starts.tolist()
         in_threads((functools.partial(fill, *ends) for ends in itertools.pairwise(starts)), self.n_jobs)
@@ -411,15 +406,13 @@ class WindowSearch:
         def scan(start: int, stop: int) -> None:
             step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
             chunks = [(at, min(at + step, stop)) for at in range(start, stop, step)]
-            none = np.full(bounds.n, np.inf)
-            behind = [none]  # sums to the end from the first column of each chunk, from the last chunk on
+            edge = np.full(bounds.n, np.inf)
+            behind = [edge]  # sums to the end from the first column of each chunk, from the last chunk on
             for chunk in chunks[:0:-1]:
                 behind.append(sums_to_end(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
-            edge = none
             for chunk in chunks:
                 distances = bounds.of_frames(*chunk)
-                onwards = sums_to_end(distances, OPEN, behind.pop())
-                by_frames[slice(*chunk)], to = sums_through(distances, onwards, edge)
+                by_frames[slice(*chunk)], to = sums_through(distances, behind.pop(), edge)
                 ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
 
         in_threads((functools.partial(scan, *region) for region in regions), self.n_jobs)
@@ -431,10 +424,8 @@ class WindowSearch:
         best: list[Window] = []
         batch = max(PATIENCE, k // 4)
         free = np.isfinite(ends)
-        for end in ends.argsort(kind="stable").tolist():
+        for end in ends.argsort(kind="stable")[: free.sum()].tolist():
             if not free[end]:
-                if np.isinf(ends[end]):
-                    break
                 continue
             if len(best) == k and ends[end] > best[-1].sum:
                 break
@@ -491,16 +482,16 @@ class WindowSearch:
         return [window for found, _ in results for window in found]
 
 
-def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def sums_through(distances: np.ndarray, behind: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The least sum of the open paths through each column, and the sums of those to each cell.
 
-    `onwards` has the sums from each cell on and is overwritten, `edge` the sums to the column before the first one.
+    `behind` has the sums from the column after the last one on, `edge` those to the column before the first one.
     """
-    to = distances.copy()
+    to, through = distances.copy(), sums_to_end(distances, OPEN, behind)
     accumulate_from(to, OPEN, edge)
-    onwards -= distances
-    onwards += to
-    return onwards.min(axis=0), to
+    through -= distances
+    through += to
+    return through.min(axis=0), to
 
 
 def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:

@@ -48,8 +48,7 @@ def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.Ra
 
         def rate(i: int, similarities: np.ndarray, is_far: np.ndarray, order: np.ndarray) -> None:
             shuffled = (matrix[np.ix_(order, order)] for matrix in (similarities, is_far))
-            of_section = fitness_by_length(*shuffled, lengths, STARTS_PER_LENGTH, BACK)
-            fitness[i] = np.maximum(fitness[i], of_section)
+            fitness[i] = np.maximum(fitness[i], fitness_by_length(*shuffled, lengths, STARTS_PER_LENGTH, BACK))
 
         in_threads((partial(rate, i, similarities, is_far, order) for i, order in enumerate(orders)), n_jobs)
     scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)

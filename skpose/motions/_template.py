@@ -83,8 +83,7 @@ class Frames:
     def sections(self, every: int, n: int | None = None) -> list[np.ndarray]:
         """These in sections with distances that fit into memory, or n of the sections, spread evenly."""
         moving = self.moving(every)
-        n_sections = -(-len(moving) // self.most)
-        sections = np.array_split(moving, max(1, n_sections))
+        sections = np.array_split(moving, max(1, -(-len(moving) // self.most)))
         chosen = np.linspace(0, len(sections) - 1, min(len(sections), n or len(sections)))
         return [sections[i] for i in chosen.astype(int)]
 

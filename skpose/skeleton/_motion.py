@@ -426,8 +426,7 @@ class Motion:
     def _with_own_axes(self, whole: "Motion") -> "Motion":
         """A motion whose root is a joint, with the root's axes of this one."""
         motion = whole.without_root()
-        orientations = root_orientations(motion.root_angles, motion.root_axes)
-        angles, axes = continuous_root_angles(orientations, self.root_axes)
+        angles, axes = continuous_root_angles(root_orientations(motion.root_angles, motion.root_axes), self.root_axes)
         return replace(motion, root_angles=angles, root_axes=axes)
 
     def _check_heading(self, function: str, least: int) -> None:
@@ -635,8 +634,7 @@ class Motion:
         array([[[0., 6., 0.],
                 [0., 7., 0.]]])
         """
-        positions: np.ndarray = upper_layers.world_positions(self)
-        return positions
+        return np.asarray(upper_layers.world_positions(self))
 
     def to_keypoints(self) -> Keypoints:
         """Convert to the positions of the root and of all joints in the world.
@@ -818,8 +816,7 @@ class Motion:
         first, *others = self.skeleton.bones
         bones = tuple(bone._replace(parent=None) if bone.parent == first.name else bone for bone in others)
         skeleton = replace(self.skeleton, bones=bones)
-        own = root_joint_orientations(self.skeleton, self.angles)
-        root = root_orientations(self.root_angles, self.root_axes) * own
+        root = root_orientations(self.root_angles, self.root_axes) * root_joint_orientations(self.skeleton, self.angles)
         axes = self.root_axes if len(self.root_axes) == 3 else "xyz"
         root_angles, root_axes = continuous_root_angles(root, axes)
         return replace(
