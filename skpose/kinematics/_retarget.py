@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -178,15 +177,13 @@ def retarget_and_report(
     factor, on_feet = _size(motion.skeleton, skeleton, found.landmarks, scale)
     if scale == "lengths":
         factor = ratio_of_lengths(motion.skeleton, skeleton, found)
-    by_positions = partial(_by_positions, motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
-    if method == "positions":
-        return by_positions()
-    try:
-        return _by_orientations(motion, skeleton, found, factor, on_feet, joint_limits, joints, shown)
-    except ValueError:
-        if method != "auto":
-            raise
-        return by_positions()
+    if method != "positions":
+        try:
+            return _by_orientations(motion, skeleton, found, factor, on_feet, joint_limits, joints, shown)
+        except ValueError:
+            if method != "auto":
+                raise
+    return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
 
 
 def _size(

@@ -21,7 +21,7 @@ from skpose.kinematics._inverse import Task, problem_of
 from skpose.robots._contacts import Contact, Held, find_contacts, find_floor, hold_foot
 from skpose.robots._stance import Place, Stance, has_limb, rolls_of, sole_of, with_places
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._bone import with_columns
+from skpose.skeleton._bone import ranges_of, with_columns
 from skpose.skeleton._rest import ROOT, positions_at_zero, unit
 from skpose.skeleton._root import root_orientations
 from skpose.skeleton._upright import axes_with_up_last
@@ -449,8 +449,7 @@ def positions_of(
 
 def rest_pose(skeleton: Skeleton) -> np.ndarray:
     """The pose (n_dofs,) nearest to all angles zero within the limits."""
-    rest = np.zeros(skeleton.n_dofs)
-    return rest if skeleton.limits is None else np.clip(rest, *skeleton.limits.T)
+    return np.asarray(np.clip(np.zeros(skeleton.n_dofs), *ranges_of(skeleton.bones).T))
 
 
 @functools.lru_cache(maxsize=16)

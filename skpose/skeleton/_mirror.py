@@ -121,13 +121,6 @@ def _reflections(
     fitting = [letter for letter in "xyz" if apart[letter] < ASYMMETRY]
     if fitting:
         raise ValueError(f"left and right are not mirror images across {axis} at angle zero: pass axis={fitting[0]!r}")
-    return _fitted_reflections(skeleton, poses, other, rest, directions, world)
-
-
-def _fitted_reflections(
-    skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, directions: np.ndarray, world: str
-) -> np.ndarray:
-    """The S of each joint, and the root's as the last, if the skeleton is not its own mirror image."""
     carriers = np.where(directions.any(axis=1), find_carriers(skeleton), NOWHERE)
     carried = {j: np.flatnonzero(carriers == j).tolist() for j in (ROOT, *range(skeleton.n_joints))}
     means = np.empty_like(rest)  # of each joint's rotation relative to its parent, in the axes of the root

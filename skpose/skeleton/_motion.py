@@ -259,17 +259,15 @@ class Motion:
                 if getattr(motion, name) != getattr(first, name):
                     values = getattr(motion, name), getattr(first, name)
                     raise ValueError(f"motions[{i}] has {name} {values[0]!r}, but motions[0] has {values[1]!r}")
-        angles, positions, rotations = (
-            np.concatenate([getattr(motion, name) for motion in motions])
+        joined = {
+            name: np.concatenate([getattr(motion, name) for motion in motions])
             for name in ("angles", "root_positions", "root_angles")
-        )
+        }
         ends = np.cumsum([0] + [1 + motion.frame_numbers[-1] if len(motion) else 0 for motion in motions])
         numbers = np.concatenate([end + motion.frame_numbers for end, motion in zip(ends, motions, strict=False)])
         return replace(
             first,
-            angles=angles,
-            root_positions=positions,
-            root_angles=rotations,
+            **joined,
             frame_numbers=numbers,
             seen=join_seen([motion.seen for motion in motions], list(map(len, motions))),
         )
