@@ -341,19 +341,17 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
     would jump where these numbers change.
     """
     first = motions[0]
-    orientations: list[Rotation] = []
-    positions = []
+    turned = []
+    begin = root_orientations(first.root_angles[:1], first.root_axes)
     ways = [_way(motion.root_positions, first.up) for motion in motions]
     for motion, way in zip(motions, ways, strict=True):
         own = root_orientations(motion.root_angles, motion.root_axes)
         # Relative to the first motion: bones that point down at angle zero have no heading of their own.
-        begin = own[:1] if not orientations else orientations[0][:1]
         turn = heading(own[:1] * begin.inv(), first.up)
         if way is not None and ways[0] is not None:
             turn = np.array([way - ways[0]])
-        back = Rotation.from_euler(first.up, -turn)
-        orientations.append(back * own)
-        positions.append(back.apply(motion.root_positions - motion.root_positions[0] * _on_floor(first.up)))
+        turned.append(_turn_back(own, motion.root_positions, turn, first.up))
+    orientations, positions = zip(*turned, strict=True)
     everywhere, places = Rotation.concatenate(orientations), np.concatenate(positions)
     motion_of = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
     means, mean_places = [], []
@@ -371,9 +369,8 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
         ahead = np.angle(np.exp(1j * (way - faced)))
         off = ahead - np.round(ahead / (np.pi / 2.0)) * (np.pi / 2.0)
         turn = np.array([faced + (off if abs(off) < SIDEWAYS else 0.0)])
-    back = Rotation.from_euler(first.up, -turn)
-    angles, axes = continuous_root_angles(back * mean, first.root_axes)
-    there = back.apply(there - there[0] * _on_floor(first.up))
+    mean, there = _turn_back(mean, there, turn, first.up)
+    angles, axes = continuous_root_angles(mean, first.root_axes)
     seen = join_seen([motion.seen for motion in motions], list(map(len, motions)))
     if seen is not None:
         seen = np.stack([seen[rows].all(axis=0) for rows in aligned.groups()])
@@ -397,9 +394,10 @@ def _way(places: np.ndarray, up: str) -> float | None:
     return float(np.arctan2(y, x)) if np.hypot(x, y) >= TRAVEL else None
 
 
-def _on_floor(up: str) -> np.ndarray:
-    """1 for axes along the floor and 0 for the one that points up."""
-    return np.array([float(axis != up) for axis in "xyz"])
+def _turn_back(orientations: Rotation, places: np.ndarray, turn: np.ndarray, up: str) -> tuple[Rotation, np.ndarray]:
+    """A root's orientations (n,) and places (n, 3), turned back about the vertical and moved to begin at the origin."""
+    back, on_floor = Rotation.from_euler(up, -turn), np.array([float(axis != up) for axis in "xyz"])
+    return back * orientations, back.apply(places - places[0] * on_floor)
 
 
 # --- the two steps ----------------------------------------------------------------------------------------------------
