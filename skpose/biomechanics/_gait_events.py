@@ -250,19 +250,14 @@ def _stance(
     """The stance around a moment, of rows that start later; its ends are interpolated between frames."""
     moving = np.flatnonzero(unrest >= 1.0)
     before, after = moving[moving < middle], moving[moving > middle]
-    contact, off = np.nan, np.nan
-    first, last = 0, len(unrest) - 1
-    if len(before):
-        first = int(before[-1]) + 1
-        contact = first - (1.0 - unrest[first]) / (unrest[first - 1] - unrest[first])
-    if len(after):
-        last = int(after[0]) - 1
-        off = last + (1.0 - unrest[last]) / (unrest[last + 1] - unrest[last])
+    first = int(before[-1]) + 1 if len(before) else 0
+    last = int(after[0]) - 1 if len(after) else len(unrest) - 1
+    contact = first - (1.0 - unrest[first]) / (unrest[first - 1] - unrest[first]) if len(before) else np.nan
+    off = last + (1.0 - unrest[last]) / (unrest[last + 1] - unrest[last]) if len(after) else np.nan
     rows = slice(first, last + 1)
-    slower = np.minimum(*speeds)[rows]
     still = speeds[0][rows] <= np.median(speeds[0][rows])
-    position = ankle[rows][still].mean(axis=0)
-    return Stance(side, start + contact, start + off, position, float(np.median(slower)))
+    slide = float(np.median(np.minimum(*speeds)[rows]))
+    return Stance(side, start + contact, start + off, ankle[rows][still].mean(axis=0), slide)
 
 
 def stances_at(feet: Feet, side: int, contacts: list[float], offs: list[float]) -> list[Stance]:
@@ -273,9 +268,8 @@ def stances_at(feet: Feet, side: int, contacts: list[float], offs: list[float]) 
         if is_contact or not i or not order[i - 1][1]:
             off = next((other for other, begins in order[i : i + 2] if not begins), np.nan)
             ends = (row if is_contact else np.nan), off
-            rows = slice(*(int(np.clip(np.nan_to_num(end, nan=row), 0, len(feet.pelvis) - 1)) for end in ends))
-            ankle = feet.ankles[side, rows.start : rows.stop + 1]
-            found.append(Stance(side, *ends, np.median(ankle, axis=0), 0.0))
+            first, last = (int(np.clip(np.nan_to_num(end, nan=row), 0, len(feet.pelvis) - 1)) for end in ends)
+            found.append(Stance(side, *ends, np.median(feet.ankles[side, first : last + 1], axis=0), 0.0))
     return found
 
 

@@ -34,6 +34,7 @@ from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import (
     LARGEST_DIFFERENCE,
     NO_DIRECTION,
+    NOWHERE,
     ROOT,
     axes_at_zero,
     degrees_between,
@@ -294,9 +295,9 @@ def _bones(source: Skeleton, positions: np.ndarray, target: Skeleton, lines: Lin
     wished = np.zeros((len(positions), target.n_joints, 3))
     wished[:, [*ends]] = directions
     known = np.asarray(lines.directions.any(axis=1) & wished.any(axis=(0, 2)))
-    carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
-    for joint, carrier in enumerate(find_carriers(target)):
-        carried[carrier] += [joint] * bool(known[joint])
+    carriers = np.where(known, find_carriers(target), NOWHERE)
+    joints = (ROOT, *(j for j, bone in enumerate(target.bones) if bone.dofs))
+    carried = {j: np.flatnonzero(carriers == j).tolist() for j in joints}
     return _Bones(lines.directions, ends, wished, carried)
 
 

@@ -298,11 +298,7 @@ def joints_at_rest(skeleton: Skeleton, moving: Iterable[int]) -> list[int]:
     moving, movers = {*moving, ROOT}, find_movers(skeleton)
     has_length = np.asarray(directions_at_zero(skeleton).any(axis=1))
     carriers = {carrier for carrier, known in zip(find_carriers(skeleton), has_length, strict=True) if known}
-    found: list[int] = []
-    for joint in sorted(carriers - moving):
-        if movers[int(skeleton.parents[joint])] in moving:
-            found.append(joint)
-    return found
+    return [joint for joint in sorted(carriers - moving) if movers[int(skeleton.parents[joint])] in moving]
 
 
 def at_rest_in_words(skeleton: Skeleton, at_rest: list[int]) -> str:

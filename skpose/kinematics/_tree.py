@@ -259,8 +259,7 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
             candidates = [_turn_hinge(child.rest @ child.hinge, (frame.axis + i) % 3) for i in range(3)]
             sign, axis, *constants = min(candidates, key=lambda one: (one[2][1] != 0.0) + (one[3][1] != 0.0))
             child.axis, frames.sign[child.first_dof] = axis, sign
-            turned = _about(*constants[1]) @ _about(*constants[0])
-            _rotate_behind(child, turned.T @ child.rest, frames.offset)
+            _rotate_behind(child, (_about(*constants[1]) @ _about(*constants[0])).T @ child.rest, frames.offset)
         else:
             alpha, m, beta, gamma = _split(child.rest, frame.axis, child.n_dofs - 1)
             shift[child.first_dof] += gamma

@@ -280,8 +280,8 @@ def align_motions(
         warn_of_degrees(None, skeleton, a=poses_a, b=poses_b)
     warn_of_no_skeleton(metric, skeleton)
     dtype = np.result_type(poses_a, poses_b)
-    compared = (poses.astype(np.float64) if chosen.iterative else poses for poses in (poses_a, poses_b))
-    costs, unconverged = DistanceMatrix(*compared, chosen, skeleton).write(None, None)
+    rows, columns = (poses.astype(np.float64) if chosen.iterative else poses for poses in (poses_a, poses_b))
+    costs, unconverged = DistanceMatrix(rows, columns, chosen, skeleton).write(None, None)
     warn_of_unconverged(unconverged, costs.size)
     is_open = alignment == "subsequence"
     sums = costs.astype(np.float64)

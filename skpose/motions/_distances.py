@@ -97,8 +97,7 @@ class MotionMatrix(TiledMatrix):
             sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)
         else:
             sums = np.zeros((rows.n_motions, columns.n_motions))
-            tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
-            unconverged = Unconverged.join(in_threads(tasks, n_jobs))
+            unconverged = Unconverged.join(in_threads(self._tasks(rows, columns, diagonal, n_jobs, sums), n_jobs))
         if diagonal:
             mirror(sums, n_jobs)
         if self.normalize:

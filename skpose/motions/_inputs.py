@@ -100,8 +100,10 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
         Whether the rows of a two-dimensional array are motions of one frame each, as estimators take them. Estimators
         also warn of degrees here; functions call `warn_of_degrees` themselves.
     """
-    lists = {name: _list_motions(motions, name, rows) for name, motions in given.items()}
-    named = {name: {f"{name}[{i}]": motion for i, motion in enumerate(one)} for name, one in lists.items()}
+    named = {
+        name: {f"{name}[{i}]": motion for i, motion in enumerate(_list_motions(motions, name, rows))}
+        for name, motions in given.items()
+    }
     return _on_one_skeleton(named, skeleton, rows)
 
 

@@ -455,8 +455,9 @@ def rest_pose(skeleton: Skeleton) -> np.ndarray:
 @functools.lru_cache(maxsize=16)
 def hold_at_rest(skeleton: Skeleton, joints: tuple[int, ...]) -> Skeleton:
     """Keep some joints of a skeleton at rest, by limits."""
-    rest, bones = rest_pose(skeleton), list(skeleton.bones)
-    for joint, (bone, columns) in enumerate(with_columns(skeleton.bones)):
-        if joint in joints:
-            bones[joint] = bone._replace(limits=[(angle, angle) for angle in rest[columns]])
+    rest = rest_pose(skeleton)
+    bones = (
+        bone._replace(limits=[(angle, angle) for angle in rest[columns]]) if joint in joints else bone
+        for joint, (bone, columns) in enumerate(with_columns(skeleton.bones))
+    )
     return Skeleton(bones, skeleton.offset_frame)

@@ -46,8 +46,7 @@ def interpolate_linearly(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 def _rows_around(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The rows before and after, and the position in between (n, 1) from 0 to 1."""
     before = np.minimum(at.astype(np.intp), max(len(values) - 1, 0))
-    after = np.minimum(before + 1, len(values) - 1)
-    return values[before], values[after], (at - before)[:, None]
+    return values[before], values[np.minimum(before + 1, len(values) - 1)], (at - before)[:, None]
 
 
 def straight_line(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from operator import index
-from typing import TYPE_CHECKING, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 
@@ -259,7 +259,7 @@ class Motion:
                 if getattr(motion, name) != getattr(first, name):
                     values = getattr(motion, name), getattr(first, name)
                     raise ValueError(f"motions[{i}] has {name} {values[0]!r}, but motions[0] has {values[1]!r}")
-        joined = {
+        joined: dict[str, Any] = {
             name: np.concatenate([getattr(motion, name) for motion in motions])
             for name in ("angles", "root_positions", "root_angles")
         }
@@ -703,8 +703,7 @@ class Motion:
         """
         import pandas
 
-        index = pandas.Index(self.times, name="time")
-        return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
+        return pandas.DataFrame(self.angles, pandas.Index(self.times, name="time"), list(self.skeleton.dof_names))
 
     def with_root(
         self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
