@@ -397,12 +397,9 @@ def _axis(skeleton: Skeleton, joints: dict[str, int]) -> tuple[list[int], list[i
     chest = common_parent(skeleton, *shoulders)
     below = path_up(skeleton, common_parent(skeleton, *hips)) if hips else []
     trunk = [joint for joint in reversed(path_up(skeleton, chest)) if joint not in below]
-    neck = []
-    if HEAD in joints:
-        above = path_up(skeleton, joints[HEAD])[1:]
-        neck = [joint for joint in reversed(above) if joint not in path_up(skeleton, chest)]
-        neck = neck if chest < 0 or chest in above else []
-    return trunk, neck
+    above = path_up(skeleton, joints.get(HEAD, -1))[1:]
+    neck = [joint for joint in reversed(above) if joint not in path_up(skeleton, chest)]
+    return trunk, neck if chest < 0 or chest in above else []
 
 
 # --- places -----------------------------------------------------------------------------------------------------------

@@ -51,17 +51,15 @@ class MotionMatrix(TiledMatrix):
         normalize: bool = True,
     ):
         self.X, self.Y, self.metric = X, Y, metric
+        self.columns = X if Y is None else Y
         self.alignment, self.normalize = alignment, normalize
         self.paths = Paths.of(window, alignment == "subsequence")
         self.skeleton = skeleton if metric.needs_skeleton else None
-        self.result_dtype = np.result_type(X.poses, (X if Y is None else Y).poses)
+        self.work_per_cell = work_per_cell(metric, self.skeleton, X)
+        self.result_dtype = np.result_type(X.poses, self.columns.poses)
         self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
-        self.shape = X.n_motions, (X if Y is None else Y).n_motions
+        self.shape = X.n_motions, self.columns.n_motions
         self.symmetric = Y is None and alignment != "subsequence"
-
-    @property
-    def columns(self) -> Sequences:
-        return self.X if self.Y is None else self.Y
 
     @property
     def n_cells(self) -> int:
@@ -72,10 +70,6 @@ class MotionMatrix(TiledMatrix):
         if self.symmetric:
             return (n_frames * n_frames - int((self.X.lengths**2).sum())) // 2
         return n_frames * len(self.columns.poses)
-
-    @functools.cached_property
-    def work_per_cell(self) -> float:
-        return work_per_cell(self.metric, self.skeleton, self.X)
 
     @property
     def work_per_pair(self) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import MotionLike
+from skpose._utils.warnings import warn
 from skpose.skeleton._bone import are_slides
 from skpose.skeleton._interpolation import move, steps_from
 from skpose.skeleton._root import heading
@@ -48,29 +49,24 @@ def _gap(motion: MotionLike) -> np.ndarray:
     return steps_from(motion.skeleton.bones, motion.angles[-1:], _rotate(motion, _turns(motion)[-1])[:1])
 
 
-def close_cycle(motion: MotionLike, endpoint: bool) -> tuple[MotionLike, list[str]]:
-    """A cycle, and warnings if the motion was none; without `endpoint` the frame that ends it is added."""
+def close_cycle(motion: MotionLike, endpoint: bool) -> MotionLike:
+    """A cycle, with warnings if the motion was none; without `endpoint` the frame that ends it is added."""
     positions = _positions(motion)
     steps = _distances(positions[1:], positions[:-1]) / np.diff(motion.frame_numbers)
-    complaints = []
     if not endpoint:
         if _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
-            complaints.append(
-                "the last pose is the first one again, but is taken for the one before: pass endpoint=True"
-            )
+            warn("the last pose is the first one again, but is taken for the one before: pass endpoint=True")
         motion = _add_end(motion)
         positions = _positions(motion)
     away = _distances(positions, positions[0])
     if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
-        complaints.append(
-            "the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
-        )
+        warn("the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless")
     shares = (motion.times - motion.times[0]) / (motion.times[-1] - motion.times[0]) - 0.5
     poses = move(motion.skeleton.bones, motion.angles, shares[:, None] * _gap(motion))
     places = motion.root_positions.copy()
     heights = places[:, "xyz".index(motion.up)]
     heights += shares * (heights[0] - heights[-1])
-    return replace(motion, angles=remove_jumps(motion.skeleton.bones, poses), root_positions=places), complaints
+    return replace(motion, angles=remove_jumps(motion.skeleton.bones, poses), root_positions=places)
 
 
 def _add_end(motion: MotionLike) -> MotionLike:

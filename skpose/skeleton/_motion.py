@@ -17,7 +17,6 @@ from skpose._utils.validation import (
     check_integer,
     check_skeleton,
 )
-from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes, kept_inside
 from skpose.skeleton._cycle import close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import (
@@ -367,10 +366,7 @@ class Motion:
         Motion(73 frames at 24 Hz, 3.0 s, y up, Skeleton(n_joints=1, n_dofs=1))
         """
         self._check_heading("to_cycle", least=3)
-        cycle, complaints = close_cycle(self.with_root("whole"), endpoint)
-        for complaint in complaints:
-            warn(complaint)
-        return self._with_own_axes(cycle)
+        return self._with_own_axes(close_cycle(self.with_root("whole"), endpoint))
 
     def repeat(self, n: int) -> "Motion":
         """Repeat a cycle n times, each from the place and with the heading at which the one before ends.
