@@ -450,7 +450,8 @@ def _angles(
     there, worst = found.there, 0.0
     marks = {} if found.people is None else found.people[1].joints
     toes = [marks[f"{side}_{TOE}"] for side in SIDES if f"{side}_{TOE}" in marks]
-    source, zero = motion.skeleton, axes_at_zero(target)
+    zero, same_frame = axes_at_zero(target), motion.skeleton.offset_frame == target.offset_frame
+    columns_of_source = list(with_columns(motion.skeleton.bones))
     axes = {ROOT: rotations[ROOT]}
     columns: list[np.ndarray] = [np.zeros((len(motion), 0))]
     for j, bone in enumerate(target.bones):
@@ -459,7 +460,9 @@ def _angles(
             columns.append(np.zeros((len(motion), bone.n_dofs)))
             continue
         wished = rotations[j] * Rotation.from_matrix(zero[j])
-        near = _columns_of_counterpart(motion, bone, int(there[j]), source.offset_frame == target.offset_frame)
+        other, at = columns_of_source[int(there[j])]
+        has_same = same_frame and there[j] >= 0 and (other.dofs, other.axis) == (bone.dofs, bone.axis)
+        near = motion.angles[:, at] if has_same else None
         columns.append(_numbers(bone, axes[j].inv() * wished, near))
         axes[j] = axes[j] * rotations_of(bone, columns[-1])
         for k in bones.carried[j] if bone.n_dofs < 3 else ():
@@ -470,16 +473,6 @@ def _angles(
                 names = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r}"
                 raise ValueError(f"{names} off by {apart.max():.2g}° in frame {apart.argmax()}: {REMEDY}")
     return np.concatenate(columns, axis=1), worst
-
-
-def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_frame: bool) -> np.ndarray | None:
-    """The columns of the joint's counterpart if they have the same meaning."""
-    skeleton = motion.skeleton
-    other = skeleton.bones[counterpart]
-    if counterpart < 0 or not same_frame or (other.dofs, other.axis) != (bone.dofs, bone.axis):
-        return None
-    end = sum(b.n_dofs for b in skeleton.bones[: counterpart + 1])
-    return motion.angles[:, end - bone.n_dofs : end]
 
 
 def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.ndarray:

@@ -193,13 +193,11 @@ class Templates:
 
     def best(self, lengths: Iterable[int], n_refined: int, n_jobs: int) -> list[Segment]:
         """The fittest templates of different lengths, refined."""
-        found: list[Template] = []
 
-        def rate(length: int) -> None:
-            starts = self._starts(length)
-            found.append(max((self._rate(start, length) for start in starts), default=Template(0.0, 0, length)))
+        def rate(length: int) -> Template:
+            return max((self._rate(start, length) for start in self._starts(length)), default=Template(0.0, 0, length))
 
-        in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
+        found = in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
         found = [one for one in sorted(found, reverse=True) if one.fitness > 0.0]
         most = SHORTER * found[0].length if found else 0
         chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
