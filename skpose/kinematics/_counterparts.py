@@ -33,10 +33,9 @@ from skpose.kinematics._anatomy import (
     path_up,
     plain_names,
 )
-from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._sides import sides
-from skpose.skeleton._skeleton import check_joints as check_names
+from skpose.skeleton._skeleton import Skeleton, check_joints
 
 People = tuple[Anatomy, Anatomy]  # of the source and of the target
 Names = tuple[list[str], list[str]]
@@ -149,7 +148,7 @@ def counterparts(
 
 def _indices_of(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> dict[int, int]:
     """The counterparts that are given, and -1 for joints that shall have none."""
-    check_joints(source, target, joints)
+    check_counterparts(source, target, joints)
     return {
         target.joint_names.index(name): NONE if other is None else source.joint_names.index(other)
         for name, other in joints.items()
@@ -210,13 +209,13 @@ def _agreeing(people: People, there: np.ndarray) -> People:
     )
 
 
-def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> None:
+def check_counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
     if not isinstance(joints, Mapping) or not joints:
         raise ValueError("joints must name at least one joint of the given skeleton and its counterpart")
     others = [name for name in joints.values() if name is not None]
-    check_names(target, joints, "joints")
-    check_names(source, others, "joints.values()")
+    check_joints(target, joints, "joints")
+    check_joints(source, others, "joints.values()")
     if len(set(others)) < len(others):
         raise ValueError("joints must have each counterpart once")
 

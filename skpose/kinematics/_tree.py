@@ -53,9 +53,8 @@ import numpy as np
 from skpose._compiled.pose.chart import chart_at, pose_of
 from skpose._compiled.pose.jacobian import position_jacobians
 from skpose._compiled.pose.tree import BALL, HINGE, TWO_PI, Tree
-from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import with_columns
-from skpose.skeleton._skeleton import with_carriers
+from skpose.skeleton._skeleton import Skeleton, with_carriers
 
 # Constant rotations that differ from the identity by rounding alone are the identity: a frame less per joint.
 ROUNDING = 8 * np.finfo(np.float64).eps

@@ -10,11 +10,9 @@ from sklearn.utils.validation import validate_data
 from skpose._base import PoseEstimatorMixin
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_skeleton
-from skpose.datasets import MotionDataset
-from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._motions import ONE_REST, ONE_RIG, MotionDataset
 from skpose.kinematics import retarget
-from skpose.metrics import Metric
-from skpose.metrics._metric import require_skeleton
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._motion_metrics import MotionMetric
 from skpose.metrics._registry import warn_of_no_skeleton
 from skpose.skeleton import Motion, Skeleton

@@ -17,8 +17,7 @@ from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.warnings import warn
-from skpose.kinematics import forward_kinematics
-from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._forward import forward_kinematics, weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics import Position
 from skpose.metrics._matrix import DistanceMatrix

@@ -26,8 +26,7 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import list_names, near_names
 from skpose._utils.warnings import warn
-from skpose.io import MocapFormatError
-from skpose.io._source import HEAD, ROBOT, Readable
+from skpose.io._source import HEAD, ROBOT, MocapFormatError, Readable
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
 from skpose.skeleton._rotations import rotations_of

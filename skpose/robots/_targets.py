@@ -14,10 +14,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
-from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, ARM, ELBOW, HAND, HIP, KNEE, LEG, SHOULDER, SIDES, WRIST, path_up
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._inverse import Task, problem_of
+from skpose.kinematics._inverse import FittedPoses, Task, problem_of
 from skpose.robots._contacts import Contact, Held, find_contacts, find_floor, hold_foot
 from skpose.robots._stance import Place, Stance, has_limb, rolls_of, sole_of, with_places
 from skpose.skeleton import Motion, Skeleton
