@@ -548,7 +548,7 @@ def find_zero(motion: Motion, zero: Any, person: Anatomy, segments: dict[str, Se
     rest = turn_segments(Motion(motion.skeleton, np.zeros((1, motion.skeleton.n_dofs)), 1.0), segments)
     at_rest = find_reference(motion.skeleton, person, segments, rest, None)
     if zero is not None:
-        lines = find_seen(motion, segments).lines
+        lines, _ = find_seen(motion, segments)
         return _find_standing(*_frames_of(zero, motion), person, segments, lines, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
         raise ValueError(f"the rest pose is not upright: {at_rest}; {REMEDY}")

@@ -127,13 +127,6 @@ class Frames:
         return paired_distances(poses[some], poses[others], skeleton, metric, effective_n_jobs(n_jobs))
 
 
-class Limits(NamedTuple):
-    """The least and the largest number of frames of a template, still frames included."""
-
-    least: float
-    most: float
-
-
 class Template(NamedTuple):
     """A segment of some moving frames, and its fitness."""
 
@@ -183,7 +176,13 @@ class Templates:
     """
 
     def __init__(
-        self, frames: Frames, section: np.ndarray, distances: np.ndarray, every: int, limits: Limits, is_held: bool
+        self,
+        frames: Frames,
+        section: np.ndarray,
+        distances: np.ndarray,
+        every: int,
+        limits: tuple[float, float],
+        is_held: bool,
     ):
         self.frames, self.every, self.limits, self.is_held = section, every, limits, is_held
         self.n = len(section)
@@ -229,7 +228,7 @@ class Templates:
         if self.pauses[start + 1 : stop].max() > (outside if self.is_held else LONGEST_PAUSE * length):
             return False
         first, last = _trim_slivers(self.frames[start:stop])
-        return self.limits.least <= last - first + self.every - 1 <= self.limits.most
+        return self.limits[0] <= last - first + self.every - 1 <= self.limits[1]
 
     def _refine(self, template: Template) -> Template:
         """The best template near one."""
@@ -301,8 +300,10 @@ class Explanation:
         return np.concatenate(segments), np.concatenate(similarities)
 
 
-def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
+def explain(frames: Frames, limits: tuple[float, float], n_jobs: int) -> Explanation | None:
     """The template that explains most of a motion; None if nothing repeats.
+
+    The limits are the least and the largest number of its frames, still frames included.
 
     Templates are searched among all frames in sections, then among every second frame in half as many, and so on, until
     one section has all.
