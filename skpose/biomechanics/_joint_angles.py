@@ -64,8 +64,7 @@ class JointAngles:
     def __getitem__(self, name: str) -> np.ndarray:
         """One angle in time, degrees."""
         if name not in self.names:
-            near = near_names(self.names, str(name), "see names")
-            raise KeyError(f"there is no angle {name!r}: {near}")
+            raise KeyError(f"there is no angle {name!r}: {near_names(self.names, str(name), 'see names')}")
         return self.degrees[:, self.names.index(name)]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:

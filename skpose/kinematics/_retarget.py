@@ -219,7 +219,7 @@ def _by_numbers(
         skeleton=skeleton,
         angles=motion.angles[:, skeleton.columns_in(motion.skeleton)],
         root_positions=factor * motion.root_positions,
-        seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
+        seen=seen_of(motion, skeleton),
     )
     result = _within_limits(result, joint_limits)
     return keep_feet(motion, result, people, factor) if on_feet else result, UNCHANGED + _scaled(factor)

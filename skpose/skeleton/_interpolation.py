@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.validation import MotionLike, SkeletonLike
 from skpose.skeleton._bone import Bone, are_slides, with_columns
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._skeleton import Skeleton
@@ -81,17 +82,12 @@ def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.
     return np.concatenate(list(shown))
 
 
-def seen_between(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The joints seen at rows that need not be whole: in both frames next to each."""
-    return seen[np.floor(rows).astype(int)] & seen[np.ceil(rows).astype(int)]
-
-
-def seen_of(seen: np.ndarray | None, names: Sequence[str], joint_names: Sequence[str]) -> np.ndarray | None:
-    """The columns of some joints; joints without a column, such as a root that became a joint, were not seen."""
-    if seen is None:
+def seen_of(motion: MotionLike, skeleton: SkeletonLike) -> np.ndarray | None:
+    """The joints of another skeleton that were seen; those without a counterpart by name, such as a root, were not."""
+    if motion.seen is None:
         return None
-    columns, nowhere = dict(zip(names, seen.T, strict=True)), np.zeros(len(seen), bool)
-    return np.stack([columns.get(name, nowhere) for name in joint_names], axis=1)
+    columns, nowhere = dict(zip(motion.skeleton.joint_names, motion.seen.T, strict=True)), np.zeros(len(motion), bool)
+    return np.stack([columns.get(name, nowhere) for name in skeleton.joint_names], axis=1)
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------

@@ -23,7 +23,6 @@ from skpose.skeleton._interpolation import (
     interpolate_linearly,
     interpolate_poses,
     join_seen,
-    seen_between,
     seen_of,
 )
 from skpose.skeleton._mirror import mirror_poses
@@ -303,6 +302,7 @@ class Motion:
         part = at - numbers[before]
         known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)  # not between frames that are missing
         rows = (before + part)[known]  # not necessarily whole
+        around = np.floor(rows).astype(int), np.ceil(rows).astype(int)  # a joint is seen if it is in both
         return replace(
             self,
             angles=interpolate_poses(bones, self.angles, rows, kept_inside(bones, self.angles)),
@@ -310,7 +310,7 @@ class Motion:
             root_positions=interpolate_linearly(self.root_positions, rows),
             root_angles=interpolate_poses((self._root,), self.root_angles, rows),
             frame_numbers=new[known],
-            seen=None if self.seen is None else seen_between(self.seen, rows),
+            seen=None if self.seen is None else self.seen[around[0]] & self.seen[around[1]],
         )
 
     def to_cycle(self, *, endpoint: bool = False) -> "Motion":
@@ -599,12 +599,8 @@ class Motion:
             self,
             skeleton=part,
             angles=self.angles[:, part.columns_in(self.skeleton)],
-            seen=self._seen_of(part),
+            seen=seen_of(self, part),
         )
-
-    def _seen_of(self, skeleton: Skeleton) -> np.ndarray | None:
-        """The joints of another skeleton that were seen, by their names."""
-        return seen_of(self.seen, self.skeleton.joint_names, skeleton.joint_names)
 
     def positions(self) -> np.ndarray:
         """Compute the positions of the joints in the world.
@@ -769,7 +765,7 @@ class Motion:
             root_angles=left,
             root_axes=axes,
             up=up,
-            seen=self._seen_of(skeleton),
+            seen=seen_of(self, skeleton),
         )
 
     def without_root(self) -> "Motion":
@@ -818,5 +814,5 @@ class Motion:
             angles=self.angles[:, skeleton.columns_in(self.skeleton)],
             root_angles=root_angles,
             root_axes=root_axes,
-            seen=self._seen_of(skeleton),
+            seen=seen_of(self, skeleton),
         )
