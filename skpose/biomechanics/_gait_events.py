@@ -417,8 +417,7 @@ class GaitEvents:
         """
         import pandas
 
-        columns = {"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times}
-        return pandas.DataFrame(columns)
+        return pandas.DataFrame({"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times})
 
 
 def gait_events(

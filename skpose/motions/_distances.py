@@ -149,20 +149,17 @@ def share_of_band(window: float | None) -> float:
 
 def motion_pairs(n: np.ndarray, m: np.ndarray, triangle: bool, most_cells: float) -> Iterator[MotionPairs]:
     """Yield ranges of rows and columns of at most `most_cells` cells, or of one pair; n and m are numbers of frames."""
-    ends_n, ends_m = np.cumsum(n), np.cumsum(m)
+    starts_n, starts_m = (np.concatenate([[0], np.cumsum(numbers)]) for numbers in (n, m))
 
-    def end_of(ends: np.ndarray, start: int, most: float) -> int:
-        before = ends[start - 1] if start else 0
-        return max(start + 1, int(np.searchsorted(ends, before + most, side="right")))
+    def end_of(starts: np.ndarray, start: int, most: float) -> int:
+        return max(start + 1, int(np.searchsorted(starts, starts[start] + most, side="right")) - 1)
 
     first = 0
     while first < len(n):
         left = first + 1 if triangle else 0
-        whole = ends_m[-1] - (ends_m[left - 1] if left else 0)
-        last = end_of(ends_n, first, most_cells / max(1, whole))
-        frames = ends_n[last - 1] - (ends_n[first - 1] if first else 0)
+        last = end_of(starts_n, first, most_cells / max(1, starts_m[-1] - starts_m[left]))
         while left < len(m):
-            right = end_of(ends_m, left, most_cells / frames)
+            right = end_of(starts_m, left, most_cells / (starts_n[last] - starts_n[first]))
             yield MotionPairs(first, last, left, right, triangle)
             left = right
         first = last

@@ -308,18 +308,11 @@ def mean_motion(
         )
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
-    joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
+    at, positions = forward_kinematics(mean, skeleton), forward_kinematics(sequences.poses, skeleton)
+    off = (positions[group] - at[frame] for frame, group in enumerate(aligned.groups()))
+    joint_std = np.sqrt([(vectors**2).sum(axis=2).mean(axis=0) for vectors in off])
     root = _mean_root(given, aligned) if given else {}
     return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
-
-
-def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: Skeleton) -> np.ndarray:
-    """Standard deviation of each joint's position (n_frames, n_joints) about the mean, m."""
-    squares = np.zeros((len(mean), skeleton.n_joints))
-    at, positions = forward_kinematics(mean, skeleton), forward_kinematics(poses, skeleton)
-    for frame, group in enumerate(aligned.groups()):
-        squares[frame] = ((positions[group] - at[frame]) ** 2).sum(axis=2).mean(axis=0)
-    return np.sqrt(squares)
 
 
 def _check_roots(motions: Sequence[Motion]) -> None:
