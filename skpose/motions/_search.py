@@ -81,9 +81,8 @@ class SequenceIndex:
 def gather_rows(starts: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The rows of chosen parts, part i being starts[i]:starts[i + 1], and where each begins among them."""
     counts = starts[chosen + 1] - starts[chosen]
-    ends = np.cumsum(counts)
-    rows = np.arange(ends[-1]) + np.repeat(starts[chosen] - ends + counts, counts)
-    return rows, np.concatenate([[0], ends])
+    begins = np.concatenate([[0], np.cumsum(counts)])
+    return np.arange(begins[-1]) + np.repeat(starts[chosen] - begins[:-1], counts), begins
 
 
 class Bounds:
@@ -250,13 +249,9 @@ class MotionSearch:
         nearest = by_frames.argsort(kind="stable")
         align(first[nearest[:k]], by_frames[nearest[:k]])
         rest = rest[by_ends[rest] <= limit()]
-        if len(rest):
-            rest = rest[bounds.boxes(rest) / n_frames[rest] <= limit()]
-        candidates, by_frames = first[nearest[k:]], by_frames[nearest[k:]]
-        if len(rest):
-            candidates = np.concatenate([candidates, rest])
-            by_frames = np.concatenate([by_frames, bounds.frames(rest, self.paths) / n_frames[rest]])
-        align(candidates, by_frames)
+        rest = rest[bounds.boxes(rest) / n_frames[rest] <= limit()]
+        by_frames = np.concatenate([by_frames[nearest[k:]], bounds.frames(rest, self.paths) / n_frames[rest]])
+        align(np.concatenate([first[nearest[k:]], rest]), by_frames)
         distances, indices = zip(*best, strict=True)
         return np.array(distances), np.array(indices)
 
