@@ -73,8 +73,7 @@ def check_recording(motion: Motion) -> None:
         raise ValueError(
             "gait needs root_positions, but they are constant: on a treadmill add the movement of the belt"
         )
-    places = np.concatenate([motion.root_positions[:, None], motion.positions()], axis=1)
-    if (found := find_up(motion, motion.up, places)) != motion.up:
+    if (found := find_up(motion, motion.up)) != motion.up:
         raise ValueError(
             f"motion.up is {motion.up!r}, but {describe_up(found)}: use dataclasses.replace(motion, up=...)"
         )
