@@ -7,18 +7,24 @@ A segment of mass m with its centre of mass at the fraction c of its length coun
 at the far end, which preserves its momentum and centre of mass.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from skpose.kinematics._anatomy import ARM, BALL, HAND, HEAD, HEAD_TOP, LEG, LIMBS, SIDES, TOE, find_anatomy, path_up
 from skpose.skeleton import Skeleton
 
 
-def _mean(women: tuple[float, float], men: tuple[float, float]) -> tuple[float, float]:
-    """The mass of a segment, relative to the person's, and its centre, relative to the length, from the near end.
+class Segment(NamedTuple):
+    """A part of a person."""
 
-    It is the mean of two rows of the table, in % of the mass and of the length.
-    """
-    return (women[0] + men[0]) / 200.0, (women[1] + men[1]) / 200.0
+    mass: float  # relative to the person's
+    centre: float  # of mass, relative to the length, from the near end
+
+
+def _mean(women: tuple[float, float], men: tuple[float, float]) -> Segment:
+    """The mean of two rows of the table, in % of the mass and of the length."""
+    return Segment((women[0] + men[0]) / 200.0, (women[1] + men[1]) / 200.0)
 
 
 HEAD_SEGMENT = _mean((6.68, 100.0 - 48.41), (6.94, 100.0 - 50.02))  # with the neck; the table measures from the vertex
@@ -45,20 +51,20 @@ def mass_weights(skeleton: Skeleton) -> np.ndarray:
         )
     weights = np.zeros(skeleton.n_joints + 1)  # the last is the root's, whose index is -1
 
-    def add(mass: float, centre: float, near: int, far: int) -> None:
-        weights[near] += mass * (1.0 - centre)
-        weights[far] += mass * centre
+    def add(segment: Segment, near: int, far: int) -> None:
+        weights[near] += segment.mass * (1.0 - segment.centre)
+        weights[far] += segment.mass * segment.centre
 
     for segments, marks, tips in ((LEG_SEGMENTS, LEG, (BALL, TOE)), (ARM_SEGMENTS, ARM, (HAND,))):
         for side in SIDES:
             points = [joints[f"{side}_{mark}"] for mark in marks]
             end = next((joints[f"{side}_{tip}"] for tip in tips if f"{side}_{tip}" in joints), points[-1])
             for segment, near, far in zip(segments, points, [*points[1:], end], strict=True):
-                add(*segment, near, far)
+                add(segment, near, far)
     # The neck begins where the trunk ends, or at a joint of its own if bones begin at their joints.
     begins = [*person.neck, joints[HEAD]] if skeleton.offset_frame == "parent" else person.trunk[-1:]
     spine = path_up(skeleton, begins[0] if begins else -1)
-    add(*HEAD_SEGMENT, (*spine, -1)[0], joints.get(HEAD_TOP, joints[HEAD]))
+    add(HEAD_SEGMENT, (*spine, -1)[0], joints.get(HEAD_TOP, joints[HEAD]))
     lengths = np.linalg.norm(skeleton.offsets[spine], axis=1)
     for end, length in zip(spine, lengths, strict=True):
         weights[[skeleton.parents[end], end]] += 0.5 * TRUNK * length / (lengths.sum() or 1.0)
