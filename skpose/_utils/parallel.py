@@ -1,6 +1,7 @@
 """Tasks in threads: how much work one has, and how they are run."""
 
 import collections
+import contextlib
 import functools
 import itertools
 import warnings
@@ -11,6 +12,8 @@ from typing import Any, TypeVar
 
 import joblib
 from joblib.parallel import get_active_backend
+
+from skpose._utils.progress import progress
 
 WORK_PER_TASK = 1e9  # maximum, some 0.2 s: Ctrl-C takes effect between two tasks
 LITTLE_WORK = 1e7  # minimum for a thread
@@ -76,6 +79,33 @@ UNFINISHED = 4  # maximum number of tasks per worker that are computed or wait t
 def in_processes(n_jobs: int | None) -> bool:
     """Whether joblib's configuration sends tasks to more than one other process."""
     return not getattr(_backend(), "supports_sharedmem", False) and joblib.effective_n_jobs(n_jobs) > 1
+
+
+def results_of(
+    function: Callable[[Any, Task], T],
+    shared: Any,
+    tasks: Sequence[Task],
+    n_jobs: int | None,
+    remote: bool,
+    what: str,
+    verbose: int,
+) -> list[T]:
+    """``function(shared, task)`` of all tasks, in their order: from workers if `remote`, and otherwise in threads."""
+    with progress(what, len(tasks), verbose) as advance:
+
+        def here(task: Task) -> T:
+            result = function(shared, task)
+            advance()
+            return result
+
+        if not remote:
+            return in_threads((functools.partial(here, task) for task in tasks), joblib.effective_n_jobs(n_jobs))
+        found = {}
+        with contextlib.closing(from_workers(function, shared, tasks, n_jobs)) as results:
+            for task, result in results:
+                found[task] = result
+                advance()
+        return [found[task] for task in tasks]
 
 
 def from_workers(

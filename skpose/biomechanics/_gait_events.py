@@ -4,12 +4,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
+from skpose._utils.typing import DataFrame
 from skpose._utils.validation import check_kind
 from skpose._utils.warnings import warn
 from skpose.biomechanics._segments import find_person, find_shown, require
@@ -20,9 +21,6 @@ from skpose.motions._phases import LONGEST_GAP
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import degrees_between
 from skpose.skeleton._upright import axes_with_up_last, describe_up, find_up
-
-if TYPE_CHECKING:
-    import pandas
 
 # --- feet -------------------------------------------------------------------------------------------------------------
 # Feet and pelvis of a motion in the world: their joints, positions, velocities and heading. Positions are rotated so
@@ -75,8 +73,7 @@ def check_recording(motion: Motion) -> None:
         raise ValueError(
             "gait needs root_positions, but they are constant: on a treadmill add the movement of the belt"
         )
-    places = np.concatenate([motion.root_positions[:, None], motion.positions()], axis=1)
-    if (found := find_up(motion, motion.up, places)) != motion.up:
+    if (found := find_up(motion, motion.up)) != motion.up:
         raise ValueError(
             f"motion.up is {motion.up!r}, but {describe_up(found)}: use dataclasses.replace(motion, up=...)"
         )
@@ -252,19 +249,14 @@ def _stance(
     """The stance around a moment, of rows that start later; its ends are interpolated between frames."""
     moving = np.flatnonzero(unrest >= 1.0)
     before, after = moving[moving < middle], moving[moving > middle]
-    contact, off = np.nan, np.nan
-    first, last = 0, len(unrest) - 1
-    if len(before):
-        first = int(before[-1]) + 1
-        contact = first - (1.0 - unrest[first]) / (unrest[first - 1] - unrest[first])
-    if len(after):
-        last = int(after[0]) - 1
-        off = last + (1.0 - unrest[last]) / (unrest[last + 1] - unrest[last])
+    first = int(before[-1]) + 1 if len(before) else 0
+    last = int(after[0]) - 1 if len(after) else len(unrest) - 1
+    contact = first - (1.0 - unrest[first]) / (unrest[first - 1] - unrest[first]) if len(before) else np.nan
+    off = last + (1.0 - unrest[last]) / (unrest[last + 1] - unrest[last]) if len(after) else np.nan
     rows = slice(first, last + 1)
-    slower = np.minimum(*speeds)[rows]
     still = speeds[0][rows] <= np.median(speeds[0][rows])
-    position = ankle[rows][still].mean(axis=0)
-    return Stance(side, start + contact, start + off, position, float(np.median(slower)))
+    slide = float(np.median(np.minimum(*speeds)[rows]))
+    return Stance(side, start + contact, start + off, ankle[rows][still].mean(axis=0), slide)
 
 
 def stances_at(feet: Feet, side: int, contacts: list[float], offs: list[float]) -> list[Stance]:
@@ -275,9 +267,8 @@ def stances_at(feet: Feet, side: int, contacts: list[float], offs: list[float]) 
         if is_contact or not i or not order[i - 1][1]:
             off = next((other for other, begins in order[i : i + 2] if not begins), np.nan)
             ends = (row if is_contact else np.nan), off
-            rows = slice(*(int(np.clip(np.nan_to_num(end, nan=row), 0, len(feet.pelvis) - 1)) for end in ends))
-            ankle = feet.ankles[side, rows.start : rows.stop + 1]
-            found.append(Stance(side, *ends, np.median(ankle, axis=0), 0.0))
+            first, last = (int(np.clip(np.nan_to_num(end, nan=row), 0, len(feet.pelvis) - 1)) for end in ends)
+            found.append(Stance(side, *ends, np.median(feet.ankles[side, first : last + 1], axis=0), 0.0))
     return found
 
 
@@ -410,7 +401,7 @@ class GaitEvents:
         span = f"{self.times[0]:.2f} to {self.times[-1]:.2f} s at {self.frame_rate:g} Hz"
         return f"GaitEvents({counts[0]} contacts, {counts[1]} offs, {len(self.strides)} strides, {span}, {self.up} up)"
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the events to a pandas DataFrame, one row for each.
 
         Returns
@@ -425,8 +416,7 @@ class GaitEvents:
         """
         import pandas
 
-        columns = {"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times}
-        return pandas.DataFrame(columns)
+        return pandas.DataFrame({"foot": self.feet, "event": self.kinds, "frame": self.frames, "time [s]": self.times})
 
 
 def gait_events(

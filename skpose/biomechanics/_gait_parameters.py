@@ -1,17 +1,14 @@
 """Spatio-temporal parameters of gait: cadence, speed, lengths and widths of steps, shares of stance."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from skpose._utils.typing import DataFrame
 from skpose._utils.warnings import warn
 from skpose.biomechanics._gait_events import OFF, GaitEvents, gait_events
 from skpose.kinematics._anatomy import SIDES
 from skpose.skeleton import Motion
-
-if TYPE_CHECKING:
-    import pandas
 
 UNITS = {
     "cadence": "steps/min",
@@ -88,7 +85,7 @@ class GaitParameters:
         rate = f"{self.events.frame_rate:g} Hz, {self.events.up} up"
         return f"GaitParameters({counts} strides at {rate}: {', '.join(words)})"
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the parameters to a pandas DataFrame, one row for each stride.
 
         Returns

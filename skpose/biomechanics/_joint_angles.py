@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
+from skpose._utils.typing import DataFrame
 from skpose._utils.validation import check_kind, near_names
 from skpose._utils.warnings import warn
 from skpose.biomechanics._gait_events import GaitEvents, gait_events
@@ -16,9 +17,6 @@ from skpose.kinematics._anatomy import SIDES
 from skpose.motions import Repetitions
 from skpose.motions._phases import PHASES, over_phases
 from skpose.skeleton import Motion
-
-if TYPE_CHECKING:
-    import pandas
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,8 +64,7 @@ class JointAngles:
     def __getitem__(self, name: str) -> np.ndarray:
         """One angle in time, degrees."""
         if name not in self.names:
-            near = near_names(self.names, str(name), "see names")
-            raise KeyError(f"there is no angle {name!r}: {near}")
+            raise KeyError(f"there is no angle {name!r}: {near_names(self.names, str(name), 'see names')}")
         return self.degrees[:, self.names.index(name)]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
@@ -77,7 +74,7 @@ class JointAngles:
         missing = f", {len(self.missing)} with NaN" if self.missing else ""
         return f"JointAngles({len(self)} frames, {len(self.names)} angles{missing}, zero: {self.zero})"
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the angles to a pandas DataFrame, one column for each angle and one row for each frame.
 
         Returns
@@ -98,7 +95,7 @@ class JointAngles:
         table.attrs.update(zero=self.zero, missing=dict(self.missing))
         return table
 
-    def cycles(self, cycles: Any) -> "pandas.DataFrame":
+    def cycles(self, cycles: Any) -> DataFrame:
         """Convert the angles to a table of cycles over their phases, such as strides from 0 to 100 %.
 
         Parameters
@@ -175,7 +172,7 @@ def joint_angles(
     *,
     zero: int | Motion | Sequence[int | Motion] | None = None,
     joints: Mapping[str, str] | None = None,
-) -> "pandas.DataFrame": ...
+) -> DataFrame: ...
 def joint_angles(motion: Any, *, zero: Any = None, joints: Mapping[str, str] | None = None) -> Any:
     r"""Measure joint angles as defined in biomechanics, in degrees.
 

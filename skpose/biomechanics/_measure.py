@@ -488,8 +488,7 @@ def measure(
     The last is the direction (3,) in the world relative to which the pelvis is rotated.
     """
     joints = _Joints(motion, segments, reference)
-    vertical = np.eye(3)["xyz".index(motion.up)]
-    world = rotation_onto(reference.body[:, 1], vertical) @ reference.body
+    world = rotation_onto(reference.body[:, 1], np.eye(3)["xyz".index(motion.up)]) @ reference.body
     joints.pelvis(world)
     for joint in MIDDLE:
         joints.measure(joint, "")
@@ -549,7 +548,7 @@ def find_zero(motion: Motion, zero: Any, person: Anatomy, segments: dict[str, Se
     rest = turn_segments(Motion(motion.skeleton, np.zeros((1, motion.skeleton.n_dofs)), 1.0), segments)
     at_rest = find_reference(motion.skeleton, person, segments, rest, None)
     if zero is not None:
-        lines = find_seen(motion, segments).lines
+        lines, _ = find_seen(motion, segments)
         return _find_standing(*_frames_of(zero, motion), person, segments, lines, not isinstance(at_rest, str))
     if isinstance(at_rest, str):
         raise ValueError(f"the rest pose is not upright: {at_rest}; {REMEDY}")
@@ -630,11 +629,11 @@ def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
         if zero.skeleton != motion.skeleton or zero.up != motion.up or not len(zero):
             raise ValueError("zero must have frames, and the skeleton and up axis of the motion")
         return zero, f"a recording of {len(zero)} frames"
-    if isinstance(zero, bool) or not isinstance(zero, (int, np.integer)):
+    if not isinstance(zero, (int, np.integer)):
         raise TypeError(f"zero must be the number of a frame, a Motion or None, got {type(zero).__name__}")
     if not -len(motion) <= zero < len(motion):
         raise ValueError(f"zero is frame {zero} of a motion with {len(motion)} frames")
-    return motion[int(zero)], f"frame {int(zero) % len(motion)}"
+    return motion[zero], f"frame {zero % len(motion)}"
 
 
 def _find_deviations(turned: Turned, segments: dict[str, Segment], up: np.ndarray) -> list[Deviation]:

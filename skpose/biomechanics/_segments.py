@@ -160,28 +160,24 @@ APART = 0.5  # least distance of two points that show the direction of the line,
 NOTHING, DIRECTION, ROTATION = 0, 1, 2
 
 
-class Seen(NamedTuple):
-    """Segments as the positions show them to which a motion was fitted; a recording of rotations shows all."""
+def find_seen(motion: Motion, segments: dict[str, Segment]) -> tuple[set[str], dict[str, np.ndarray]]:
+    """The segments as the positions show them to which a motion was fitted; a recording of rotations shows all.
 
-    lines: set[str]  # segments of which no frame shows more than the direction
-    frames: dict[str, np.ndarray]  # (n_frames,) of each segment, whether a frame shows as much as any
-
-
-def find_seen(motion: Motion, segments: dict[str, Segment]) -> Seen:
-    """The segments shown by the positions to which a motion was fitted."""
+    They are the names of segments of which no frame shows more than the direction; and of each segment, (n_frames,),
+    whether a frame shows as much as any.
+    """
     if motion.seen is None:
-        return Seen(set(), {name: np.ones(len(motion), dtype=bool) for name in segments})
+        return set(), {name: np.ones(len(motion), dtype=bool) for name in segments}
     known = find_shown(motion, range(motion.skeleton.n_joints))
     lines, frames = set(), {"trunk": np.zeros(len(motion), dtype=bool)}  # where the skeleton has none
     for name, segment in segments.items():
-        seen = _seen_points(motion, known, segment)
-        patterns, which = np.unique(seen, axis=0, return_inverse=True)
+        patterns, which = np.unique(_seen_points(motion, known, segment), axis=0, return_inverse=True)
         shown: np.ndarray = np.array([_shows(segment, pattern) for pattern in patterns], dtype=int)[which.ravel()]
         most = int(shown.max(initial=NOTHING))
         if most < ROTATION:
             lines.add(name)
         frames[name] = shown >= max(most, DIRECTION)
-    return Seen(lines, frames)
+    return lines, frames
 
 
 def find_shown(motion: Motion, joints: Sequence[int]) -> np.ndarray:

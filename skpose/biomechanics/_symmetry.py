@@ -1,10 +1,11 @@
 """Symmetry of a movement: the left against the mirrored right, joint by joint, over the cycle."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from skpose._utils.typing import DataFrame
 from skpose._utils.validation import check_choice, check_kind
 from skpose._utils.warnings import warn
 from skpose.biomechanics._segments import find_shown
@@ -15,9 +16,6 @@ from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import interpolate_poses
 from skpose.skeleton._rest import NO_DIRECTION, degrees_between
 from skpose.skeleton._sides import partners
-
-if TYPE_CHECKING:
-    import pandas
 
 NONE, HALF = "none", "half cycle"
 CLOSED = 0.2  # of the farthest distance from the first pose, within which the last pose of a cycle is
@@ -153,7 +151,7 @@ class SymmetryResult:
         ]
         return sorted(found, key=lambda one: -one.largest)
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the deviations to a pandas DataFrame, one row for each joint and frame.
 
         Returns

@@ -47,7 +47,7 @@ def units(recording: Recording) -> Measured:
 
 def up_axis(recording: Recording) -> Measured:
     up = recording.motion.up
-    found = find_up(recording.motion, up, recording.world)
+    found = find_up(recording.motion, up)
     return Measured(np.array(float(found != up)), note=f"{up} is up, but {describe_up(found)}")
 
 

@@ -29,8 +29,8 @@ class Recording:
         self.step = 1.0 / motion.frame_rate
         # The root and all joints (n_frames, n_joints + 1, 3) in the axes of the motion, m; then up last, of a person
         # with legs of 0.9 m; and then without the root's movement, except for the root.
-        self.world = np.concatenate([motion.root_positions[:, None], motion.positions()], axis=1)
-        self.points = self.world[..., [("xyz".index(motion.up) + i) % 3 for i in (1, 2, 3)]] / self.scale
+        world = np.concatenate([motion.root_positions[:, None], motion.positions()], axis=1)
+        self.points = world[..., [("xyz".index(motion.up) + i) % 3 for i in (1, 2, 3)]] / self.scale
         self.around_root = np.concatenate([self.points[:, :1], self.points[:, 1:] - self.points[:, :1]], axis=1)
 
     def need(self, n: int) -> None:

@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 
-from skpose._utils.typing import ArrayLike
+from skpose._utils.typing import ArrayLike, DataFrame
 from skpose._utils.upper_layers import Page, upper_layers
 from skpose._utils.validation import as_numbers, check_choice, check_frame_rate, check_positions, near_names
 from skpose._utils.warnings import is_called_by_user, warn
 from skpose.keypoints._checks import complaints_of, refuse_pictures
-
-if TYPE_CHECKING:
-    import pandas
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -260,7 +257,7 @@ class Keypoints:
         """
         return upper_layers.player(self, layout=layout)
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the positions to a pandas DataFrame, three columns for each point and one row for each frame.
 
         `skpose.io.load_keypoints` reads a table written by ``to_csv`` with ``frame_rate=``, and ``up=`` if that is not

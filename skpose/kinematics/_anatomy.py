@@ -16,11 +16,10 @@ import numpy as np
 
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
-from skpose.skeleton._sides import split_sides
+from skpose.skeleton._sides import OTHER, split_sides
 
 T = TypeVar("T")
 SIDES = ("left", "right")
-OTHER_SIDE = {"left": "right", "right": "left"}
 HIP, KNEE, ANKLE, SHOULDER, ELBOW, WRIST = "hip", "knee", "ankle", "shoulder", "elbow", "wrist"
 LEG, ARM = LIMBS = ((HIP, KNEE, ANKLE), (SHOULDER, ELBOW, WRIST))
 COLLAR = "collar"  # where the collarbone begins
@@ -116,7 +115,8 @@ def find_anatomy(skeleton: Skeleton, *, any_proportions: bool = False) -> Anatom
     hips = pair_of(joints, HIP)
     if hips and (middle := common_parent(skeleton, *hips)) >= 0:
         joints[HIPS] = middle
-    inside = [j for limb in LIMBS for ends in itertools.pairwise(limb) for j in _between(skeleton, joints, *ends)]
+    segments = [(side, *ends) for limb in LIMBS for ends in itertools.pairwise(limb) for side in SIDES]
+    inside = [j for segment in segments for j in _path_between(skeleton, joints, *segment)[1:]]
     twists = sorted({*inside, *(j for j, part in enumerate(tree.parts) if part == "twist")} - {*joints.values()})
     return Anatomy(joints, trunk, neck, twists, odd)
 
@@ -136,14 +136,10 @@ def common_parent(skeleton: Skeleton, a: int, b: int) -> int:
     return next((joint for joint in path_up(skeleton, b)[1:] if joint in above), -1)
 
 
-def _between(skeleton: Skeleton, joints: Mapping[str, int], start: str, end: str) -> list[int]:
-    """The joints between two landmarks of a limb, on both sides."""
-    paths = [path_up(skeleton, joints.get(f"{side}_{end}", -1))[1:] for side in SIDES]
-    return (
-        [j for side, path in zip(SIDES, paths, strict=True) for j in path[: path.index(joints[f"{side}_{start}"])]]
-        if all(paths)
-        else []
-    )
+def _path_between(skeleton: Skeleton, joints: Mapping[str, int], side: str, start: str, end: str) -> list[int]:
+    """The joints up from one landmark of a limb to another, which is left out; none if one is not known."""
+    path, first = path_up(skeleton, joints.get(f"{side}_{end}", -1)), joints.get(f"{side}_{start}", -1)
+    return path[: path.index(first)] if first in path else []
 
 
 def pair_of(joints: Mapping[str, T], mark: str) -> tuple[T, T] | None:
@@ -203,7 +199,7 @@ class _Tree:
             next((part for part, words in PARTS.items() if re.search(words, rest)), "") for _, rest in self.keys
         ]
         index = {key: j for j, key in reversed([*enumerate(self.keys)])}
-        self.partners = [index.get((OTHER_SIDE.get(side, ""), rest), -1) if side else -1 for side, rest in self.keys]
+        self.partners = [index.get((OTHER[side], rest), -1) if side else -1 for side, rest in self.keys]
         self.lengths = np.linalg.norm(skeleton.offsets, axis=1)
         self.children: list[list[int]] = [[] for _ in range(n + 1)]  # the last are the root's, whose index is -1
         self.reach = np.zeros(n + 1)  # the length of the longest chain after each joint
@@ -372,8 +368,8 @@ def find_misplaced(skeleton: Skeleton, joints: Mapping[str, int], more: Sequence
 
 def length_of(skeleton: Skeleton, joints: Mapping[str, int], side: str, start: str, end: str) -> float:
     """The length of the bones between two landmarks of a limb, m; 0 if one is not known."""
-    path, first = path_up(skeleton, joints.get(f"{side}_{end}", -1)), joints.get(f"{side}_{start}", -1)
-    return float(np.linalg.norm(skeleton.offsets[path[: path.index(first)]], axis=1).sum()) if first in path else 0.0
+    path = _path_between(skeleton, joints, side, start, end)
+    return float(np.linalg.norm(skeleton.offsets[path], axis=1).sum())
 
 
 def _find_disproportion(skeleton: Skeleton, joints: dict[str, int]) -> str:
@@ -401,12 +397,9 @@ def _axis(skeleton: Skeleton, joints: dict[str, int]) -> tuple[list[int], list[i
     chest = common_parent(skeleton, *shoulders)
     below = path_up(skeleton, common_parent(skeleton, *hips)) if hips else []
     trunk = [joint for joint in reversed(path_up(skeleton, chest)) if joint not in below]
-    neck = []
-    if HEAD in joints:
-        above = path_up(skeleton, joints[HEAD])[1:]
-        neck = [joint for joint in reversed(above) if joint not in path_up(skeleton, chest)]
-        neck = neck if chest < 0 or chest in above else []
-    return trunk, neck
+    above = path_up(skeleton, joints.get(HEAD, -1))[1:]
+    neck = [joint for joint in reversed(above) if joint not in path_up(skeleton, chest)]
+    return trunk, neck if chest < 0 or chest in above else []
 
 
 # --- places -----------------------------------------------------------------------------------------------------------

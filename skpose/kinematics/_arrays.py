@@ -139,14 +139,11 @@ def _canonical(xp: Any, q: Numbers) -> Numbers:
 # --- joints -----------------------------------------------------------------------------------------------------------
 
 
-class _Dofs:
-    """The parts of a code of `_encode_dofs`, joints first; `balls` are the four numbers of quaternions."""
-
-    def __init__(self, plan: Any, code: Array):
-        n_angles, n_balls = len(plan.angle_dof), len(plan.ball_frame)
-        ends = [n_angles + i * n_balls for i in range(5)]
-        self.angles, self.slides = code[:n_angles, ...], code[ends[-1] :, ...]
-        self.balls = [code[i:j, ...] for i, j in itertools.pairwise(ends)]
+def _split_dofs(plan: Any, code: Array) -> tuple[Array, Numbers, Array]:
+    """Angles, quaternions and slides of a code of `_encode_dofs`, joints first."""
+    n_angles, n_balls = len(plan.angle_dof), len(plan.ball_frame)
+    ends = [n_angles + i * n_balls for i in range(5)]
+    return code[:n_angles, ...], [code[i:j, ...] for i, j in itertools.pairwise(ends)], code[ends[-1] :, ...]
 
 
 def _encode_dofs(xp: Any, X: Array, plan: Any, wrap: bool) -> Array:
@@ -203,14 +200,15 @@ def _place(
 
 def _place_poses(xp: Any, X: Array, plan: Any) -> tuple[list[Numbers], list[Numbers]]:
     """`_place` for poses, all as arrays (n_poses,)."""
-    dofs, zero = _Dofs(plan, _encode_dofs(xp, X, plan, False)), xp.zeros_like(X[:, 0])
+    angles, balls, slides = _split_dofs(plan, _encode_dofs(xp, X, plan, False))
     Q, P = _place(
         xp,
         plan,
-        lambda k: 0.5 * dofs.angles[k, ...],
-        lambda k: [number[k, ...] for number in dofs.balls],
-        lambda k: dofs.slides[k, ...],
+        lambda k: 0.5 * angles[k, ...],
+        lambda k: [number[k, ...] for number in balls],
+        lambda k: slides[k, ...],
     )
+    zero = xp.zeros_like(X[:, 0])
     as_arrays = [[zero + x for x in one] if isinstance(one[0], float) else one for one in Q + P]
     return as_arrays[: len(Q)], as_arrays[len(Q) :]
 
@@ -310,19 +308,18 @@ def _measure_rotations(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wra
 
 def _measure_lines(xp: Any, a: Array, b: Array, plan: Any, n_steps: int, wrap: bool) -> Array:
     """The lengths of straight lines in the dofs, sampled at u from −1 to 1 about their middles."""
-    start, end = _Dofs(plan, a), _Dofs(plan, b)
+    (start, balls, slides), (angles, end_balls, end_slides) = (_split_dofs(plan, code) for code in (a, b))
     u = constant(xp, [2.0 * n / n_steps - 1.0 for n in range(n_steps + 1)], a)
-    angles = end.angles
     if wrap:
-        gap = angles - start.angles
+        gap = angles - start
         angles = xp.where(gap > 0.5 * TWO_PI, angles - TWO_PI, xp.where(gap < -0.5 * TWO_PI, angles + TWO_PI, angles))
-    middle, reach = 0.25 * (angles + start.angles), 0.25 * (angles - start.angles)  # of half angles
-    slide_middle, slide_reach = 0.5 * (end.slides + start.slides), 0.5 * (end.slides - start.slides)
+    middle, reach = 0.25 * (angles + start), 0.25 * (angles - start)  # of half angles
+    slide_middle, slide_reach = 0.5 * (end_slides + slides), 0.5 * (end_slides - slides)
     # The line of a ball joint, from p to the nearer of q and −q, is cos(uh) m + sin(uh) d: m and d are the directions
     # of their sum and difference, and h is half the angle between them.
-    far = sum(p * q for p, q in zip(start.balls, end.balls, strict=True)) < -TIE
-    nearer = [xp.where(far, -q, q) for q in end.balls]
-    m, d = ([q + sign * p for p, q in zip(start.balls, nearer, strict=True)] for sign in (1.0, -1.0))
+    far = sum(p * q for p, q in zip(balls, end_balls, strict=True)) < -TIE
+    nearer = [xp.where(far, -q, q) for q in end_balls]
+    m, d = ([q + sign * p for p, q in zip(balls, nearer, strict=True)] for sign in (1.0, -1.0))
     along, across = (xp.sqrt(at_least_tiny(xp, sum(x * x for x in numbers))) for numbers in (m, d))
     h, m, d = xp.atan2(across, along), [x / along for x in m], [x / across for x in d]
 

@@ -93,17 +93,16 @@ def find_segments(skeleton: Skeleton, person: Anatomy) -> dict[str, Segment]:
             found[name] = Segment(joint, body_axes(at, mark))
     if "chest" in found and HEAD in person.joints:
         head, top = person.joints[HEAD], person.joints.get(HEAD_TOP, ROOT)
-        is_own = skeleton.offset_frame == "own"
-        found["head"] = Segment(carriers[top] if is_own else movers[head], found["chest"].axes)
+        joint = carriers[top] if skeleton.offset_frame == "own" else movers[head]
+        found["head"] = Segment(joint, found["chest"].axes)
     if "pelvis" in found and is_standing(at, body := body_axes(at)):
         for side in SIDES:
             ankle, knee = at.get(f"{side}_{ANKLE}"), at.get(f"{side}_{KNEE}")
             end = next((f"{side}_{mark}" for mark in (BALL, TOE) if f"{side}_{mark}" in at), "")
-            if ankle is None or knee is None or not end:
-                continue
-            axes, is_flat = foot_axes(unit(knee - ankle), at[end] - ankle, body)
-            if is_flat:
-                found[f"{side}_foot"] = Segment(carriers[person.joints[end]], axes)
+            if ankle is not None and knee is not None and end:
+                axes, is_flat = foot_axes(unit(knee - ankle), at[end] - ankle, body)
+                if is_flat:
+                    found[f"{side}_foot"] = Segment(carriers[person.joints[end]], axes)
     return found
 
 
@@ -145,9 +144,7 @@ def find_bends(skeleton: Skeleton, person: Anatomy) -> list[Bend]:
     stands = body is not None and is_standing(at, body)
     found = []
     for limb, sign in ((LEG, -1.0), (ARM, 1.0)):
-        for side in SIDES:
-            if not all(f"{side}_{mark}" in person.joints for mark in limb):
-                continue
+        for side in [side for side in SIDES if all(f"{side}_{mark}" in person.joints for mark in limb)]:
             start, middle, end = (person.joints[f"{side}_{mark}"] for mark in limb)
             tips = (BALL, TOE) if limb == LEG else (HAND,)
             ends = [person.joints[f"{side}_{mark}"] for mark in tips if f"{side}_{mark}" in person.joints][:1]

@@ -33,10 +33,9 @@ from skpose.kinematics._anatomy import (
     path_up,
     plain_names,
 )
-from skpose.skeleton import Skeleton
 from skpose.skeleton._rest import positions_at_zero
 from skpose.skeleton._sides import sides
-from skpose.skeleton._skeleton import check_joints as check_names
+from skpose.skeleton._skeleton import Skeleton, check_joints
 
 People = tuple[Anatomy, Anatomy]  # of the source and of the target
 Names = tuple[list[str], list[str]]
@@ -135,8 +134,7 @@ def counterparts(
     else:
         there = _match_names(source, target, names, required=not given)
         placed = there >= 0
-    taken = [other for other in given.values() if other >= 0]
-    there[np.isin(there, taken)] = NONE
+    there[np.isin(there, [other for other in given.values() if other >= 0])] = NONE
     there[[*given]] = [*given.values()]
     placed[[*given]] = there[[*given]] >= 0
     placed &= there >= 0
@@ -145,13 +143,12 @@ def counterparts(
         ends = [j for name, j in people[1].joints.items() if name.partition("_")[2] in ENDS]
         measured = np.isin(np.arange(target.n_joints), ends) & (there >= 0)
     _check_order(source, target, there)
-    same = agreeing if agreeing[0].joints else None
-    return Counterparts(there, placed, measured, people, same, known)
+    return Counterparts(there, placed, measured, people, agreeing if agreeing[0].joints else None, known)
 
 
 def _indices_of(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> dict[int, int]:
     """The counterparts that are given, and -1 for joints that shall have none."""
-    check_joints(source, target, joints)
+    check_counterparts(source, target, joints)
     return {
         target.joint_names.index(name): NONE if other is None else source.joint_names.index(other)
         for name, other in joints.items()
@@ -212,13 +209,13 @@ def _agreeing(people: People, there: np.ndarray) -> People:
     )
 
 
-def check_joints(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> None:
+def check_counterparts(source: Skeleton, target: Skeleton, joints: Mapping[str, str | None]) -> None:
     """Refuse a mapping with unknown names, or with two joints that have one counterpart."""
     if not isinstance(joints, Mapping) or not joints:
         raise ValueError("joints must name at least one joint of the given skeleton and its counterpart")
     others = [name for name in joints.values() if name is not None]
-    check_names(target, joints, "joints")
-    check_names(source, others, "joints.values()")
+    check_joints(target, joints, "joints")
+    check_joints(source, others, "joints.values()")
     if len(set(others)) < len(others):
         raise ValueError("joints must have each counterpart once")
 
@@ -262,8 +259,7 @@ def _match_trunk(source: Skeleton, target: Skeleton, people: People, there: np.n
     """Match the joints from which the arms begin, and those below and above them."""
     heads = [[person.joints[HEAD]] if HEAD in person.joints else [] for person in people]
     chains = [[*person.trunk, *person.neck, *head] for person, head in zip(people, heads, strict=True)]
-    chests = [len(person.trunk) - 1 for person in people]
-    (theirs, ours), (chest, other) = chains, chests
+    (theirs, ours), (chest, other) = chains, [len(person.trunk) - 1 for person in people]
     there[ours[other]] = theirs[chest]
     _match_in_order(source, target, theirs[: chest + 1], ours[: other + 1], there)
     if all(heads):
@@ -275,23 +271,19 @@ def _match_in_order(source: Skeleton, target: Skeleton, theirs: list[int], ours:
 
     As many as possible are matched, in their order, and of these the nearest.
     """
-    shares = [_shares(skeleton, chain) for skeleton, chain in ((source, theirs), (target, ours))]
+    pairs = (source, theirs), (target, ours)
+    lengths = [np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1)) for skeleton, chain in pairs]
+    shares = [along / max(along[-1], np.finfo(float).tiny) for along in lengths]
     best: dict[tuple[int, int], tuple[int, float, list[tuple[int, int]]]] = {}
     for i in range(len(theirs)):
         for j in range(len(ours)):
             options = [best.get((i - 1, j), (0, 0.0, [])), best.get((i, j - 1), (0, 0.0, []))]
             if i and j and (apart := abs(shares[0][i - 1] - shares[1][j - 1])) <= SHARE:
-                count, sum_of_all, pairs = best.get((i - 1, j - 1), (0, 0.0, []))
-                options.append((count + 1, sum_of_all + apart, [*pairs, (i - 1, j - 1)]))
+                count, sum_of_all, matched = best.get((i - 1, j - 1), (0, 0.0, []))
+                options.append((count + 1, sum_of_all + apart, [*matched, (i - 1, j - 1)]))
             best[i, j] = min(options, key=lambda option: (-option[0], option[1]))
     for i, j in best[len(theirs) - 1, len(ours) - 1][2]:
         there[ours[j]] = theirs[i]
-
-
-def _shares(skeleton: Skeleton, chain: list[int]) -> np.ndarray:
-    """The share of the length of a chain at which each of its joints is."""
-    lengths = np.cumsum(np.linalg.norm(skeleton.offsets[chain], axis=1))
-    return lengths / max(lengths[-1], np.finfo(float).tiny)
 
 
 def _match_equal_names(source: Skeleton, target: Skeleton, people: People, names: Names, there: np.ndarray) -> None:
@@ -378,8 +370,7 @@ def ratio_of_lengths(source: Skeleton, target: Skeleton, found: Counterparts) ->
     sums = np.zeros(2)
     for joint in np.flatnonzero(found.measured).tolist():
         above = _mapped_above(target, found.there, joint)
-        first = int(found.there[above]) if above >= 0 else -1
-        path = _bones_between(source, int(found.there[joint]), first)
+        path = _bones_between(source, int(found.there[joint]), int(found.there[above]) if above >= 0 else -1)
         if path is not None:
             sums += lengths[0][_bones_between(target, joint, above)].sum(), lengths[1][path].sum()
     if not (sums > 0.0).all():

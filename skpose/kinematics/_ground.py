@@ -9,7 +9,7 @@ LEVEL = 0.04  # sizes; heights that differ less are one floor, steps of stairs a
 LOW = 5.0  # %, the percentile of the heights that counts as the lowest: a toe that dips into the floor does not
 
 
-def find_ground(points: np.ndarray, times: np.ndarray, size: float, low: float = LOW) -> tuple[float, int]:
+def find_ground(points: np.ndarray, times: np.ndarray, size: float) -> tuple[float, int]:
     """The height of the ground below points (n_frames, n_points, 3), y up, m, and in how many frames they stand still.
 
     Points that are missing are NaN. If none ever stands still, the ground is at the lowest point of all.

@@ -3,21 +3,18 @@
 `problem_of` checks the arguments and brings them into the order of compiled code; a `Problem` consists of tasks.
 """
 
-import functools
-from collections.abc import Iterator
+import itertools
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
 from typing import Literal, NamedTuple
 
 import numpy as np
-from joblib import effective_n_jobs
 from scipy.spatial.transform import Rotation
 from sklearn.exceptions import ConvergenceWarning
 
 from skpose._compiled.inverse.frames import Found, Observed, Rules, fit_frames
 from skpose._compiled.pose.tree import Tree
-from skpose._utils.parallel import from_workers, in_processes, in_threads
-from skpose._utils.progress import progress
+from skpose._utils.parallel import in_processes, results_of
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import extent_of
@@ -260,22 +257,9 @@ def inverse_kinematics(
            [ 0., nan]])
     """
     problem = problem_of(positions, skeleton, weights, initial, lengths, joint_limits, float(regularization))
-    tasks, found = list(problem.tasks()), problem.empty(len(problem.weights))
-    with progress("Inverse kinematics", len(tasks), verbose) as advance:
-
-        def take(task: Task, part: Found) -> None:
-            for array, values in zip(found, part, strict=True):
-                array[task.first : task.last] = values
-            advance()
-
-        def solve(task: Task) -> None:
-            take(task, problem.solve(task))
-
-        if len(problem.weights) > WORTH_SENDING and in_processes(n_jobs):
-            for task, part in from_workers(Problem.solve, problem, tasks, n_jobs):
-                take(task, part)
-        else:
-            in_threads((functools.partial(solve, task) for task in tasks), effective_n_jobs(n_jobs))
+    remote = len(problem.weights) > WORTH_SENDING and in_processes(n_jobs)
+    parts = results_of(Problem.solve, problem, problem.tasks(), n_jobs, remote, "Inverse kinematics", verbose)
+    found = Found(*(np.concatenate(arrays) for arrays in zip(problem.empty(0), *parts, strict=True)))
     fitted = problem.fit(found)
     problem.warn_of_failures(fitted)
     if isinstance(positions, Keypoints):
@@ -309,13 +293,13 @@ class Problem:
     ends: np.ndarray  # (n_sequences,) number of the frame after the last of each sequence
     rules: Rules
 
-    def tasks(self) -> Iterator[Task]:
-        """Yield the parts of the sequences."""
-        start = 0
-        for end in self.ends.tolist():
-            for first in range(start, end, TASK):
-                yield Task(first, min(first + TASK, end), start, end)
-            start = end
+    def tasks(self) -> list[Task]:
+        """The parts of the sequences."""
+        return [
+            Task(first, min(first + TASK, end), start, end)
+            for start, end in itertools.pairwise([0, *self.ends.tolist()])
+            for first in range(start, end, TASK)
+        ]
 
     def empty(self, n: int) -> Found:
         n_dofs = len(self.tree.column)
@@ -394,8 +378,10 @@ def problem_of(
     n = len(given)
     seen = confidences * _weights(weights, confidences.shape)
     seen[np.isnan(given).any(axis=2)] = 0.0
-    _warn_of_units(given, skeleton)
-    tree = _tree_with_root(skeleton)
+    extent, size = extent_of(given), size_of(skeleton)
+    if size > 0.0 and (extent > LARGER * size or 0.0 < extent < size / SMALLER):
+        warn(f"positions extend over {extent:.3g} m, the skeleton over {size:.3g} m: one is likely not in metres")
+    tree = tree_of_all_joints(with_root_joint(skeleton))
     order = tree.code_joint  # 0 is the root, 1 the joint that is added to turn it
     padded, padded_weights = np.zeros((n, len(order), 3)), np.zeros((n, len(order)))
     padded[:, 2:], padded_weights[:, 2:] = np.where(seen[:, :, None] > 0.0, given, 0.0), seen
@@ -423,12 +409,6 @@ def problem_of(
         ends=_ends(lengths, n),
         rules=rules,
     )
-
-
-@functools.lru_cache(maxsize=64)
-def _tree_with_root(skeleton: Skeleton) -> Tree:
-    """A skeleton with a joint that turns its root as flat arrays."""
-    return tree_of_all_joints(with_root_joint(skeleton))
 
 
 def _match(positions: ArrayLike | Keypoints, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
@@ -492,10 +472,3 @@ def _limits(tree: Tree, skeleton: Skeleton, joint_limits: str) -> tuple[np.ndarr
     limits = limits_of(skeleton)[tree.column[limited] - N_ROOT] * tree.sign[limited, None]  # a reversed axis swaps them
     lower[limited], upper[limited] = limits.min(axis=1), limits.max(axis=1)
     return lower, upper
-
-
-def _warn_of_units(positions: np.ndarray, skeleton: Skeleton) -> None:
-    """Warn if positions and skeleton are likely in different units."""
-    extent, size = extent_of(positions), size_of(skeleton)
-    if size > 0.0 and (extent > LARGER * size or 0.0 < extent < size / SMALLER):
-        warn(f"positions extend over {extent:.3g} m, the skeleton over {size:.3g} m: one is likely not in metres")

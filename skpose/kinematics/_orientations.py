@@ -34,6 +34,7 @@ from skpose.skeleton._bone import with_columns
 from skpose.skeleton._rest import (
     LARGEST_DIFFERENCE,
     NO_DIRECTION,
+    NOWHERE,
     ROOT,
     axes_at_zero,
     degrees_between,
@@ -149,22 +150,8 @@ def _adapt_girdles(
         lines.pop(joint, None)
     for side, joint in zip(SIDES, pair_of(ours, SHOULDER) or (), strict=False):
         if there[joint] >= 0 and int(target.parents[joint]) != ours.get(f"{side}_{COLLAR}"):
-            start = int(source.parents[there[joint]])
-            lines[joint] = Line(int(target.parents[joint]), joint, start, int(there[joint]))
-
-
-def source_lines(source: Skeleton, positions: np.ndarray, lines: list[Line]) -> np.ndarray:
-    """The directions (n_frames, n_lines, 3) of lines in the source; zeros for lines too short in any frame.
-
-    Positions (n_frames, n_joints + 2, 3) as from `with_root`.
-    """
-    starts, ends = [line.source_start for line in lines], [line.source_end for line in lines]
-    vectors = positions[:, ends] - positions[:, starts]
-    sizes = np.linalg.norm(vectors, axis=2)
-    longest = np.linalg.norm(source.offsets, axis=1).max()
-    directions = unit(vectors)
-    directions[:, sizes.min(axis=0) <= NO_DIRECTION * longest] = 0.0
-    return directions
+            other = int(there[joint])
+            lines[joint] = Line(int(target.parents[joint]), joint, int(source.parents[other]), other)
 
 
 # --- conversion -------------------------------------------------------------------------------------------------------
@@ -300,16 +287,17 @@ AT_ZERO, IN_MOTION = slice(0, 1), slice(1, None)  # frames
 
 def _bones(source: Skeleton, positions: np.ndarray, target: Skeleton, lines: Lines) -> _Bones:
     """Find the directions of the bones of the target by positions of the source (n_frames, n_joints + 2, 3)."""
-    joints, all_lines = list(lines.of_bones), list(lines.of_bones.values())
     at_zero = with_root(joint_positions(np.zeros((1, source.n_dofs)), source), lines.hips[0])
-    found = source_lines(source, np.concatenate([at_zero, positions]), all_lines)
-    wished = np.zeros((len(found), target.n_joints, 3))
-    wished[:, joints] = found
+    positions, ends = np.concatenate([at_zero, positions]), {j: line.source_end for j, line in lines.of_bones.items()}
+    vectors = positions[:, [*ends.values()]] - positions[:, [line.source_start for line in lines.of_bones.values()]]
+    longest, directions = np.linalg.norm(source.offsets, axis=1).max(), unit(vectors)
+    directions[:, np.linalg.norm(vectors, axis=2).min(axis=0) <= NO_DIRECTION * longest] = 0.0  # too short in a frame
+    wished = np.zeros((len(positions), target.n_joints, 3))
+    wished[:, [*ends]] = directions
     known = np.asarray(lines.directions.any(axis=1) & wished.any(axis=(0, 2)))
-    carried: dict[int, list[int]] = {ROOT: [], **{j: [] for j, bone in enumerate(target.bones) if bone.dofs}}
-    for joint, carrier in enumerate(find_carriers(target)):
-        carried[carrier] += [joint] * bool(known[joint])
-    ends = {joint: line.source_end for joint, line in lines.of_bones.items()}
+    carriers = np.where(known, find_carriers(target), NOWHERE)
+    joints = (ROOT, *(j for j, bone in enumerate(target.bones) if bone.dofs))
+    carried = {j: np.flatnonzero(carriers == j).tolist() for j in joints}
     return _Bones(lines.directions, ends, wished, carried)
 
 
@@ -462,7 +450,8 @@ def _angles(
     there, worst = found.there, 0.0
     marks = {} if found.people is None else found.people[1].joints
     toes = [marks[f"{side}_{TOE}"] for side in SIDES if f"{side}_{TOE}" in marks]
-    source, zero = motion.skeleton, axes_at_zero(target)
+    zero, same_frame = axes_at_zero(target), motion.skeleton.offset_frame == target.offset_frame
+    columns_of_source = list(with_columns(motion.skeleton.bones))
     axes = {ROOT: rotations[ROOT]}
     columns: list[np.ndarray] = [np.zeros((len(motion), 0))]
     for j, bone in enumerate(target.bones):
@@ -471,7 +460,9 @@ def _angles(
             columns.append(np.zeros((len(motion), bone.n_dofs)))
             continue
         wished = rotations[j] * Rotation.from_matrix(zero[j])
-        near = _columns_of_counterpart(motion, bone, int(there[j]), source.offset_frame == target.offset_frame)
+        other, at = columns_of_source[int(there[j])]
+        has_same = same_frame and there[j] >= 0 and (other.dofs, other.axis) == (bone.dofs, bone.axis)
+        near = motion.angles[:, at] if has_same else None
         columns.append(_numbers(bone, axes[j].inv() * wished, near))
         axes[j] = axes[j] * rotations_of(bone, columns[-1])
         for k in bones.carried[j] if bone.n_dofs < 3 else ():
@@ -482,16 +473,6 @@ def _angles(
                 names = f"joint {bone.name!r} with dofs {bone.dofs!r} leaves {target.joint_names[k]!r}"
                 raise ValueError(f"{names} off by {apart.max():.2g}° in frame {apart.argmax()}: {REMEDY}")
     return np.concatenate(columns, axis=1), worst
-
-
-def _columns_of_counterpart(motion: Motion, bone: Bone, counterpart: int, same_frame: bool) -> np.ndarray | None:
-    """The columns of the joint's counterpart if they have the same meaning."""
-    skeleton = motion.skeleton
-    other = skeleton.bones[counterpart]
-    if counterpart < 0 or not same_frame or (other.dofs, other.axis) != (bone.dofs, bone.axis):
-        return None
-    end = sum(b.n_dofs for b in skeleton.bones[: counterpart + 1])
-    return motion.angles[:, end - bone.n_dofs : end]
 
 
 def _numbers(bone: Bone, rotations: Rotation, near: np.ndarray | None) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -178,15 +177,13 @@ def retarget_and_report(
     factor, on_feet = _size(motion.skeleton, skeleton, found.landmarks, scale)
     if scale == "lengths":
         factor = ratio_of_lengths(motion.skeleton, skeleton, found)
-    by_positions = partial(_by_positions, motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
-    if method == "positions":
-        return by_positions()
-    try:
-        return _by_orientations(motion, skeleton, found, factor, on_feet, joint_limits, joints, shown)
-    except ValueError:
-        if method != "auto":
-            raise
-        return by_positions()
+    if method != "positions":
+        try:
+            return _by_orientations(motion, skeleton, found, factor, on_feet, joint_limits, joints, shown)
+        except ValueError:
+            if method != "auto":
+                raise
+    return _by_positions(motion, skeleton, found, factor, joint_limits, n_jobs, verbose)
 
 
 def _size(
@@ -222,7 +219,7 @@ def _by_numbers(
         skeleton=skeleton,
         angles=motion.angles[:, skeleton.columns_in(motion.skeleton)],
         root_positions=factor * motion.root_positions,
-        seen=seen_of(motion.seen, motion.skeleton.joint_names, skeleton.joint_names),
+        seen=seen_of(motion, skeleton),
     )
     result = _within_limits(result, joint_limits)
     return keep_feet(motion, result, people, factor) if on_feet else result, UNCHANGED + _scaled(factor)
@@ -301,11 +298,7 @@ def joints_at_rest(skeleton: Skeleton, moving: Iterable[int]) -> list[int]:
     moving, movers = {*moving, ROOT}, find_movers(skeleton)
     has_length = np.asarray(directions_at_zero(skeleton).any(axis=1))
     carriers = {carrier for carrier, known in zip(find_carriers(skeleton), has_length, strict=True) if known}
-    found: list[int] = []
-    for joint in sorted(carriers - moving):
-        if movers[int(skeleton.parents[joint])] in moving:
-            found.append(joint)
-    return found
+    return [joint for joint in sorted(carriers - moving) if movers[int(skeleton.parents[joint])] in moving]
 
 
 def at_rest_in_words(skeleton: Skeleton, at_rest: list[int]) -> str:

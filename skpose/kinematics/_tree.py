@@ -53,9 +53,8 @@ import numpy as np
 from skpose._compiled.pose.chart import chart_at, pose_of
 from skpose._compiled.pose.jacobian import position_jacobians
 from skpose._compiled.pose.tree import BALL, HINGE, TWO_PI, Tree
-from skpose.skeleton import Skeleton
 from skpose.skeleton._bone import with_columns
-from skpose.skeleton._skeleton import with_carriers
+from skpose.skeleton._skeleton import Skeleton, with_carriers
 
 # Constant rotations that differ from the identity by rounding alone are the identity: a frame less per joint.
 ROUNDING = 8 * np.finfo(np.float64).eps
@@ -109,7 +108,6 @@ class Frames(NamedTuple):
     offset: np.ndarray  # (n_joints + 1, 3) of each joint from its parent, in the axes of the frame that carries it
     column: list[int]  # as in Tree
     sign: list[int]
-    slides: list[tuple[Frame, int]]  # of each slide its frame, and the joint that it moves
 
 
 # --- first pass: one frame for each joint with dofs -------------------------------------------------------------------
@@ -122,7 +120,7 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
     frame of its parent. A joint with dofs has a frame K_f = K_parent · rest · Rz · Ry · Rx of its own.
     """
     root = Frame(None, 0, 0, None, 0)
-    frames = Frames([root], np.zeros((1, 3)), [], [], [])
+    frames = Frames([root], np.zeros((1, 3)), [], [])
     if skeleton is None:
         return frames
     n_joints, own = skeleton.n_joints, skeleton.offset_frame == "own"
@@ -149,7 +147,6 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
             frame.hinge = np.array(bone.axis)
         elif bone.is_slide:
             frame.slide, frame.rest, Q = before @ bone.axis, np.eye(3), before
-            frames.slides.append((frame, j + 1))
         frame_of[j + 1], constant[j + 1] = frame, Q
         frames.moving.append(frame)
         frames.column.extend(columns)
@@ -158,12 +155,8 @@ def frames_of(skeleton: Skeleton | None) -> Frames:
     carriers = np.arange(1, n_joints + 1) if own else skeleton.parents + 1  # the joints whose axes the offsets are in
     for j, carrier in enumerate(carriers, start=1):
         offset[j] = constant[carrier] @ skeleton.offsets[j - 1]
-        frame_of[carrier].joints.append(j)
-    for frame, j in frames.slides:  # which moves its joint, also where the offset is in the axes of the parent
-        carrier = frame_of[carriers[j - 1]]
-        if carrier is not frame:
-            carrier.joints.remove(j)
-            frame.joints.insert(0, j)  # before the joints that it carries
+        # A slide moves its own joint, its frame's first, also where the offset is in the axes of the parent.
+        frame_of[j if bones[j - 1][0].is_slide else carrier].joints.append(j)
     return frames._replace(offset=offset)
 
 
@@ -265,8 +258,7 @@ def absorb(frame: Frame, frames: Frames, shift: np.ndarray) -> None:
             candidates = [_turn_hinge(child.rest @ child.hinge, (frame.axis + i) % 3) for i in range(3)]
             sign, axis, *constants = min(candidates, key=lambda one: (one[2][1] != 0.0) + (one[3][1] != 0.0))
             child.axis, frames.sign[child.first_dof] = axis, sign
-            turned = _about(*constants[1]) @ _about(*constants[0])
-            _rotate_behind(child, turned.T @ child.rest, frames.offset)
+            _rotate_behind(child, (_about(*constants[1]) @ _about(*constants[0])).T @ child.rest, frames.offset)
         else:
             alpha, m, beta, gamma = _split(child.rest, frame.axis, child.n_dofs - 1)
             shift[child.first_dof] += gamma
@@ -431,7 +423,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     is_angle = np.zeros(len(built.column), dtype=bool)
     for frame in built.moving:
         is_angle[frame.first_dof : frame.end_dof] = frame.n_angles > 0
-    slides = [frame for frame, _ in built.slides]
+    slides = [frame for frame in built.moving if frame.slide is not None]
     n_angles_to = np.concatenate([[0], np.cumsum(is_angle)])
     reference = np.tile([1.0, 0.0, 0.0, 0.0], (len(frames), 1))
     if balls:
@@ -447,7 +439,7 @@ def _arrays(skeleton: Skeleton | None, built: Frames, shift: np.ndarray, scale: 
     ranges = [_dof_ranges(frame) for frame in frames]
     weighted_squares = np.square(scale[order]) * np.square(built.offset[order]).sum(axis=1)
     joint_slide = np.full(len(order), -1)
-    joint_slide[tree_joint[[j for _, j in built.slides]]] = np.arange(len(slides))
+    joint_slide[tree_joint[[frame.joints[0] for frame in slides]]] = np.arange(len(slides))
     angles = np.array([[frame.angle, frame.angle / 2] for frame in frames])
     fixed_rotation = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(-1, 4)
     fixed_rotation[np.abs(fixed_rotation) < ROUNDING] = 0.0  # of right angles

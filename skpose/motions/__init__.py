@@ -6,9 +6,9 @@
 | `_distances`   | the matrix of distances, computed tile by tile                                              |
 | `_alignment`   | the path of two motions, and the differences of their joints                                |
 | `_transformer` | the distances as a step of a pipeline                                                       |
-| `_kneighbors`  | the graph of the nearest motions; `_search` finds motions and windows                       |
+| `_kneighbors`  | the graph of the nearest motions                                                            |
 | `_find`        | the best windows of long motions                                                            |
-| `_index`       | the motions to search, and lower bounds of the distances to them                            |
+| `_search`      | the motions to search, lower bounds of the distances to them, the search of both            |
 | `_mean`        | the mean of motions and their roots                                                         |
 | `_repetitions` | repetitions in one motion; `_template` finds them, `_surrogates` how surely                   |
 """

@@ -22,7 +22,7 @@ from skpose.motions._distances import check_alignment
 from skpose.motions._inputs import check_single_motions
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._bone import with_columns
-from skpose.skeleton._root import find_root_joint
+from skpose.skeleton._root import has_root_joint
 from skpose.skeleton._rotations import rotations_of
 
 Quantity = Literal["distance", "rotation"]
@@ -280,9 +280,7 @@ def align_motions(
         warn_of_degrees(None, skeleton, a=poses_a, b=poses_b)
     warn_of_no_skeleton(metric, skeleton)
     dtype = np.result_type(poses_a, poses_b)
-    rows, columns = poses_a, poses_b
-    if chosen.iterative:  # sums of distances in float64
-        rows, columns = rows.astype(np.float64), columns.astype(np.float64)
+    rows, columns = (poses.astype(np.float64) if chosen.iterative else poses for poses in (poses_a, poses_b))
     costs, unconverged = DistanceMatrix(rows, columns, chosen, skeleton).write(None, None)
     warn_of_unconverged(unconverged, costs.size)
     is_open = alignment == "subsequence"
@@ -312,7 +310,7 @@ def _joint_distances(
 ) -> np.ndarray:
     """Distances (n_pairs, n_joints) between the positions of each joint, m."""
     positions = [forward_kinematics(each.astype(np.float64), skeleton) for each in poses]
-    if isinstance(a, Motion) and isinstance(b, Motion) and not find_root_joint(skeleton):
+    if isinstance(a, Motion) and isinstance(b, Motion) and not has_root_joint(skeleton):
         tilts = (Rotation.from_rotvec(each.with_root("tilt").angles[:, :3]) for each in (a, b))
         positions = [np.einsum("nij,nkj->nki", R.as_matrix(), at) for R, at in zip(tilts, positions, strict=True)]
     return np.asarray(np.linalg.norm(positions[1][path[:, 1]] - positions[0][path[:, 0]], axis=2))

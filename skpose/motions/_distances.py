@@ -51,17 +51,15 @@ class MotionMatrix(TiledMatrix):
         normalize: bool = True,
     ):
         self.X, self.Y, self.metric = X, Y, metric
+        self.columns = X if Y is None else Y
         self.alignment, self.normalize = alignment, normalize
         self.paths = Paths.of(window, alignment == "subsequence")
         self.skeleton = skeleton if metric.needs_skeleton else None
-        self.result_dtype = np.result_type(X.poses, (X if Y is None else Y).poses)
+        self.work_per_cell = work_per_cell(metric, self.skeleton, X)
+        self.result_dtype = np.result_type(X.poses, self.columns.poses)
         self.dtype = np.dtype(np.float64) if metric.iterative else self.result_dtype
-        self.shape = X.n_motions, (X if Y is None else Y).n_motions
+        self.shape = X.n_motions, self.columns.n_motions
         self.symmetric = Y is None and alignment != "subsequence"
-
-    @property
-    def columns(self) -> Sequences:
-        return self.X if self.Y is None else self.Y
 
     @property
     def n_cells(self) -> int:
@@ -72,10 +70,6 @@ class MotionMatrix(TiledMatrix):
         if self.symmetric:
             return (n_frames * n_frames - int((self.X.lengths**2).sum())) // 2
         return n_frames * len(self.columns.poses)
-
-    @functools.cached_property
-    def work_per_cell(self) -> float:
-        return work_per_cell(self.metric, self.skeleton, self.X)
 
     @property
     def work_per_pair(self) -> float:
@@ -97,8 +91,7 @@ class MotionMatrix(TiledMatrix):
             sums, unconverged = self._sums_of_frames(rows, None if diagonal else columns, n_jobs)
         else:
             sums = np.zeros((rows.n_motions, columns.n_motions))
-            tasks = self._tasks(rows, columns, diagonal, n_jobs, sums)
-            unconverged = Unconverged.join(in_threads(tasks, n_jobs))
+            unconverged = Unconverged.join(in_threads(self._tasks(rows, columns, diagonal, n_jobs, sums), n_jobs))
         if diagonal:
             mirror(sums, n_jobs)
         if self.normalize:
@@ -156,20 +149,17 @@ def share_of_band(window: float | None) -> float:
 
 def motion_pairs(n: np.ndarray, m: np.ndarray, triangle: bool, most_cells: float) -> Iterator[MotionPairs]:
     """Yield ranges of rows and columns of at most `most_cells` cells, or of one pair; n and m are numbers of frames."""
-    ends_n, ends_m = np.cumsum(n), np.cumsum(m)
+    starts_n, starts_m = (np.concatenate([[0], np.cumsum(numbers)]) for numbers in (n, m))
 
-    def end_of(ends: np.ndarray, start: int, most: float) -> int:
-        before = ends[start - 1] if start else 0
-        return max(start + 1, int(np.searchsorted(ends, before + most, side="right")))
+    def end_of(starts: np.ndarray, start: int, most: float) -> int:
+        return max(start + 1, int(np.searchsorted(starts, starts[start] + most, side="right")) - 1)
 
     first = 0
     while first < len(n):
         left = first + 1 if triangle else 0
-        whole = ends_m[-1] - (ends_m[left - 1] if left else 0)
-        last = end_of(ends_n, first, most_cells / max(1, whole))
-        frames = ends_n[last - 1] - (ends_n[first - 1] if first else 0)
+        last = end_of(starts_n, first, most_cells / max(1, starts_m[-1] - starts_m[left]))
         while left < len(m):
-            right = end_of(ends_m, left, most_cells / frames)
+            right = end_of(starts_m, left, most_cells / (starts_n[last] - starts_n[first]))
             yield MotionPairs(first, last, left, right, triangle)
             left = right
         first = last

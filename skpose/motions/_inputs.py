@@ -10,11 +10,9 @@ from sklearn.utils.validation import validate_data
 from skpose._base import PoseEstimatorMixin
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.validation import check_poses, check_skeleton
-from skpose.datasets import MotionDataset
-from skpose.datasets._motions import ONE_REST, ONE_RIG
+from skpose.datasets._motions import ONE_REST, ONE_RIG, MotionDataset
 from skpose.kinematics import retarget
-from skpose.metrics import Metric
-from skpose.metrics._metric import require_skeleton
+from skpose.metrics._metric import Metric, require_skeleton
 from skpose.metrics._motion_metrics import MotionMetric
 from skpose.metrics._registry import warn_of_no_skeleton
 from skpose.skeleton import Motion, Skeleton
@@ -86,7 +84,7 @@ class CheckedMotions(NamedTuple):
         return Sequences.of(arrays)
 
 
-def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: bool = False) -> list[CheckedMotions]:
+def check_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[CheckedMotions]:
     """Check motions by argument name; bring them onto one skeleton and require one frame rate.
 
     Parameters
@@ -96,13 +94,12 @@ def check_motions(given: dict[str, Any], skeleton: Skeleton | None, *, rows: boo
         by argument name.
     skeleton : Skeleton or None
         None takes the skeleton of the Motions, or their mean skeleton.
-    rows : bool
-        Whether the rows of a two-dimensional array are motions of one frame each, as estimators take them. Estimators
-        also warn of degrees here; functions call `warn_of_degrees` themselves.
     """
-    lists = {name: _list_motions(motions, name, rows) for name, motions in given.items()}
-    named = {name: {f"{name}[{i}]": motion for i, motion in enumerate(one)} for name, one in lists.items()}
-    return _on_one_skeleton(named, skeleton, rows)
+    named = {
+        name: {f"{name}[{i}]": motion for i, motion in enumerate(_list_motions(motions, name))}
+        for name, motions in given.items()
+    }
+    return _on_one_skeleton(named, skeleton)
 
 
 def check_single_motions(given: dict[str, Any], skeleton: Skeleton | None) -> list[CheckedMotions]:
@@ -121,9 +118,7 @@ def rates_differ(one: float, other: float) -> bool:
     return max(one, other) > (1.0 + RATES_DIFFER) * min(one, other)
 
 
-def _on_one_skeleton(
-    given: dict[str, dict[str, Any]], skeleton: Skeleton | None, rows: bool = False
-) -> list[CheckedMotions]:
+def _on_one_skeleton(given: dict[str, dict[str, Any]], skeleton: Skeleton | None) -> list[CheckedMotions]:
     """Check motions by argument and by name, see `check_motions`."""
     if skeleton is not None:
         check_skeleton(skeleton)
@@ -138,23 +133,23 @@ def _on_one_skeleton(
             names.setdefault(motion.skeleton, name)
         check_comparable(list(names), list(names.values()), ONE_REST, ONE_RIG)
         skeleton = Skeleton.mean(names)
-    checked, width = [], None
-    for argument, named in given.items():
-        arrays = []
-        for name, motion in named.items():
-            arrays.append(_poses(motion, skeleton, name))
-            width = arrays[-1].shape[1] if width is None else width
-            if arrays[-1].shape[1] != width:
-                raise ValueError(f"{name} has {arrays[-1].shape[1]} columns, but {next(iter(everything))} has {width}")
-        sequences = Sequences.of(arrays)
-        if rows and skeleton is not None:
-            warn_of_degrees(None, skeleton, in_estimator=True, **{argument: sequences.poses})
-        times = [motion.times for motion in named.values()] if found else None
-        checked.append(CheckedMotions(sequences, skeleton, frame_rate, times))
-    return checked
+    poses = {name: _poses(motion, skeleton, name) for name, motion in everything.items()}
+    first, width = next((name, array.shape[1]) for name, array in poses.items())
+    for name, array in poses.items():
+        if array.shape[1] != width:
+            raise ValueError(f"{name} has {array.shape[1]} columns, but {first} has {width}")
+    return [
+        CheckedMotions(
+            Sequences.of([poses[name] for name in named]),
+            skeleton,
+            frame_rate,
+            [motion.times for motion in named.values()] if found else None,
+        )
+        for named in given.values()
+    ]
 
 
-def _list_motions(motions: Any, name: str, rows: bool) -> list[Any]:
+def _list_motions(motions: Any, name: str) -> list[Any]:
     """Motions as a list, each a Motion or something that may be an array of poses."""
     is_array = hasattr(motions, "shape") or hasattr(motions, "__array__")
     if isinstance(motions, Motion | Skeleton | str | bytes) or not (is_array or isinstance(motions, Iterable)):
@@ -166,8 +161,6 @@ def _list_motions(motions: Any, name: str, rows: bool) -> list[Any]:
     array = check_array(
         motions, dtype=None, ensure_2d=False, allow_nd=True, ensure_all_finite=False, ensure_min_samples=0
     )
-    if array.ndim == 2 and rows:
-        return [row[np.newaxis] for row in array]
     if array.ndim == 2 or not len(array):
         raise ValueError(
             f"{name} must be a list of motions, got an array of shape {array.shape}; pass [{name}] for one"
@@ -238,7 +231,9 @@ class MotionEstimatorMixin(PoseEstimatorMixin):
             return CheckedMotions(sequences, self.skeleton_, None).rows(self.metric_, "X")
         if reset:
             self._forget()
-        (checked,) = check_motions({"X": X}, self.skeleton if reset else self.skeleton_, rows=True)
+        (checked,) = check_motions({"X": X}, self.skeleton if reset else self.skeleton_)
+        if checked.skeleton is not None:
+            warn_of_degrees(None, checked.skeleton, in_estimator=True, X=checked.sequences.poses)
         if reset:
             self._learn_metric(checked.skeleton)
             warn_of_no_skeleton(self.metric, checked.skeleton)

@@ -11,7 +11,6 @@ from skpose.motions._distances import ALIGNMENT_CONSTRAINTS
 from skpose.motions._inputs import MotionEstimatorMixin
 from skpose.motions._search import Request, SequenceIndex, find
 from skpose.neighbors import PoseKNeighborsTransformer
-from skpose.neighbors._index import Neighbors
 
 
 class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransformer):
@@ -178,6 +177,5 @@ class MotionKNeighborsTransformer(MotionEstimatorMixin, PoseKNeighborsTransforme
             queries = self._check_X(X, reset=False)
             excluded = np.full(queries.n_motions, -1)
         found = find(Request(self._index, queries, excluded, k, self.window_), self.n_jobs, self.verbose)
-        warn_of_unconverged(found.unconverged, found.n_cells)
-        rows = np.repeat(np.arange(queries.n_motions), k)
-        return Neighbors(rows, found.indices.ravel(), found.distances.ravel()), queries.n_motions
+        warn_of_unconverged(found.unconverged, found.n_measured)
+        return found.neighbors, queries.n_motions

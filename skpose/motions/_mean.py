@@ -17,8 +17,7 @@ from skpose._utils.parallel import in_threads
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.warnings import warn
-from skpose.kinematics import forward_kinematics
-from skpose.kinematics._forward import weighted_positions
+from skpose.kinematics._forward import forward_kinematics, weighted_positions
 from skpose.kinematics._tree import from_tree_order, to_tree_order, tree_of
 from skpose.metrics import Position
 from skpose.metrics._matrix import DistanceMatrix
@@ -28,7 +27,7 @@ from skpose.motions._distances import MotionMatrix
 from skpose.motions._inputs import Sequences, check_motions
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._interpolation import interpolate_poses, join_seen
-from skpose.skeleton._root import continuous_root_angles, find_root_joint, heading, root_orientations
+from skpose.skeleton._root import continuous_root_angles, has_root_joint, heading, root_orientations
 
 STEPS_OF_A_POSE = 200  # Newton's, at most
 TRAVEL = 0.5  # m, from the first place to the last, of a motion that has a direction of travel
@@ -309,18 +308,11 @@ def mean_motion(
         )
     n_poses = aligned.n_poses
     std = np.sqrt(np.bincount(aligned.mean_frames, aligned.squares) / n_poses)
-    joint_std = _joint_std(mean, sequences.poses, aligned, skeleton)
+    at, positions = forward_kinematics(mean, skeleton), forward_kinematics(sequences.poses, skeleton)
+    off = (positions[group] - at[frame] for frame, group in enumerate(aligned.groups()))
+    joint_std = np.sqrt([(vectors**2).sum(axis=2).mean(axis=0) for vectors in off])
     root = _mean_root(given, aligned) if given else {}
     return MeanMotion(skeleton, mean, frame_rate, std, joint_std, n_poses, np.array(objectives), converged, **root)
-
-
-def _joint_std(mean: np.ndarray, poses: np.ndarray, aligned: Aligned, skeleton: Skeleton) -> np.ndarray:
-    """Standard deviation of each joint's position (n_frames, n_joints) about the mean, m."""
-    squares = np.zeros((len(mean), skeleton.n_joints))
-    at, positions = forward_kinematics(mean, skeleton), forward_kinematics(poses, skeleton)
-    for frame, group in enumerate(aligned.groups()):
-        squares[frame] = ((positions[group] - at[frame]) ** 2).sum(axis=2).mean(axis=0)
-    return np.sqrt(squares)
 
 
 def _check_roots(motions: Sequence[Motion]) -> None:
@@ -330,7 +322,7 @@ def _check_roots(motions: Sequence[Motion]) -> None:
         if motion.up != first.up:
             raise ValueError(f'motions[0] has "{first.up}" up and motions[{i}] "{motion.up}": rotate one of them')
         axes, others = (set(one.root_axes.lower()) for one in (first, motion))
-        if axes != others and find_root_joint(motion.skeleton):
+        if axes != others and has_root_joint(motion.skeleton):
             raise ValueError(f"motions[0] and motions[{i}] differ in root axes: call without_root() of all")
 
 
@@ -341,19 +333,17 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
     would jump where these numbers change.
     """
     first = motions[0]
-    orientations: list[Rotation] = []
-    positions = []
+    turned = []
+    begin = root_orientations(first.root_angles[:1], first.root_axes)
     ways = [_way(motion.root_positions, first.up) for motion in motions]
     for motion, way in zip(motions, ways, strict=True):
         own = root_orientations(motion.root_angles, motion.root_axes)
         # Relative to the first motion: bones that point down at angle zero have no heading of their own.
-        begin = own[:1] if not orientations else orientations[0][:1]
         turn = heading(own[:1] * begin.inv(), first.up)
         if way is not None and ways[0] is not None:
             turn = np.array([way - ways[0]])
-        back = Rotation.from_euler(first.up, -turn)
-        orientations.append(back * own)
-        positions.append(back.apply(motion.root_positions - motion.root_positions[0] * _on_floor(first.up)))
+        turned.append(_turn_back(own, motion.root_positions, turn, first.up))
+    orientations, positions = zip(*turned, strict=True)
     everywhere, places = Rotation.concatenate(orientations), np.concatenate(positions)
     motion_of = np.repeat(np.arange(len(motions)), [len(motion) for motion in motions])
     means, mean_places = [], []
@@ -371,9 +361,8 @@ def _mean_root(motions: Sequence[Motion], aligned: Aligned) -> dict[str, Any]:
         ahead = np.angle(np.exp(1j * (way - faced)))
         off = ahead - np.round(ahead / (np.pi / 2.0)) * (np.pi / 2.0)
         turn = np.array([faced + (off if abs(off) < SIDEWAYS else 0.0)])
-    back = Rotation.from_euler(first.up, -turn)
-    angles, axes = continuous_root_angles(back * mean, first.root_axes)
-    there = back.apply(there - there[0] * _on_floor(first.up))
+    mean, there = _turn_back(mean, there, turn, first.up)
+    angles, axes = continuous_root_angles(mean, first.root_axes)
     seen = join_seen([motion.seen for motion in motions], list(map(len, motions)))
     if seen is not None:
         seen = np.stack([seen[rows].all(axis=0) for rows in aligned.groups()])
@@ -397,9 +386,10 @@ def _way(places: np.ndarray, up: str) -> float | None:
     return float(np.arctan2(y, x)) if np.hypot(x, y) >= TRAVEL else None
 
 
-def _on_floor(up: str) -> np.ndarray:
-    """1 for axes along the floor and 0 for the one that points up."""
-    return np.array([float(axis != up) for axis in "xyz"])
+def _turn_back(orientations: Rotation, places: np.ndarray, turn: np.ndarray, up: str) -> tuple[Rotation, np.ndarray]:
+    """A root's orientations (n,) and places (n, 3), turned back about the vertical and moved to begin at the origin."""
+    back, on_floor = Rotation.from_euler(up, -turn), np.array([float(axis != up) for axis in "xyz"])
+    return back * orientations, back.apply(places - places[0] * on_floor)
 
 
 # --- the two steps ----------------------------------------------------------------------------------------------------
@@ -451,8 +441,7 @@ class Barycenter:
 
         def move_one(frame: int, group: np.ndarray) -> None:
             start = to_tree_order(self.tree, mean[[frame]])[0]
-            target = self.positions[group].mean(axis=0)
-            found, outcome = project(self.tree, target, start, STEPS_OF_A_POSE, TOL)
+            found, outcome = project(self.tree, self.positions[group].mean(axis=0), start, STEPS_OF_A_POSE, TOL)
             pose = from_tree_order(self.tree, found, mean[frame])
             (self.unconverged.discard if outcome.converged else self.unconverged.add)(frame)
             if self._squares(pose[np.newaxis], self.motions.poses[group]).sum() <= squares[frame].sum():

@@ -16,7 +16,7 @@ from skpose.metrics._matrix import warn_of_unconverged
 from skpose.metrics._registry import METRIC_CONSTRAINTS, resolve, warn_of_no_skeleton
 from skpose.motions._inputs import check_single_motions
 from skpose.motions._surrogates import p_value
-from skpose.motions._template import NOTHING, Frames, Limits, explain
+from skpose.motions._template import NOTHING, Frames, explain
 from skpose.skeleton import Motion, Skeleton
 
 MISSING = 0.1  # share of a repetition's frames; above it a warning says how many are missing
@@ -245,7 +245,7 @@ def segment_repetitions(
     poses = checked.sequences.poses
     if checked.skeleton is not None:
         warn_of_degrees(None, checked.skeleton, motion=poses)
-    limits, n_threads = Limits(min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
+    limits, n_threads = (min_frames or 1, max_frames or np.inf), effective_n_jobs(n_jobs)
     frames = Frames(*_turn_euler(poses, chosen, checked.skeleton), n_jobs)
     best, fitness, pvalue, found = explain(frames, limits, n_threads), 0.0, 1.0, NOTHING
     reason = "no movement comes back to its first pose and repeats"

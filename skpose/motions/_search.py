@@ -13,7 +13,6 @@ import copy
 import functools
 import itertools
 from collections.abc import Iterable
-from contextlib import closing
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -25,13 +24,13 @@ from skpose._compiled.pose.measure import measure_boxes, measure_euclidean
 from skpose._compiled.pose.tree import Steps
 from skpose._compiled.warping.paths import Encoded, MotionPairs, Paths, accumulate, accumulate_from, path_to, warp_pairs
 from skpose._compiled.warping.within import Ends, Within, warp_within
-from skpose._utils.parallel import TASKS_PER_WORKER, from_workers, in_processes, in_threads
-from skpose._utils.progress import progress
+from skpose._utils.parallel import TASKS_PER_WORKER, in_processes, in_threads, results_of
 from skpose.kinematics._tree import tree_of
 from skpose.metrics import Metric
 from skpose.motions._distances import MotionMatrix, share_of_band, work_per_cell
 from skpose.motions._inputs import Sequences
-from skpose.neighbors._index import FLOAT32, ChordFilter, FilterPoints, PoseIndex
+from skpose.neighbors._graph import Found
+from skpose.neighbors._index import FLOAT32, ChordFilter, FilterPoints, Neighbors, PoseIndex
 from skpose.skeleton import Skeleton
 
 FRAMES_PER_BOX = 8
@@ -82,9 +81,8 @@ class SequenceIndex:
 def gather_rows(starts: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The rows of chosen parts, part i being starts[i]:starts[i + 1], and where each begins among them."""
     counts = starts[chosen + 1] - starts[chosen]
-    ends = np.cumsum(counts)
-    rows = np.arange(ends[-1]) + np.repeat(starts[chosen] - ends + counts, counts)
-    return rows, np.concatenate([[0], ends])
+    begins = np.concatenate([[0], np.cumsum(counts)])
+    return np.arange(begins[-1]) + np.repeat(starts[chosen] - begins[:-1], counts), begins
 
 
 class Bounds:
@@ -133,8 +131,7 @@ class Bounds:
     def _distances(self, rows: np.ndarray, measure: object) -> np.ndarray:
         points, lanes = self.points.coordinates, loops.in_lanes(rows)
         distances = np.empty((self.n, len(rows)), FLOAT32)
-        n_groups = -(-len(rows) // lanes.shape[1])
-        pairs = loops.PairRange(0, self.n, 0, n_groups, triangle=False)
+        pairs = loops.PairRange(0, self.n, 0, -(-len(rows) // lanes.shape[1]), triangle=False)
         loops.pair_distances(points, lanes, pairs, measure, NO_TREE, NO_WRAP, distances)
         bounds = distances.astype(np.float64)
         bounds -= self.points.slack[:, np.newaxis]
@@ -252,13 +249,9 @@ class MotionSearch:
         nearest = by_frames.argsort(kind="stable")
         align(first[nearest[:k]], by_frames[nearest[:k]])
         rest = rest[by_ends[rest] <= limit()]
-        if len(rest):
-            rest = rest[bounds.boxes(rest) / n_frames[rest] <= limit()]
-        candidates, by_frames = first[nearest[k:]], by_frames[nearest[k:]]
-        if len(rest):
-            candidates = np.concatenate([candidates, rest])
-            by_frames = np.concatenate([by_frames, bounds.frames(rest, self.paths) / n_frames[rest]])
-        align(candidates, by_frames)
+        rest = rest[bounds.boxes(rest) / n_frames[rest] <= limit()]
+        by_frames = np.concatenate([by_frames[nearest[k:]], bounds.frames(rest, self.paths) / n_frames[rest]])
+        align(np.concatenate([first[nearest[k:]], rest]), by_frames)
         distances, indices = zip(*best, strict=True)
         return np.array(distances), np.array(indices)
 
@@ -273,76 +266,47 @@ class Request(NamedTuple):
     window: float | None
 
 
-class Nearest(NamedTuple):
-    """The nearest motions of each query, by distance and then by index."""
-
-    distances: np.ndarray  # (n_queries, k)
-    indices: np.ndarray  # (n_queries, k)
-    n_cells: int  # pairs of frames measured
-    unconverged: list[tuple[int, float]]
-
-
-def find(request: Request, n_jobs: int | None, verbose: int) -> Nearest:
+def find(request: Request, n_jobs: int | None, verbose: int) -> Found:
     """Find the nearest motions of all queries."""
-    n_queries, n_workers = request.queries.n_motions, effective_n_jobs(n_jobs)
+    n_queries, n_motions = request.queries.n_motions, request.index.sequences.n_motions
     n_cells = len(request.queries.poses) * len(request.index.sequences.poses)
     remote = (request.index.metric.iterative or n_cells > WORTH_SENDING) and in_processes(n_jobs)
-    size = max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * n_workers))
+    size = max(FEWEST_QUERIES, n_queries // (TASKS_PER_WORKER * effective_n_jobs(n_jobs)))
+    size = max(1, min(size, MOST_DISTANCES // n_motions))
     tasks = [(rows.start, rows.stop) for rows in gen_batches(n_queries, size)]
-    found: dict[tuple[int, int], Nearest] = {}
-    title = f"neighbours of {n_queries:,} motions among {request.index.sequences.n_motions:,}"
-    with progress(title, len(tasks), verbose) as advance:
-        if remote:
-            with closing(from_workers(find_some, request, tasks, n_jobs)) as results:
-                for task, result in results:
-                    found[task] = result
-                    advance()
-        else:
-
-            def find_here(task: tuple[int, int]) -> None:
-                found[task] = find_some(request, task)
-                advance()
-
-            in_threads([lambda task=task: find_here(task) for task in tasks], n_workers)  # type: ignore[misc]
-    parts = [found[task] for task in tasks]
-    return Nearest(
-        np.concatenate([part.distances for part in parts]),
-        np.concatenate([part.indices for part in parts]),
-        sum(part.n_cells for part in parts),
+    what = f"neighbours of {n_queries:,} motions among {n_motions:,}"
+    parts = results_of(find_some, request, tasks, n_jobs, remote, what, verbose)
+    return Found(
+        Neighbors.join(part.neighbors for part in parts),
+        sum(part.n_measured for part in parts),
         [one for part in parts for one in part.unconverged],
     )
 
 
-def find_some(request: Request, rows: tuple[int, int]) -> Nearest:
+def find_some(request: Request, rows: tuple[int, int]) -> Found:
     """Find the nearest motions of the queries first:last."""
     queries, excluded = request.queries.slice(*rows), request.excluded[slice(*rows)]
     index = request.index
-    work = work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
-    work *= len(queries.poses) * len(index.sequences.poses)
+    n_cells = len(queries.poses) * len(index.sequences.poses)
+    work = n_cells * work_per_cell(index.metric, index.skeleton, index.sequences) * share_of_band(request.window)
     # A pair of frames that is solved takes so long that to leave out a few is worth it.
     many = not index.metric.iterative and request.k * FEWEST_PER_NEIGHBOR > index.sequences.n_motions
     if index.filter is None or work < WORTH_FILTERING * queries.n_motions or many:
-        return _by_brute_force(request, queries, excluded)
-    search = MotionSearch(index, request.window)
-    found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
-    distances, indices = (np.stack(part) for part in zip(*found, strict=True))
-    return Nearest(distances, indices, search.aligner.n_cells, search.aligner.unconverged)
-
-
-def _by_brute_force(request: Request, queries: Sequences, excluded: np.ndarray) -> Nearest:
-    index, motions = request.index, request.index.sequences.in_float64()
-    parts, unconverged = [], []
-    for rows in gen_batches(queries.n_motions, max(1, MOST_DISTANCES // motions.n_motions)):
-        some = queries.slice(rows.start, rows.stop).in_float64()
-        matrix = MotionMatrix(some, motions, index.metric, index.skeleton, window=request.window)
+        among = queries.in_float64(), index.sequences.in_float64()
+        matrix = MotionMatrix(*among, index.metric, index.skeleton, window=request.window)
         distances, counts = matrix.write(None, 1)
-        left_out = np.flatnonzero(excluded[rows] >= 0)
-        distances[left_out, excluded[rows][left_out]] = np.inf
-        order = distances.argsort(axis=1, kind="stable")[:, : request.k]
-        parts.append((np.take_along_axis(distances, order, axis=1), order))
-        unconverged += [(one.count, one.gap) for one in counts]
-    nearest, indices = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Nearest(nearest, indices, len(queries.poses) * len(motions.poses), unconverged)
+        left_out = np.flatnonzero(excluded >= 0)
+        distances[left_out, excluded[left_out]] = np.inf
+        indices = distances.argsort(axis=1, kind="stable")[:, : request.k]
+        distances = np.take_along_axis(distances, indices, axis=1)
+        unconverged = [(one.count, one.gap) for one in counts]
+    else:
+        search = MotionSearch(index, request.window)
+        found = [search.nearest(queries.motion(i), excluded[i], request.k) for i in range(queries.n_motions)]
+        distances, indices = (np.stack(part) for part in zip(*found, strict=True))
+        n_cells, unconverged = search.aligner.n_cells, search.aligner.unconverged
+    neighbors = Neighbors(np.repeat(np.arange(*rows), request.k), indices.ravel(), distances.ravel())
+    return Found(neighbors, n_cells, unconverged)
 
 
 # --- windows ----------------------------------------------------------------------------------------------------------
@@ -391,11 +355,13 @@ class WindowSearch:
 
     def best(self, query: np.ndarray, k: int) -> list[Window]:
         """The k best windows by their sums, or all if there are fewer."""
-        codes = Aligner(self.index, OPEN).encode(query)
-        if self.index.filter is None or not self._is_worth_it(query, k):
-            starts = self.index.sequences.starts.tolist()
+        index, codes = self.index, Aligner(self.index, OPEN).encode(query)
+        work = len(query) * len(index.sequences.poses) * work_per_cell(index.metric, index.skeleton, index.sequences)
+        # Brute force may take less time than measuring the windows for the limit.
+        if index.filter is None or work <= WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k):
+            starts = index.sequences.starts.tolist()
             return choose_windows(self._within(codes, None, itertools.pairwise(starts), np.inf), k)
-        bounds = Bounds(self.index, query)
+        bounds = Bounds(index, query)
         by_boxes = self._bounds_of_boxes(bounds)
         covered = float(np.quantile(by_boxes, FIRST_SHARE))  # all paths up to this sum are in the scanned boxes
         measured: dict[int, Window] = {}
@@ -411,19 +377,13 @@ class WindowSearch:
                 limit = limit * RAISED if 0.0 < limit < by_boxes.max() else np.inf  # a factor does not raise zero
             covered = limit
 
-    def _is_worth_it(self, query: np.ndarray, k: int) -> bool:
-        """Whether brute force takes longer than measuring the windows for the limit."""
-        index = self.index
-        work = work_per_cell(index.metric, index.skeleton, index.sequences)
-        return len(query) * len(index.sequences.poses) * work > WORK_PER_WINDOW * (FEWEST_WINDOWS + WINDOWS_PER_K * k)
-
     def _bounds_of_boxes(self, bounds: Bounds) -> np.ndarray:
         """A lower bound of the sums of all paths through each box."""
-        least = np.empty(len(self.index.boxes))
+        least, none = np.empty(len(self.index.boxes)), np.full(bounds.n, np.inf)
 
         def fill(first: int, last: int) -> None:
             distances = bounds.of_boxes(first, last)
-            least[first:last] = sums_through(distances, sums_to_end(distances, OPEN), np.full(bounds.n, np.inf))[0]
+            least[first:last] = sums_through(distances, none, none)[0]
 
         starts = self.index.box_starts.tolist()
         in_threads((functools.partial(fill, *ends) for ends in itertools.pairwise(starts)), self.n_jobs)
@@ -441,15 +401,13 @@ class WindowSearch:
         def scan(start: int, stop: int) -> None:
             step = max(FRAMES_PER_BOX, SCANNED_AT_ONCE // bounds.n)
             chunks = [(at, min(at + step, stop)) for at in range(start, stop, step)]
-            none = np.full(bounds.n, np.inf)
-            behind = [none]  # sums to the end from the first column of each chunk, from the last chunk on
+            edge = np.full(bounds.n, np.inf)
+            behind = [edge]  # sums to the end from the first column of each chunk, from the last chunk on
             for chunk in chunks[:0:-1]:
                 behind.append(sums_to_end(bounds.of_frames(*chunk), OPEN, behind[-1])[:, 0])
-            edge = none
             for chunk in chunks:
                 distances = bounds.of_frames(*chunk)
-                onwards = sums_to_end(distances, OPEN, behind.pop())
-                by_frames[slice(*chunk)], to = sums_through(distances, onwards, edge)
+                by_frames[slice(*chunk)], to = sums_through(distances, behind.pop(), edge)
                 ends[slice(*chunk)], edge = to[-1], to[:, -1].copy()
 
         in_threads((functools.partial(scan, *region) for region in regions), self.n_jobs)
@@ -461,10 +419,8 @@ class WindowSearch:
         best: list[Window] = []
         batch = max(PATIENCE, k // 4)
         free = np.isfinite(ends)
-        for end in ends.argsort(kind="stable").tolist():
+        for end in ends.argsort(kind="stable")[: free.sum()].tolist():
             if not free[end]:
-                if np.isinf(ends[end]):
-                    break
                 continue
             if len(best) == k and ends[end] > best[-1].sum:
                 break
@@ -521,16 +477,16 @@ class WindowSearch:
         return [window for found, _ in results for window in found]
 
 
-def sums_through(distances: np.ndarray, onwards: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def sums_through(distances: np.ndarray, behind: np.ndarray, edge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The least sum of the open paths through each column, and the sums of those to each cell.
 
-    `onwards` has the sums from each cell on and is overwritten, `edge` the sums to the column before the first one.
+    `behind` has the sums from the column after the last one on, `edge` those to the column before the first one.
     """
-    to = distances.copy()
+    to, through = distances.copy(), sums_to_end(distances, OPEN, behind)
     accumulate_from(to, OPEN, edge)
-    onwards -= distances
-    onwards += to
-    return onwards.min(axis=0), to
+    through -= distances
+    through += to
+    return through.min(axis=0), to
 
 
 def choose_windows(windows: Iterable[Window], k: int) -> list[Window]:

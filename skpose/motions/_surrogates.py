@@ -16,7 +16,7 @@ import numpy as np
 
 from skpose._compiled.path.family import first_far, fitness_by_length
 from skpose._utils.parallel import in_threads
-from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Frames, Limits
+from skpose.motions._template import BACK, LEAST_LENGTH, ZERO, Frames
 
 EXTENT = 1.25  # least distance between two frames of a template, in units of the near distance
 # In units of the median number of frames from a pose to a distant one, about half a movement:
@@ -29,7 +29,9 @@ GROWTH, STARTS_PER_LENGTH = 1.4, 3  # of the templates; coarser than in `_templa
 STEADY = 0.03  # added to the standard deviation of the fitness, which may be zero
 
 
-def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.RandomState, n_jobs: int) -> float:
+def p_value(
+    frames: Frames, limits: tuple[float, float], n_surrogates: int, rng: np.random.RandomState, n_jobs: int
+) -> float:
     """Share of the surrogates that repeat as much as the motion, the motion included."""
     moving, near = frames.moving(1), frames.near  # other movements may be far away, so not the median
     if len(moving) < 2 * LEAST_LENGTH or near == 0.0:
@@ -39,7 +41,7 @@ def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.Ra
     half = half / thinning
     kept = moving[::thinning]
     sections = np.array_split(kept, -(-len(kept) // MOST_FRAMES))
-    lengths = _lengths(min(map(len, sections)), half, limits.least / thinning, limits.most / thinning)
+    lengths = _lengths(min(map(len, sections)), half, *(n / thinning for n in limits))
     fitness = np.zeros((1 + n_surrogates, len(lengths)))
     for section in sections:
         n, distances = len(section), frames.distances(section)
@@ -48,8 +50,7 @@ def p_value(frames: Frames, limits: Limits, n_surrogates: int, rng: np.random.Ra
 
         def rate(i: int, similarities: np.ndarray, is_far: np.ndarray, order: np.ndarray) -> None:
             shuffled = (matrix[np.ix_(order, order)] for matrix in (similarities, is_far))
-            of_section = fitness_by_length(*shuffled, lengths, STARTS_PER_LENGTH, BACK)
-            fitness[i] = np.maximum(fitness[i], of_section)
+            fitness[i] = np.maximum(fitness[i], fitness_by_length(*shuffled, lengths, STARTS_PER_LENGTH, BACK))
 
         in_threads((partial(rate, i, similarities, is_far, order) for i, order in enumerate(orders)), n_jobs)
     scores = (fitness - fitness.mean(axis=0)) / (fitness.std(axis=0) + STEADY)

@@ -83,8 +83,7 @@ class Frames:
     def sections(self, every: int, n: int | None = None) -> list[np.ndarray]:
         """These in sections with distances that fit into memory, or n of the sections, spread evenly."""
         moving = self.moving(every)
-        n_sections = -(-len(moving) // self.most)
-        sections = np.array_split(moving, max(1, n_sections))
+        sections = np.array_split(moving, max(1, -(-len(moving) // self.most)))
         chosen = np.linspace(0, len(sections) - 1, min(len(sections), n or len(sections)))
         return [sections[i] for i in chosen.astype(int)]
 
@@ -126,13 +125,6 @@ class Frames:
             return self._all[some, others]
         poses, metric, skeleton, n_jobs = self._given
         return paired_distances(poses[some], poses[others], skeleton, metric, effective_n_jobs(n_jobs))
-
-
-class Limits(NamedTuple):
-    """The least and the largest number of frames of a template, still frames included."""
-
-    least: float
-    most: float
 
 
 class Template(NamedTuple):
@@ -184,7 +176,13 @@ class Templates:
     """
 
     def __init__(
-        self, frames: Frames, section: np.ndarray, distances: np.ndarray, every: int, limits: Limits, is_held: bool
+        self,
+        frames: Frames,
+        section: np.ndarray,
+        distances: np.ndarray,
+        every: int,
+        limits: tuple[float, float],
+        is_held: bool,
     ):
         self.frames, self.every, self.limits, self.is_held = section, every, limits, is_held
         self.n = len(section)
@@ -194,13 +192,11 @@ class Templates:
 
     def best(self, lengths: Iterable[int], n_refined: int, n_jobs: int) -> list[Segment]:
         """The fittest templates of different lengths, refined."""
-        found: list[Template] = []
 
-        def rate(length: int) -> None:
-            starts = self._starts(length)
-            found.append(max((self._rate(start, length) for start in starts), default=Template(0.0, 0, length)))
+        def rate(length: int) -> Template:
+            return max((self._rate(start, length) for start in self._starts(length)), default=Template(0.0, 0, length))
 
-        in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
+        found = in_threads((partial(rate, length) for length in lengths if length <= self.n // 2), n_jobs)
         found = [one for one in sorted(found, reverse=True) if one.fitness > 0.0]
         most = SHORTER * found[0].length if found else 0
         chosen = {*found[:n_refined], *[one for one in found if one.length <= most][:n_refined]}
@@ -232,7 +228,7 @@ class Templates:
         if self.pauses[start + 1 : stop].max() > (outside if self.is_held else LONGEST_PAUSE * length):
             return False
         first, last = _trim_slivers(self.frames[start:stop])
-        return self.limits.least <= last - first + self.every - 1 <= self.limits.most
+        return self.limits[0] <= last - first + self.every - 1 <= self.limits[1]
 
     def _refine(self, template: Template) -> Template:
         """The best template near one."""
@@ -304,8 +300,10 @@ class Explanation:
         return np.concatenate(segments), np.concatenate(similarities)
 
 
-def explain(frames: Frames, limits: Limits, n_jobs: int) -> Explanation | None:
+def explain(frames: Frames, limits: tuple[float, float], n_jobs: int) -> Explanation | None:
     """The template that explains most of a motion; None if nothing repeats.
+
+    The limits are the least and the largest number of its frames, still frames included.
 
     Templates are searched among all frames in sections, then among every second frame in half as many, and so on, until
     one section has all.

@@ -5,8 +5,7 @@ from typing import ClassVar
 from skpose.metrics._matrix import warn_of_unconverged
 from skpose.motions._distances import MOTION_CONSTRAINTS, MotionMatrix, check_alignment
 from skpose.motions._inputs import MotionEstimatorMixin
-from skpose.preprocessing import PoseDistanceTransformer
-from skpose.preprocessing._distances import KERNEL_CONSTRAINTS
+from skpose.preprocessing._distances import KERNEL_CONSTRAINTS, PoseDistanceTransformer
 
 
 class MotionDistanceTransformer(MotionEstimatorMixin, PoseDistanceTransformer):

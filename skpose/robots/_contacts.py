@@ -111,8 +111,7 @@ def _count_near(points: np.ndarray, away: float) -> int:
 
 def find_floor(heights: np.ndarray, leg: float) -> float:
     """The median height of the places where feet stand; on uneven ground, of the lowest."""
-    low = float(np.min(heights))
-    return float(np.median(heights[heights < low + LEVEL * leg]))
+    return float(np.median(heights[heights < heights.min() + LEVEL * leg]))
 
 
 class Sole(NamedTuple):

@@ -26,8 +26,7 @@ from scipy.spatial.transform import Rotation
 from skpose._utils.typing import ArrayLike
 from skpose._utils.validation import list_names, near_names
 from skpose._utils.warnings import warn
-from skpose.io import MocapFormatError
-from skpose.io._source import HEAD, ROBOT, Readable
+from skpose.io._source import HEAD, ROBOT, MocapFormatError, Readable
 from skpose.skeleton import Bone, Skeleton
 from skpose.skeleton._bone import BALL, HINGE, SLIDE
 from skpose.skeleton._rotations import rotations_of
@@ -197,8 +196,7 @@ def read_robot(path: Any) -> RobotFile:
     except ImportError:
         raise ImportError("robots need MuJoCo: pip install 'skpose[robot]'") from None
     if isinstance(path, mujoco.MjModel):
-        active = [i for i in range(path.neq) if path.eq_active0[i]]
-        constraints = [path.equality(i).name or f"number {i}" for i in active]
+        constraints = [path.equality(i).name or f"number {i}" for i in range(path.neq) if path.eq_active0[i]]
         tendons = [path.tendon(i).name or f"number {i}" for i in range(path.ntendon)]
         return RobotFile("the model", path, False, _notes(constraints, tendons))
     if hasattr(path, "read"):
@@ -213,8 +211,9 @@ def read_robot(path: Any) -> RobotFile:
     with _collect_warnings(mujoco) as said:
         try:
             spec = mujoco.MjSpec.from_string(simple)
-            equalities = [one for one in spec.equalities if one.active]
-            constraints = [one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in equalities]
+            constraints = [
+                one.name or " and ".join(filter(None, (one.name1, one.name2))) for one in spec.equalities if one.active
+            ]
             notes = _notes(constraints, [one.name or "unnamed" for one in spec.tendons])
             model = _compile_bodies(spec)
         except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -452,8 +451,9 @@ def _bones_of_body(
         anchor = f"{joint.name}_anchor"
         bone = Bone(anchor, parent, offset + 0.0, DOFS[joint.kind], _exact(rest))
         if joint.kind != SPHERICAL:
-            limits = None if joint.limits is None else (joint.limits,)
-            bone = bone._replace(limits=limits, axis=joint.axis, dof_name=joint.name)
+            bone = bone._replace(
+                limits=None if joint.limits is None else (joint.limits,), axis=joint.axis, dof_name=joint.name
+            )
         if joint.held is not None:
             value = np.reshape(joint.held, (1, -1))
             offset = offset + rest @ (joint.axis * value[0] if joint.kind == SLIDE_JOINT else np.zeros(3))

@@ -220,8 +220,7 @@ def motion_from_qpos(
     angles, axes = continuous_root_angles(orientations, "xyz") if len(array) else (np.zeros((0, 3)), "xyz")
     poses = np.concatenate(columns, axis=1)
     _warn_of_limits(poses, robot.skeleton)
-    root_name = robot.root_name
-    return Motion(robot.skeleton, poses, frame_rate, positions, angles, axes, up="z", root_name=root_name)
+    return Motion(robot.skeleton, poses, frame_rate, positions, angles, axes, up="z", root_name=robot.root_name)
 
 
 def _warn_of_root(qpos: np.ndarray, quaternion: str, robot: Robot) -> None:

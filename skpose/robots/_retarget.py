@@ -12,7 +12,7 @@ from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.warnings import warn
 from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, HIP, path_up
-from skpose.kinematics._counterparts import check_joints
+from skpose.kinematics._counterparts import check_counterparts
 from skpose.kinematics._retarget import at_rest_in_words, joints_at_rest
 from skpose.robots._stance import HEEL, TIP, Place, Stance, sole_of, stances_of
 from skpose.robots._targets import STIFFNESS, Aim, aim_at, positions_in, solve
@@ -137,7 +137,7 @@ def retarget_and_report(
 ) -> tuple[Motion, str]:
     """Retarget a motion, and state how close it came."""
     if joints is not None:
-        check_joints(motion.skeleton, robot, joints)
+        check_counterparts(motion.skeleton, robot, joints)
     theirs, ours = stances_of(motion.skeleton, robot, None if joints is None else tuple(joints.items()))
     if not PERSON[0] <= theirs.leg() <= PERSON[1]:
         warn(f"the legs of the motion are {theirs.leg():.3g} m long: its unit is likely not metres")

@@ -159,10 +159,6 @@ class Stance(NamedTuple):
     unsure: tuple[str, ...] = ()  # sides whose foot does not show at angle zero how it stands
     links: Mapping[str, np.ndarray] = MappingProxyType({})  # axes of pelvis and chest if the person does not stand
 
-    def has(self, limb: Sequence[str]) -> bool:
-        """Whether both sides have all landmarks of a limb."""
-        return _has(self.places, limb)
-
     def length(self, start: str, end: str) -> float:
         """The distance between two landmarks at angle zero, m, the mean of both sides."""
         ends = [(self.places[f"{side}_{start}"].at_zero, self.places[f"{side}_{end}"].at_zero) for side in SIDES]
@@ -181,7 +177,8 @@ class Stance(NamedTuple):
         return next(mark for mark in (f"{side}_{name}" for name in (BALL, TOE, ANKLE)) if mark in self.places)
 
 
-def _has(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
+def has_limb(places: Mapping[str, Place], limb: Sequence[str]) -> bool:
+    """Whether both sides have all landmarks of a limb."""
     return all(f"{side}_{mark}" in places for side in SIDES for mark in limb)
 
 
@@ -198,9 +195,9 @@ def stances_of(source: Skeleton, target: Skeleton, pairs: tuple[tuple[str, str],
     else:
         ours = known or _joint_places(target, find_anatomy(target).joints)
     for limb, name in LIMBS.items():
-        if not _has(theirs, limb) and (limb == LEG or _has(ours, limb)):
+        if not has_limb(theirs, limb) and (limb == LEG or has_limb(ours, limb)):
             raise ValueError(f"the {name} of the motion are not known by their names: name their joints with joints=")
-    if not any(_has(ours, limb) for limb in LIMBS):
+    if not any(has_limb(ours, limb) for limb in LIMBS):
         raise ValueError("legs and arms of the robot are not known by their names: name their joints with joints=")
     _check_limbs(target, ours)
     other = find_stance(target, ours, robot, axes)
@@ -339,7 +336,7 @@ def rolls_of(skeleton: Skeleton, stance: Stance) -> list[int]:
     """
     found = []
     axes = axes_at_zero(skeleton)
-    for side in SIDES if stance.has(ARM) else ():
+    for side in SIDES if has_limb(stance.places, ARM) else ():
         elbow, wrist = (stance.places[f"{side}_{mark}"] for mark in (ELBOW, WRIST))
         hand = stance.places.get(f"{side}_{HAND}", wrist)
         along = unit(wrist.at_zero - elbow.at_zero)

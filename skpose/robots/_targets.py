@@ -14,14 +14,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from skpose._utils.warnings import warn
-from skpose.kinematics import FittedPoses
 from skpose.kinematics._anatomy import ANKLE, ARM, ELBOW, HAND, HIP, KNEE, LEG, SHOULDER, SIDES, WRIST, path_up
 from skpose.kinematics._forward import joint_positions
-from skpose.kinematics._inverse import Task, problem_of
+from skpose.kinematics._inverse import FittedPoses, Task, problem_of
 from skpose.robots._contacts import Contact, Held, find_contacts, find_floor, hold_foot
-from skpose.robots._stance import Place, Stance, rolls_of, sole_of, with_places
+from skpose.robots._stance import Place, Stance, has_limb, rolls_of, sole_of, with_places
 from skpose.skeleton import Motion, Skeleton
-from skpose.skeleton._bone import with_columns
+from skpose.skeleton._bone import ranges_of, with_columns
 from skpose.skeleton._rest import ROOT, positions_at_zero, unit
 from skpose.skeleton._root import root_orientations
 from skpose.skeleton._upright import axes_with_up_last
@@ -73,7 +72,7 @@ def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fac
     """Find the targets of places on the robot; `factor` None is the ratio of the legs."""
     person, theirs = lay_unsure_feet(person_of(motion, theirs), theirs, motion.times)
     warn_of_flips(person, motion.times)
-    rest, rolls, on_legs = rest_pose(skeleton), rolls_of(skeleton, ours), ours.has(LEG)
+    rest, rolls, on_legs = rest_pose(skeleton), rolls_of(skeleton, ours), has_limb(ours.places, LEG)
     held = hold_at_rest(skeleton, tuple(rolls))
     base = _base_of(skeleton, ours.pelvis if on_legs else ours.chest)
     if on_legs and base != ROOT:
@@ -102,7 +101,7 @@ def aim_at(motion: Motion, skeleton: Skeleton, theirs: Stance, ours: Stance, fac
         targets += targets_of_link(ours, ours.pelvis, ours.middle(HIP), middle, pelvis, WEIGHTS["pelvis"])
         for side, leg in legs.items():
             targets += _put_leg(person, ours, side, starts[f"{side}_{HIP}"], leg)
-    if ours.has(ARM):
+    if has_limb(ours.places, ARM):
         middle = (starts[f"left_{SHOULDER}"] + starts[f"right_{SHOULDER}"]) / 2.0
         if ours.chest != ours.pelvis or not on_legs:
             targets += targets_of_link(ours, ours.chest, ours.middle(SHOULDER), middle, chest, WEIGHTS["chest"])
@@ -236,17 +235,10 @@ def find_ground(person: Person, theirs: Stance, times: np.ndarray) -> tuple[dict
 def _size_of_legs(theirs: Stance, ours: Stance) -> float:
     """The ratio of the lengths of the legs, robot to person; without legs, of the heights of the shoulders."""
     leg = theirs.leg()
-    if ours.has(LEG):
+    if has_limb(ours.places, LEG):
         return ours.leg() / leg
     trunk = float((theirs.middle(SHOULDER) - theirs.middle(HIP)) @ theirs.axes[:, 2])
     return STRETCH[0] * float(ours.middle(SHOULDER) @ ours.axes[:, 2]) / (leg + trunk)
-
-
-def _pivot(skeleton: Skeleton, stance: Stance) -> np.ndarray:
-    """The point (3,) at angle zero about which the chest moves first, or the middle between the hips."""
-    path = [joint for joint in path_up(skeleton, stance.chest) if joint not in path_up(skeleton, stance.pelvis)]
-    moving = [joint for joint in path if skeleton.bones[joint].dofs]
-    return positions_at_zero(skeleton)[moving[-1]] if moving else stance.middle(HIP)
 
 
 def _put_trunk(skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarray, ankle: float) -> list[Target]:
@@ -255,12 +247,13 @@ def _put_trunk(skeleton: Skeleton, person: Person, ours: Stance, scale: np.ndarr
     The person's ankles have the given height where feet stand on the floor.
     """
     soles = np.mean([sole_of(ours, side).tip[2] for side in SIDES])
-    hips = person.middle(HIP)
-    at = scale * (hips - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
+    at = scale * (person.middle(HIP) - [0.0, 0.0, ankle]) - [0.0, 0.0, soles]
     middle = ours.middle(HIP)
     targets = targets_of_link(ours, ours.pelvis, middle, at, person.pelvis, WEIGHTS["pelvis"])
-    if ours.has(ARM):
-        pivot = _pivot(skeleton, ours)
+    if has_limb(ours.places, ARM):
+        below = path_up(skeleton, ours.pelvis)
+        moving = [j for j in path_up(skeleton, ours.chest) if j not in below and skeleton.bones[j].dofs]
+        pivot = positions_at_zero(skeleton)[moving[-1]] if moving else middle  # about which the chest moves first
         chest = at + person.pelvis @ (ours.axes.T @ (pivot - middle))
         targets += targets_of_link(ours, ours.chest, pivot, chest, person.chest, WEIGHTS["chest"])
     return targets
@@ -301,7 +294,7 @@ def _read_trunk(
     found: FittedPoses, skeleton: Skeleton, ours: Stance
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
     """The positions of hips and shoulders, and the axes of pelvis and chest."""
-    links = [(HIP, ours.pelvis)] * ours.has(LEG) + [(SHOULDER, ours.chest)] * ours.has(ARM)
+    links = [(HIP, ours.pelvis)] * has_limb(ours.places, LEG) + [(SHOULDER, ours.chest)] * has_limb(ours.places, ARM)
     marks = [(f"{side}_{mark}", link) for mark, link in links for side in SIDES]
     places = [Place(link, ours.places[mark].at_zero) for mark, link in marks]
     places += show_axes(ours.pelvis, ours.axes) + show_axes(ours.chest, ours.axes)
@@ -455,15 +448,15 @@ def positions_of(
 
 def rest_pose(skeleton: Skeleton) -> np.ndarray:
     """The pose (n_dofs,) nearest to all angles zero within the limits."""
-    rest = np.zeros(skeleton.n_dofs)
-    return rest if skeleton.limits is None else np.clip(rest, *skeleton.limits.T)
+    return np.asarray(np.clip(np.zeros(skeleton.n_dofs), *ranges_of(skeleton.bones).T))
 
 
 @functools.lru_cache(maxsize=16)
 def hold_at_rest(skeleton: Skeleton, joints: tuple[int, ...]) -> Skeleton:
     """Keep some joints of a skeleton at rest, by limits."""
-    rest, bones = rest_pose(skeleton), list(skeleton.bones)
-    for joint, (bone, columns) in enumerate(with_columns(skeleton.bones)):
-        if joint in joints:
-            bones[joint] = bone._replace(limits=[(angle, angle) for angle in rest[columns]])
+    rest = rest_pose(skeleton)
+    bones = (
+        bone._replace(limits=[(angle, angle) for angle in rest[columns]]) if joint in joints else bone
+        for joint, (bone, columns) in enumerate(with_columns(skeleton.bones))
+    )
     return Skeleton(bones, skeleton.offset_frame)

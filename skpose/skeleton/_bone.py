@@ -211,9 +211,8 @@ def mean_bone(bones: Sequence[Bone]) -> Bone:
     lengths = np.linalg.norm(offsets, axis=1)
     direction = (offsets / np.where(lengths > 0, lengths, 1.0)[:, None]).sum(axis=0)
     spread = np.linalg.norm(direction)
-    offset = direction * (lengths.mean() / spread) if spread > 0 else offsets[0]
-    if (offsets == offsets[0]).all():  # exactly, so that the mean of one skeleton is that skeleton
-        offset = offsets[0]
+    is_same = spread == 0.0 or (offsets == offsets[0]).all()  # the mean of one skeleton is exactly that skeleton
+    offset = offsets[0] if is_same else direction * (lengths.mean() / spread)
     rest = first.rest_rotation
     if any(bone.rest_rotation != rest for bone in bones):
         from scipy.spatial.transform import Rotation  # 0.1 s to import, and rarely needed

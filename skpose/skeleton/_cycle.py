@@ -8,17 +8,17 @@ Motions are those of ``with_root("whole")``: the root's orientation is the first
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.validation import MotionLike
+from skpose._utils.warnings import warn
 from skpose.skeleton._bone import are_slides
 from skpose.skeleton._interpolation import move, steps_from
 from skpose.skeleton._root import heading
 from skpose.skeleton._rotations import joint_positions, remove_jumps
 
-Whole = Any  # a Motion
 ROOT = slice(3)  # the columns of the root
 NEAR = 0.25  # of the smaller step at the ends; if nearer, the last pose is the first one again
 FAR = 0.2  # of the largest distance from the first pose, beyond which a cycle is not whole; strides reach 0.17
@@ -27,54 +27,49 @@ SEAM = 0.1  # of the largest change between two frames; tolerance at the ends of
 ROUNDING = 1e-6  # of files: rad, m
 
 
-def _root(motion: Whole) -> Rotation:
+def _root(motion: MotionLike) -> Rotation:
     """Orientations of the root."""
     return Rotation.from_rotvec(motion.angles[:, ROOT])
 
 
-def _turns(motion: Whole) -> np.ndarray:
+def _turns(motion: MotionLike) -> np.ndarray:
     """Changes of the heading since the first frame, rad in [−π, π]."""
     return heading(_root(motion) * _root(motion)[:1].inv(), motion.up)
 
 
-def _rotate(motion: Whole, turns: np.ndarray | float) -> np.ndarray:
+def _rotate(motion: MotionLike, turns: np.ndarray | float) -> np.ndarray:
     """Poses rotated about the vertical through the root, each or all by an angle."""
     poses: np.ndarray = motion.angles.copy()
     poses[:, ROOT] = (Rotation.from_euler(motion.up, np.reshape(turns, (-1, 1))) * _root(motion)).as_rotvec()
     return poses
 
 
-def _gap(motion: Whole) -> np.ndarray:
+def _gap(motion: MotionLike) -> np.ndarray:
     """The steps (1, n_dofs) from the last pose to the first one with the heading of the last."""
     return steps_from(motion.skeleton.bones, motion.angles[-1:], _rotate(motion, _turns(motion)[-1])[:1])
 
 
-def close_cycle(motion: Whole, endpoint: bool) -> tuple[Whole, list[str]]:
-    """A cycle, and warnings if the motion was none; without `endpoint` the frame that ends it is added."""
+def close_cycle(motion: MotionLike, endpoint: bool) -> MotionLike:
+    """A cycle, with warnings if the motion was none; without `endpoint` the frame that ends it is added."""
     positions = _positions(motion)
     steps = _distances(positions[1:], positions[:-1]) / np.diff(motion.frame_numbers)
-    complaints = []
     if not endpoint:
         if _distances(positions[-1], positions[0]) < NEAR * steps[[0, -1]].min():
-            complaints.append(
-                "the last pose is the first one again, but is taken for the one before: pass endpoint=True"
-            )
+            warn("the last pose is the first one again, but is taken for the one before: pass endpoint=True")
         motion = _add_end(motion)
         positions = _positions(motion)
     away = _distances(positions, positions[0])
     if away[-1] > max(FAR * away.max(), CUT * max(np.median(steps), steps[[0, -1]].mean())):
-        complaints.append(
-            "the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless"
-        )
+        warn("the cycle ends far from its first pose: it is not one whole cycle, but is closed nevertheless")
     shares = (motion.times - motion.times[0]) / (motion.times[-1] - motion.times[0]) - 0.5
     poses = move(motion.skeleton.bones, motion.angles, shares[:, None] * _gap(motion))
     places = motion.root_positions.copy()
     heights = places[:, "xyz".index(motion.up)]
     heights += shares * (heights[0] - heights[-1])
-    return replace(motion, angles=remove_jumps(motion.skeleton.bones, poses), root_positions=places), complaints
+    return replace(motion, angles=remove_jumps(motion.skeleton.bones, poses), root_positions=places)
 
 
-def _add_end(motion: Whole) -> Whole:
+def _add_end(motion: MotionLike) -> MotionLike:
     """Add a frame at the mean of the velocities of the last step and of the first.
 
     The first step is repeated at the end, with the heading of the end.
@@ -97,7 +92,7 @@ def _add_end(motion: Whole) -> Whole:
     )
 
 
-def describe_opening(motion: Whole) -> str:
+def describe_opening(motion: MotionLike) -> str:
     """The difference between the last frame and the first, moved along; empty if there is none."""
     bones, gap = motion.skeleton.bones, np.abs(_gap(motion))[0]
     steps = np.abs(steps_from(bones, motion.angles[:-1], motion.angles[1:]))
@@ -112,7 +107,7 @@ def describe_opening(motion: Whole) -> str:
     return ""
 
 
-def repeat_cycle(motion: Whole, n: int) -> Whole:
+def repeat_cycle(motion: MotionLike, n: int) -> MotionLike:
     """Repeat a cycle n times, each from the place and with the heading of the end of the one before."""
     turn, duration = _turns(motion)[-1], motion.frame_numbers[-1] - motion.frame_numbers[0]
     start, copies = motion.root_positions[0], []
@@ -133,7 +128,7 @@ def repeat_cycle(motion: Whole, n: int) -> Whole:
     )
 
 
-def _positions(motion: Whole) -> np.ndarray:
+def _positions(motion: MotionLike) -> np.ndarray:
     """The positions (n, n_joints + 1, 3) of root and joints, all with the first heading and above the origin."""
     poses = _rotate(motion, -_turns(motion))
     positions = joint_positions(motion.skeleton, poses, Rotation.identity(len(poses)))

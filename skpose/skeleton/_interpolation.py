@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from operator import index
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from skpose._utils.validation import MotionLike, SkeletonLike
 from skpose.skeleton._bone import Bone, are_slides, with_columns
 from skpose.skeleton._rotations import TWO_PI, columns_of, rotations_of
 from skpose.skeleton._skeleton import Skeleton
@@ -48,8 +47,7 @@ def interpolate_linearly(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 def _rows_around(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The rows before and after, and the position in between (n, 1) from 0 to 1."""
     before = np.minimum(at.astype(np.intp), max(len(values) - 1, 0))
-    after = np.minimum(before + 1, len(values) - 1)
-    return values[before], values[after], (at - before)[:, None]
+    return values[before], values[np.minimum(before + 1, len(values) - 1)], (at - before)[:, None]
 
 
 def straight_line(
@@ -71,48 +69,8 @@ def interpolate_values(start: np.ndarray, end: np.ndarray, part: np.ndarray, per
     return start + part * (gap - period * np.rint(gap / period) if period else gap)
 
 
-# --- sampling ---------------------------------------------------------------------------------------------------------
-# Selection and resampling of frames by their numbers.
-
-
-def choose_frames(frame_numbers: np.ndarray, frames: int | np.integer | slice) -> tuple[slice, int, np.ndarray]:
-    """The rows of a frame or a slice, the step between them, and their new numbers."""
-    n, step = len(frame_numbers), 1
-    if isinstance(frames, slice):
-        step = abs(frames.indices(n)[2])
-    else:
-        frame = range(n)[index(frames)]
-        frames = slice(frame, frame + 1)
-    numbers = frame_numbers[frames]
-    numbers = np.abs(numbers - numbers[:1])
-    if (numbers % step).any():
-        raise ValueError(f"frames are missing, so every {step}th is not evenly spaced: use resample")
-    return frames, step, numbers // step
-
-
-def resample_frames(numbers: np.ndarray, old_rate: float, frame_rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """The rows, not necessarily whole, of the frames at a new rate, and their numbers."""
-    step = old_rate / frame_rate
-    # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
-    first, last = (numbers[0], numbers[-1]) if len(numbers) else (0, -1)
-    new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
-    at = new * step  # in numbers of the old frames
-    near = np.rint(at)
-    at = np.where(np.abs(at - near) < 1e-9, near, at)
-    before = np.searchsorted(numbers, at, side="right") - 1
-    part = at - numbers[before]
-    known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)
-    return (before + part)[known], new[known]
-
-
-def check_seen(seen: Any, shape: tuple[int, int]) -> np.ndarray | None:
-    """The joints seen in each frame, an array of this shape; None if poses were not fitted to positions."""
-    if seen is None:
-        return None
-    array = np.asarray(seen)
-    if array.dtype != bool or array.shape not in ((), shape):
-        raise ValueError(f"seen must be True, None or bool of shape {shape}, got {array.dtype} of shape {array.shape}")
-    return np.broadcast_to(array, shape).copy()
+# --- seen -------------------------------------------------------------------------------------------------------------
+# The joints seen in each frame of a motion that was fitted to positions.
 
 
 def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.ndarray | None:
@@ -124,17 +82,12 @@ def join_seen(parts: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.
     return np.concatenate(list(shown))
 
 
-def seen_between(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The joints seen at rows that need not be whole: in both frames next to each."""
-    return seen[np.floor(rows).astype(int)] & seen[np.ceil(rows).astype(int)]
-
-
-def seen_of(seen: np.ndarray | None, names: Sequence[str], joint_names: Sequence[str]) -> np.ndarray | None:
-    """The columns of some joints; joints without a column, such as a root that became a joint, were not seen."""
-    if seen is None:
+def seen_of(motion: MotionLike, skeleton: SkeletonLike) -> np.ndarray | None:
+    """The joints of another skeleton that were seen; those without a counterpart by name, such as a root, were not."""
+    if motion.seen is None:
         return None
-    columns, nowhere = dict(zip(names, seen.T, strict=True)), np.zeros(len(seen), bool)
-    return np.stack([columns.get(name, nowhere) for name in joint_names], axis=1)
+    columns, nowhere = dict(zip(motion.skeleton.joint_names, motion.seen.T, strict=True)), np.zeros(len(motion), bool)
+    return np.stack([columns.get(name, nowhere) for name in skeleton.joint_names], axis=1)
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from skpose._utils.validation import check_choice
 from skpose.skeleton._bone import Bone, axes_of, with_columns
-from skpose.skeleton._rest import ROOT, axes_at_zero, degrees_between, directions_at_zero, find_carriers
+from skpose.skeleton._rest import NOWHERE, ROOT, axes_at_zero, degrees_between, directions_at_zero, find_carriers
 from skpose.skeleton._root import continuous_root_angles, root_orientations
 from skpose.skeleton._rotations import continuous_columns, fit_columns, rotations_of
 from skpose.skeleton._sides import partners
@@ -26,7 +26,6 @@ PARALLEL = 1e-12  # axes that differ by less are one
 MISSED = 1e-3  # rad by which a mirrored rotation may miss the axes of a joint
 ASYMMETRY = 45.0  # degrees between a bone and the mirror image of its partner, at angle zero
 LINE = 2e-2  # second singular value over the first; directions with less are on one line
-NOWHERE = -2  # with no joint
 REFLECTIONS = [
     matrix
     for order, signs in product(permutations(range(3)), product((1, -1), repeat=3))
@@ -115,19 +114,12 @@ def _reflections(
 ) -> np.ndarray:
     """The S of each joint, and the root's as the last, (n_joints + 1, 3, 3)."""
     directions = directions_at_zero(skeleton)
-    apart = {letter: degrees_between(directions, directions[other] * _mirror_of(letter)).max() for letter in "xyz"}
-    if apart[axis] < ASYMMETRY:
+    off = {letter: degrees_between(directions, directions[other] * _mirror_of(letter)).max() for letter in "xyz"}
+    if off[axis] < ASYMMETRY:
         return np.tile(np.diag(_mirror_of(axis)), (skeleton.n_joints + 1, 1, 1))
-    fitting = [letter for letter in "xyz" if apart[letter] < ASYMMETRY]
+    fitting = [letter for letter in "xyz" if off[letter] < ASYMMETRY]
     if fitting:
         raise ValueError(f"left and right are not mirror images across {axis} at angle zero: pass axis={fitting[0]!r}")
-    return _fitted_reflections(skeleton, poses, other, rest, directions, world)
-
-
-def _fitted_reflections(
-    skeleton: Skeleton, poses: np.ndarray, other: list[int], rest: np.ndarray, directions: np.ndarray, world: str
-) -> np.ndarray:
-    """The S of each joint, and the root's as the last, if the skeleton is not its own mirror image."""
     carriers = np.where(directions.any(axis=1), find_carriers(skeleton), NOWHERE)
     carried = {j: np.flatnonzero(carriers == j).tolist() for j in (ROOT, *range(skeleton.n_joints))}
     means = np.empty_like(rest)  # of each joint's rotation relative to its parent, in the axes of the root

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, NoReturn
+from operator import index
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 
-from skpose._utils.typing import ArrayLike
+from skpose._utils.typing import ArrayLike, DataFrame
 from skpose._utils.units import warn_of_degrees
 from skpose._utils.upper_layers import Keypoints, Page, upper_layers
 from skpose._utils.validation import (
@@ -16,38 +17,27 @@ from skpose._utils.validation import (
     check_integer,
     check_skeleton,
 )
-from skpose._utils.warnings import warn
 from skpose.skeleton._bone import Bone, is_axes, kept_inside
 from skpose.skeleton._cycle import close_cycle, describe_opening, repeat_cycle
 from skpose.skeleton._interpolation import (
-    check_seen,
-    choose_frames,
     interpolate_linearly,
     interpolate_poses,
     join_seen,
-    resample_frames,
-    seen_between,
     seen_of,
 )
 from skpose.skeleton._mirror import mirror_poses
 from skpose.skeleton._rest import mismatch
 from skpose.skeleton._root import (
     continuous_root_angles,
-    find_root_joint,
+    has_root_joint,
     heading,
     root_joint_orientations,
     root_orientations,
-    root_parts,
     with_root_joint,
-    without_root_joint,
 )
 from skpose.skeleton._rotations import convert, remove_jumps
 from skpose.skeleton._skeleton import Skeleton
 from skpose.skeleton._upright import upright_turn
-
-if TYPE_CHECKING:
-    import pandas
-
 
 HEADED = 1e-6  # rad, tolerance of a constant heading
 
@@ -175,7 +165,12 @@ class Motion:
         if numbers.shape != (n_frames,) or not is_whole or (np.diff(numbers.astype(np.int64)) <= 0).any():
             raise ValueError(f"frame_numbers must be {n_frames} increasing integers, got {numbers}")
         object.__setattr__(self, "frame_numbers", numbers.astype(np.int64))
-        object.__setattr__(self, "seen", check_seen(self.seen, (n_frames, self.skeleton.n_joints)))
+        if self.seen is not None:
+            seen, shape = np.asarray(self.seen), (n_frames, self.skeleton.n_joints)
+            if seen.dtype != bool or seen.shape not in ((), shape):
+                expected = f"True, None or bool of shape {shape}"
+                raise ValueError(f"seen must be {expected}, got {seen.dtype} of shape {seen.shape}")
+            object.__setattr__(self, "seen", np.broadcast_to(seen, shape).copy())
         warn_of_degrees(None, self.skeleton, angles=self.angles)
 
     @property
@@ -193,15 +188,24 @@ class Motion:
 
     def __getitem__(self, frames: int | np.integer | slice) -> "Motion":
         """Select frames: ``motion[10:50]``, ``motion[::2]`` at half the rate, ``motion[3]`` as one frame."""
-        rows, step, numbers = choose_frames(self.frame_numbers, frames)
+        n, step = len(self), 1
+        if isinstance(frames, slice):
+            step = abs(frames.indices(n)[2])
+        else:
+            frame = range(n)[index(frames)]
+            frames = slice(frame, frame + 1)
+        numbers = self.frame_numbers[frames]
+        numbers = np.abs(numbers - numbers[:1])
+        if (numbers % step).any():
+            raise ValueError(f"frames are missing, so every {step}th is not evenly spaced: use resample")
         return replace(
             self,
-            angles=self.angles[rows],
+            angles=self.angles[frames],
             frame_rate=self.frame_rate / step,
-            root_positions=self.root_positions[rows],
-            root_angles=self.root_angles[rows],
-            frame_numbers=numbers,
-            seen=None if self.seen is None else self.seen[rows],
+            root_positions=self.root_positions[frames],
+            root_angles=self.root_angles[frames],
+            frame_numbers=numbers // step,
+            seen=None if self.seen is None else self.seen[frames],
         )
 
     def __array__(self, *arguments: object, **options: object) -> NoReturn:
@@ -253,17 +257,15 @@ class Motion:
                 if getattr(motion, name) != getattr(first, name):
                     values = getattr(motion, name), getattr(first, name)
                     raise ValueError(f"motions[{i}] has {name} {values[0]!r}, but motions[0] has {values[1]!r}")
-        angles, positions, rotations = (
-            np.concatenate([getattr(motion, name) for motion in motions])
+        joined: dict[str, Any] = {
+            name: np.concatenate([getattr(motion, name) for motion in motions])
             for name in ("angles", "root_positions", "root_angles")
-        )
+        }
         ends = np.cumsum([0] + [1 + motion.frame_numbers[-1] if len(motion) else 0 for motion in motions])
         numbers = np.concatenate([end + motion.frame_numbers for end, motion in zip(ends, motions, strict=False)])
         return replace(
             first,
-            angles=angles,
-            root_positions=positions,
-            root_angles=rotations,
+            **joined,
             frame_numbers=numbers,
             seen=join_seen([motion.seen for motion in motions], list(map(len, motions))),
         )
@@ -289,16 +291,26 @@ class Motion:
             On the same skeleton.
         """
         check_frame_rate(frame_rate)
-        rows, numbers = resample_frames(self.frame_numbers, self.frame_rate, frame_rate)
-        bones = self.skeleton.bones
+        bones, numbers, step = self.skeleton.bones, self.frame_numbers, self.frame_rate / frame_rate
+        # 1e-9 allows for rounding: a rate that divides the old one exactly keeps the last frame.
+        first, last = (numbers[0], numbers[-1]) if len(self) else (0, -1)
+        new = np.arange(int(np.ceil(first / step - 1e-9)), int(np.floor(last / step + 1e-9)) + 1)
+        at = new * step  # in numbers of the old frames
+        near = np.rint(at)
+        at = np.where(np.abs(at - near) < 1e-9, near, at)
+        before = np.searchsorted(numbers, at, side="right") - 1
+        part = at - numbers[before]
+        known = (part == 0.0) | np.isin(numbers[before] + 1, numbers)  # not between frames that are missing
+        rows = (before + part)[known]  # not necessarily whole
+        around = np.floor(rows).astype(int), np.ceil(rows).astype(int)  # a joint is seen if it is in both
         return replace(
             self,
             angles=interpolate_poses(bones, self.angles, rows, kept_inside(bones, self.angles)),
             frame_rate=frame_rate,
             root_positions=interpolate_linearly(self.root_positions, rows),
             root_angles=interpolate_poses((self._root,), self.root_angles, rows),
-            frame_numbers=numbers,
-            seen=None if self.seen is None else seen_between(self.seen, rows),
+            frame_numbers=new[known],
+            seen=None if self.seen is None else self.seen[around[0]] & self.seen[around[1]],
         )
 
     def to_cycle(self, *, endpoint: bool = False) -> "Motion":
@@ -354,10 +366,7 @@ class Motion:
         Motion(73 frames at 24 Hz, 3.0 s, y up, Skeleton(n_joints=1, n_dofs=1))
         """
         self._check_heading("to_cycle", least=3)
-        cycle, complaints = close_cycle(self.with_root("whole"), endpoint)
-        for complaint in complaints:
-            warn(complaint)
-        return self._with_own_axes(cycle)
+        return self._with_own_axes(close_cycle(self.with_root("whole"), endpoint))
 
     def repeat(self, n: int) -> "Motion":
         """Repeat a cycle n times, each from the place and with the heading at which the one before ends.
@@ -411,15 +420,14 @@ class Motion:
     def _with_own_axes(self, whole: "Motion") -> "Motion":
         """A motion whose root is a joint, with the root's axes of this one."""
         motion = whole.without_root()
-        orientations = root_orientations(motion.root_angles, motion.root_axes)
-        angles, axes = continuous_root_angles(orientations, self.root_axes)
+        angles, axes = continuous_root_angles(root_orientations(motion.root_angles, motion.root_axes), self.root_axes)
         return replace(motion, root_angles=angles, root_axes=axes)
 
     def _check_heading(self, function: str, least: int) -> None:
         """Refuse motions with too few frames or with a changing heading in the poses."""
         if len(self) < least:
             raise ValueError(f"{function} needs at least {least} frames, got {len(self)}")
-        if find_root_joint(self.skeleton) and not self.root_angles.any():
+        if has_root_joint(self.skeleton) and not self.root_angles.any():
             ends = root_joint_orientations(self.skeleton, self.angles[[0, -1]])
             if abs(heading(ends[1:] * ends[:1].inv(), self.up)[0]) > HEADED:
                 raise ValueError(
@@ -591,12 +599,8 @@ class Motion:
             self,
             skeleton=part,
             angles=self.angles[:, part.columns_in(self.skeleton)],
-            seen=self._seen_of(part),
+            seen=seen_of(self, part),
         )
-
-    def _seen_of(self, skeleton: Skeleton) -> np.ndarray | None:
-        """The joints of another skeleton that were seen, by their names."""
-        return seen_of(self.seen, self.skeleton.joint_names, skeleton.joint_names)
 
     def positions(self) -> np.ndarray:
         """Compute the positions of the joints in the world.
@@ -620,8 +624,7 @@ class Motion:
         array([[[0., 6., 0.],
                 [0., 7., 0.]]])
         """
-        positions: np.ndarray = upper_layers.world_positions(self)
-        return positions
+        return np.asarray(upper_layers.world_positions(self))
 
     def to_keypoints(self) -> Keypoints:
         """Convert to the positions of the root and of all joints in the world.
@@ -675,7 +678,7 @@ class Motion:
         """
         return upper_layers.player(self)
 
-    def to_pandas(self) -> "pandas.DataFrame":
+    def to_pandas(self) -> DataFrame:
         """Convert the angles to a pandas DataFrame, one column for each dof and one row for each frame.
 
         Estimators with a skeleton refuse a dataframe whose columns are not the skeleton's dofs, in its order.
@@ -692,8 +695,7 @@ class Motion:
         """
         import pandas
 
-        index = pandas.Index(self.times, name="time")
-        return pandas.DataFrame(self.angles, index, list(self.skeleton.dof_names))
+        return pandas.DataFrame(self.angles, pandas.Index(self.times, name="time"), list(self.skeleton.dof_names))
 
     def with_root(
         self, part: Literal["tilt", "whole"] = "tilt", *, up: Literal["x", "y", "z"] | None = None
@@ -748,9 +750,14 @@ class Motion:
         check_choice("part", part, ("tilt", "whole"))
         up = self.up if up is None else up
         check_choice("up", up, ("x", "y", "z"))
-        stand = upright_turn(self.skeleton, up)
-        vectors, left, axes = root_parts(self.root_angles, self.root_axes, part, up, stand)
-        skeleton = with_root_joint(self.skeleton)
+        skeleton, axes = with_root_joint(self.skeleton), up if part == "tilt" else self.root_axes
+        left, vectors = np.zeros((len(self), len(axes))), np.zeros((len(self), 3))
+        if len(self):
+            orientations = root_orientations(self.root_angles, self.root_axes)
+            if part == "tilt":
+                left[:, 0] = heading(orientations * upright_turn(self.skeleton, up).inv(), up)
+                orientations = root_orientations(left, axes).inv() * orientations
+            vectors = orientations.as_rotvec()
         return replace(
             self,
             skeleton=skeleton,
@@ -758,7 +765,7 @@ class Motion:
             root_angles=left,
             root_axes=axes,
             up=up,
-            seen=self._seen_of(skeleton),
+            seen=seen_of(self, skeleton),
         )
 
     def without_root(self) -> "Motion":
@@ -793,16 +800,19 @@ class Motion:
         >>> np.degrees(there.root_angles).round(3) + 0.0, there.root_axes
         (array([[30., 60.,  0.]]), 'xyz')
         """
-        skeleton, columns = without_root_joint(self.skeleton)
-        own = root_joint_orientations(self.skeleton, self.angles)
-        root = root_orientations(self.root_angles, self.root_axes) * own
+        if not has_root_joint(self.skeleton):
+            raise ValueError("without_root needs a motion of with_root, whose first joint carries all others")
+        first, *others = self.skeleton.bones
+        bones = tuple(bone._replace(parent=None) if bone.parent == first.name else bone for bone in others)
+        skeleton = replace(self.skeleton, bones=bones)
+        root = root_orientations(self.root_angles, self.root_axes) * root_joint_orientations(self.skeleton, self.angles)
         axes = self.root_axes if len(self.root_axes) == 3 else "xyz"
         root_angles, root_axes = continuous_root_angles(root, axes)
         return replace(
             self,
             skeleton=skeleton,
-            angles=self.angles[:, columns],
+            angles=self.angles[:, skeleton.columns_in(self.skeleton)],
             root_angles=root_angles,
             root_axes=root_axes,
-            seen=self._seen_of(skeleton),
+            seen=seen_of(self, skeleton),
         )

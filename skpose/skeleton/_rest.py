@@ -7,6 +7,7 @@ import numpy as np
 from skpose._utils.validation import SkeletonLike
 
 ROOT = -1  # the index of the root
+NOWHERE = -2  # of no joint
 NO_DIRECTION = 1e-3  # share of the longest bone: a shorter one, or none, has no direction
 
 

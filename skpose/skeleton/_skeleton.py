@@ -260,7 +260,16 @@ class Skeleton:
     @cached_property
     def weights(self) -> np.ndarray:
         """Weight of each joint in distances."""
-        return _freeze(joint_weights(self))
+        generic = np.random.default_rng(0).uniform(-1.0, 1.0, (1, self.n_dofs))
+        points = joint_positions(self, generic, Rotation.identity(1))[0, 1:]
+        weights = np.ones(self.n_joints)
+        for j, bone in enumerate(self.bones):
+            near = np.abs(points[:j] - points[j]).max(axis=1, initial=0.0) <= SAME_PLACE
+            if bone.weight is not None:
+                weights[j] = bone.weight
+            elif (weights[:j][near] > 0.0).any():
+                weights[j] = 0.0  # joints at one point in every pose count once
+        return _freeze(weights)
 
     def with_weights(self, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> "Skeleton":
         r"""Set weights of the joints in distances.
@@ -316,7 +325,20 @@ class Skeleton:
         >>> float(skeleton.with_weights("mass").weights.sum().round(2))
         0.82
         """
-        weighted = replace(self, bones=weight_bones(self, weights))
+        if isinstance(weights, str):
+            check_choice("weights", weights, ("mass",))
+            weights = upper_layers.mass_weights(self)
+        by_name: dict[Any, Any] = dict(weights.items()) if hasattr(weights, "items") else {}  # of pandas Series too
+        if isinstance(weights, Mapping) or any(isinstance(name, str) for name in by_name):
+            check_joints(self, by_name, "weights")
+            given = [by_name.get(bone.name, bone.weight) for bone in self.bones]
+        else:
+            array = np.asarray(weights)
+            if array.shape != (self.n_joints,):
+                raise ValueError(f"weights must have shape ({self.n_joints},), one per joint, got {array.shape}")
+            given = list(array)
+        bones = tuple(bone._replace(weight=weight) for bone, weight in zip(self.bones, given, strict=True))
+        weighted = replace(self, bones=bones)
         if not weighted.weights.any():
             raise ValueError("weights must be positive for at least one joint")
         return weighted
@@ -357,7 +379,12 @@ class Skeleton:
         >>> skeleton.select(drop=["left_pelvis", "right_pelvis"])  # the upper part of the body
         Skeleton(n_joints=12, n_dofs=28)
         """
-        return replace(self, bones=select_bones(self, joints, drop))
+        kept = set(self.joint_names) if joints is None else set(check_joints(self, joints, "joints"))
+        dropped = set(check_joints(self, drop, "drop"))
+        for bone in self.bones:
+            if bone.parent in dropped:
+                dropped.add(bone.name)
+        return replace(self, bones=with_carriers(self, kept - dropped))
 
     def columns_in(self, skeleton: "Skeleton") -> np.ndarray:
         """Find the columns of this skeleton's dofs in poses of a larger one.
@@ -443,50 +470,6 @@ def _in_tree_order(bones: Sequence[Bone]) -> tuple[Bone, ...]:
             bone = by_name[bone.parent]
         placed.update(reversed(chain.items()))
     return tuple(placed.values())
-
-
-def weight_bones(skeleton: Skeleton, weights: Mapping[str, float] | ArrayLike | Literal["mass"]) -> tuple[Bone, ...]:
-    """The bones of a skeleton with weights, see `Skeleton.with_weights`."""
-    if isinstance(weights, str):
-        check_choice("weights", weights, ("mass",))
-        weights = upper_layers.mass_weights(skeleton)
-    by_name: dict[Any, Any] = dict(weights.items()) if hasattr(weights, "items") else {}  # pandas Series have items too
-    if isinstance(weights, Mapping) or any(isinstance(name, str) for name in by_name):
-        check_joints(skeleton, by_name, "weights")
-        given = [by_name.get(bone.name, bone.weight) for bone in skeleton.bones]
-    else:
-        array = np.asarray(weights)
-        if array.shape != (skeleton.n_joints,):
-            raise ValueError(f"weights must have shape ({skeleton.n_joints},), one per joint, got {array.shape}")
-        given = list(array)
-    return tuple(bone._replace(weight=weight) for bone, weight in zip(skeleton.bones, given, strict=True))
-
-
-def joint_weights(skeleton: Skeleton) -> np.ndarray:
-    """The weights (n_joints,) of the joints; joints at one point in every pose count once by default."""
-    generic = np.random.default_rng(0).uniform(-1.0, 1.0, (1, skeleton.n_dofs))
-    points = joint_positions(skeleton, generic, Rotation.identity(1))[0, 1:]
-    weights = np.ones(skeleton.n_joints)
-    for j, bone in enumerate(skeleton.bones):
-        near = np.abs(points[:j] - points[j]).max(axis=1, initial=0.0) <= SAME_PLACE
-        if bone.weight is not None:
-            weights[j] = bone.weight
-        elif (weights[:j][near] > 0.0).any():
-            weights[j] = 0.0
-    return weights
-
-
-def select_bones(skeleton: Skeleton, joints: str | Iterable[str] | None, drop: str | Iterable[str]) -> tuple[Bone, ...]:
-    """The bones of some joints, with those between them and the root, see `Skeleton.select`."""
-    kept = set(skeleton.joint_names) if joints is None else set(check_joints(skeleton, joints, "joints"))
-    dropped = set(check_joints(skeleton, drop, "drop"))
-    for bone in skeleton.bones:
-        if bone.parent in dropped:
-            dropped.add(bone.name)
-    bones = with_carriers(skeleton, kept - dropped)
-    if not any(bone.dofs for bone in bones):
-        raise ValueError(f"a selection must keep a joint with dofs, but it keeps {[bone.name for bone in bones]}")
-    return bones
 
 
 def with_carriers(skeleton: Skeleton, names: Iterable[str]) -> tuple[Bone, ...]:

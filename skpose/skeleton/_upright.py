@@ -66,22 +66,16 @@ def describe_up(found: str) -> str:
     return f"in nearly all frames {stands}"
 
 
-def find_up(motion: MotionLike, default: str, positions: np.ndarray | None = None) -> str:
-    """The direction along which the poses of nearly all frames stand; the default if there is none.
-
-    The positions (n_frames, n_joints + 1, 3) of the root and the joints are computed if they are not given.
-    """
+def find_up(motion: MotionLike, default: str) -> str:
+    """The direction along which the poses of nearly all frames stand; the default if there is none."""
     frames = np.unique(np.linspace(0, len(motion) - 1, min(N_FRAMES, len(motion))).astype(int))
     skeleton = motion.skeleton
     high, low = high_and_low(["", *skeleton.joint_names])
     n_ends = len({*range(skeleton.n_joints)} - {*skeleton.parents.tolist()})
     if not len(frames) or not ((high and low) or n_ends >= N_ENDS):
         return default
-    if positions is None:
-        root = root_orientations(motion.root_angles[frames], motion.root_axes)
-        positions = joint_positions(skeleton, motion.angles[frames], root)
-    else:
-        positions = positions[frames]
+    root = root_orientations(motion.root_angles[frames], motion.root_axes)
+    positions = joint_positions(skeleton, motion.angles[frames], root)
     if high and low:
         heights = positions[:, high].mean(axis=1) - positions[:, low].mean(axis=1)
     else:

@@ -47,7 +47,7 @@ def test_positions_of_what_is_kept_stay():
     [
         ({"joints": "left_hnd"}, "did you mean 'left_hand'"),
         ({"drop": ["hip"]}, "drop has 'hip'"),
-        ({"joints": "left_pelvis"}, "a joint with dofs"),
+        ({"joints": "left_pelvis"}, "bone with dofs"),
     ],
 )
 def test_invalid_selections_are_refused(arguments, message):
