@@ -13,7 +13,7 @@ from skpose.scores._inputs import (
     Joints,
     Length,
     Points,
-    align as align_points,
+    align_points,
     check_length_unit,
     joint_indices,
     points_of,
@@ -136,30 +136,21 @@ def dtw_mje(
     >>> round(dtw_mje(true, true + [0.0, 0.0, 0.01]), 6)  # mm
     10.0
     """
-    how = _How(cost, cost if error is None else error, divide, warp, align)
+    error = cost if error is None else error
     if average == "pairs" and divide != "path":
         raise ValueError(f"average='pairs' needs divide='path', got {divide!r}")
-    if align is not None and (how.cost, how.error, how.warp) != ("joints", "joints", "pose"):
+    if align is not None and (cost, error, warp) != ("joints", "joints", "pose"):
         raise ValueError("align= needs cost='joints' and warp='pose'")
     pairs = _read_pairs(y_true, y_pred, skeleton, data_unit, root, joints)
     weights = check_sample_weight(sample_weight, np.empty((len(pairs), 1)))
-    sums, sizes = (np.array(one) for one in zip(*(_follow(pair, how) for pair in pairs), strict=True))
+    found = [_follow(pair, cost, error, divide, warp, align) for pair in pairs]
+    sums, sizes = (np.array(one) for one in zip(*found, strict=True))
     factor = LENGTHS[data_unit] / LENGTHS[unit]
     if average is None:
         return sums / sizes * factor
     if average == "pairs":
         return float(weights @ sums / (weights @ sizes)) * factor
     return float(np.average(sums / sizes, weights=weights)) * factor
-
-
-class _How(NamedTuple):
-    """What is computed for a pair of motions."""
-
-    cost: str
-    error: str
-    divide: str | None
-    warp: str
-    align: str | None
 
 
 class _Pair(NamedTuple):
@@ -185,27 +176,28 @@ def _read_pairs(
     if len(true.lengths) != len(pred.lengths) or n_joints != pred.frames.shape[1]:
         raise ValueError("y_true and y_pred must have the same joints and number of motions")
     check_length_unit(true.frames, skeleton, data_unit)
-    names = () if skeleton is None else skeleton.joint_names
     pairs = []
     for one, another in zip(true.split(), pred.split(), strict=True):
-        a, b = (align_points(points_of(x, x, np.ones(len(x)), names), root, None, False) for x in (one, another))
+        a, b = (align_points(points_of(x, x, skeleton), root, None, False) for x in (one, another))
         chosen = list(range(n_joints)) if joints is None else joint_indices(joints, a, "joints")
         pairs.append(_Pair(a.true, a.seen, b.true, chosen))
     return pairs
 
 
-def _follow(pair: _Pair, how: _How) -> tuple[float, float]:
+def _follow(
+    pair: _Pair, cost: str, error: str, divide: str | None, warp: str, align: str | None
+) -> tuple[float, float]:
     """The sum of the errors along the path, and what it is divided by."""
-    if how.warp == "joint":
-        results = [_follow(pair._replace(joints=[j]), how._replace(warp="pose")) for j in pair.joints]
+    if warp == "joint":
+        results = [_follow(pair._replace(joints=[j]), cost, error, divide, "pose", align) for j in pair.joints]
         return float(np.mean([total / size for total, size in results])), 1.0
-    costs = _costs(pair, how.cost, how.align)
-    errors = costs if how.error == how.cost else _costs(pair, how.error, None)
+    costs = _costs(pair, cost, align)
+    errors = costs if error == cost else _costs(pair, error, None)
     sums = costs.copy()
     accumulate(sums, Paths.of(None))
     path = path_to(sums, False, sums.shape[1] - 1)
     total = float(sums[-1, -1]) if errors is costs else float(errors[path[:, 0], path[:, 1]].sum())
-    return total, float({"path": len(path), "true": len(pair.true), None: 1}[how.divide])
+    return total, float({"path": len(path), "true": len(pair.true), None: 1}[divide])
 
 
 def _costs(pair: _Pair, cost: str, align: str | None) -> np.ndarray:
@@ -243,5 +235,5 @@ def _align_pairs(true: np.ndarray, seen: np.ndarray, pred: np.ndarray, align: st
     shape = pred.shape
     flat_true = np.broadcast_to(true, shape).reshape(-1, *shape[2:])
     flat_seen = np.broadcast_to(seen, shape[:3]).reshape(-1, shape[2])
-    points = Points(flat_true, pred.reshape(flat_true.shape), flat_seen, np.ones(len(flat_true)), ())
+    points = Points(flat_true, pred.reshape(flat_true.shape), flat_seen, ())
     return align_points(points, None, align, False).pred.reshape(shape)
