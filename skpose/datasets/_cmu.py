@@ -1,6 +1,5 @@
 """Readers of recorded databases: CMU, from a folder or from its server, and HDM05."""
 
-import csv
 import hashlib
 import re
 from collections.abc import Iterable
@@ -8,7 +7,7 @@ from pathlib import Path
 
 from sklearn.datasets import fetch_file, get_data_home
 
-from skpose._utils.files import new_file
+from skpose._utils.files import write_csv
 from skpose._utils.progress import progress
 from skpose.datasets._folder import COLUMNS, HDM05, INDEX, RATE, PathLike, Row, is_index, read_index, read_rows, rows_of
 from skpose.datasets._motions import MotionDataset, Rotations
@@ -148,10 +147,8 @@ def _add_to_index(path: Path, rows: list[dict]) -> None:
     known = read_index(path) if path.exists() else []
     known = [row | {"file": row["file"].relative_to(path.parent).as_posix()} for row in known]
     others = [row for row in known if row["file"] not in new]
-    with new_file(path, replace=True) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows([*others, *rows])
+    table = [[row.get(name) for name in COLUMNS] for row in (*others, *rows)]
+    write_csv(path, [COLUMNS, *table], replace=True)
 
 
 def _fetch_index(subject: str, home: Path, folder: Path) -> dict[str, str]:

@@ -27,6 +27,7 @@ from skpose.skeleton._rest import size_of
 
 INCH = 0.0254  # m; the unit of length of the format, divided by the file's `length`
 ROTATIONS = ("rx", "ry", "rz")
+UNLIMITED = (-np.inf, np.inf)
 CHANNELS = ("tx", "ty", "tz", *ROTATIONS)
 KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
@@ -44,7 +45,7 @@ class AcclaimBone(NamedTuple):
     axis: Rotation  # C_b
     order: str
     dofs: list[str]
-    limits: list[float]  # low and high of each dof, in the file's unit of angles
+    limits: dict[str, np.ndarray]  # low and high of each dof, rad; none if the file has none
 
 
 class AcclaimRoot(NamedTuple):
@@ -105,8 +106,7 @@ class AsfFile:
         new, new_bones = copy(self), dict[str, AcclaimBone]()
         for name, bone in self.bones.items():
             more = [dof for dof in ROTATIONS if dof not in bone.dofs] if bone.dofs else []
-            limits = bone.limits + [-np.inf, np.inf] * len(more) if bone.limits else []
-            new_bones[name] = bone._replace(dofs=bone.dofs + more, limits=limits)
+            new_bones[name] = bone._replace(dofs=bone.dofs + more)
         new.bones = new_bones
         new.skeleton = new._skeleton()
         return new
@@ -118,11 +118,7 @@ class AsfFile:
         bone, parent = self.bones[name], self.parents[name]
         parent_axis = Rotation.identity() if parent is None else self.bones[parent].axis
         order = [axis for axis in bone.order if f"r{axis}" in bone.dofs]
-        limits: np.ndarray | None = None
-        if bone.limits:
-            pairs = dict(zip(bone.dofs, np.reshape(bone.limits, (-1, 2)), strict=True))
-            limits = np.array([pairs[f"r{axis}"] for axis in order])
-            limits = limits if self.radians else np.radians(limits)
+        limits = np.array([bone.limits.get(f"r{axis}", UNLIMITED) for axis in order]) if bone.limits else None
         rest = (parent_axis.inv() * bone.axis).as_matrix()
         offset = bone.axis.inv().apply(bone.direction * (bone.length * self.scale))
         return Bone(name, parent, tuple(offset), "".join(order), rest, limits)
@@ -247,9 +243,10 @@ def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radian
     angles = dict(zip("xyz", _numbers(source, tokens[:-1], 3, f"axis of bone {name!r}"), strict=True))
     axis = Rotation.from_euler(order, [angles[letter] for letter in order], degrees=not radians)
     dofs = _some_of(source, ROTATIONS, given.get("dof", []), f"dof of bone {name!r}")
-    limits = [source.number(token, f"limits of bone {name!r}", finite=False) for token in given.get("limits", [])[1:]]
-    if limits and len(limits) != 2 * len(dofs):
-        raise source.error(f"bone {name!r}: expected {2 * len(dofs)} limits, found {len(limits)}", end)
+    ends = [source.number(token, f"limits of bone {name!r}", finite=False) for token in given.get("limits", [])[1:]]
+    if ends and len(ends) != 2 * len(dofs):
+        raise source.error(f"bone {name!r}: expected {2 * len(dofs)} limits, found {len(ends)}", end)
+    limits = dict(zip(dofs, np.reshape(ends if radians else np.radians(ends), (-1, 2)), strict=False))
     # The direction is printed to six digits, so its length is not exactly 1.
     return name, AcclaimBone(direction / (norm or 1.0), length, axis, order, dofs, limits)
 

@@ -5,12 +5,13 @@ import io
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import Literal, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
-from skpose._utils.files import new_file
+from skpose._utils.files import write_csv
 from skpose.io._conventions import (
     METRES,
     Stored,
@@ -268,11 +269,10 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     if not isinstance(content, Motion | Keypoints):
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
     header, same, numbers, columns = _of_motion(content) if isinstance(content, Motion) else _of_keypoints(content)
-    with new_file(path) as new, new.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(f"'{cell}" if FORMULA.match(cell) else cell for cell in header)
-        for number, time, row in zip(numbers.tolist(), (numbers / content.frame_rate).tolist(), columns, strict=True):
-            writer.writerow([number, time, *same, *("" if x != x else x for x in row)])
+    head = [f"'{cell}" if FORMULA.match(cell) else cell for cell in header]
+    frames = zip(numbers.tolist(), (numbers / content.frame_rate).tolist(), columns, strict=True)
+    rows = ([number, time, *same, *("" if x != x else x for x in row)] for number, time, row in frames)
+    write_csv(path, chain([head], rows))
 
 
 Table = tuple[list[str], list, np.ndarray, Iterable[list[float]]]

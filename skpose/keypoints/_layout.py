@@ -85,10 +85,7 @@ def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
     """
     found = {}
     for name in wanted:
-        if name in names:
-            found[name] = name
-            continue
-        for spelling in (str.casefold, _words):
+        for spelling in (str, str.casefold, _words):
             same = [other for other in names if spelling(other) == spelling(name)]
             if len(same) > 1:
                 raise ValueError(f"the point {name!r} may be {' or '.join(map(repr, same))}: rename one of them")
@@ -404,21 +401,16 @@ class Layout:
         if self.root in out:
             raise ValueError(f"layout {self.name!r}: {self.root!r} is the root and cannot be removed")
         parents, rigid = {}, set(self.rigid) - out
-        for name in self.points:
+        for name in (one for one in self.points if one not in out):
             parent = self.parents[name]
             while parent in out:
-                if (
-                    not {name, parent} & self.rigid
-                    and name not in out
-                    and any(word in str(parent).lower() for word in BENDS)
-                ):
+                if not {name, parent} & self.rigid and any(word in str(parent).lower() for word in BENDS):
                     raise ValueError(
                         f"layout {self.name!r}: {name!r} cannot be without {parent!r}, where the limb bends"
                     )
                 rigid -= {name} if parent not in self.rigid else set()
                 parent = self.parents[parent]
-            if name not in out:
-                parents[name] = parent
+            parents[name] = parent
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {
             name: tuple(end for end in ends if end not in out) if ends[0] in WIDTHS else ends  # wands may be absent

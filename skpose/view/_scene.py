@@ -8,6 +8,7 @@ import numpy as np
 
 from skpose._utils.units import extent_of
 from skpose.keypoints import Keypoints, Layout
+from skpose.keypoints._keypoints import without_gaps
 from skpose.keypoints._layout import find_names
 from skpose.keypoints._layouts import find_layout
 from skpose.kinematics import forward_kinematics
@@ -179,7 +180,7 @@ def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict
     order = AXES[keypoints.up]
     positions = figure.positions[..., order]
     seen = ~np.isnan(positions[..., 0])
-    filled = _fill(positions, seen)
+    filled = without_gaps(positions, seen)
     middle = filled[:, seen.any(axis=0)].mean(axis=1)
     size, times = extent_of(positions) or 1.0, np.arange(len(positions)) / keypoints.frame_rate
     height, standing = find_ground(positions, times, size)
@@ -207,13 +208,3 @@ def _shape_of(parents: list[int], size: float) -> Shape:
     spheres = [Sphere((i + 1,), radius, inside=i in parents) for i, radius in enumerate(radii)]
     parts = [Part(i, ((parent, i) if parent >= 0 else (i,),)) for i, parent in enumerate(parents)]
     return Shape(spheres, parts, False)
-
-
-def _fill(positions: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Positions without gaps: linear over time, constant before the first and after the last visible frame."""
-    filled, frames = np.zeros(positions.shape), np.arange(len(positions))
-    for point in np.flatnonzero(seen.any(axis=0)):
-        at = np.flatnonzero(seen[:, point])
-        for axis in range(3):
-            filled[:, point, axis] = np.interp(frames, at, positions[at, point, axis])
-    return filled
