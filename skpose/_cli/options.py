@@ -116,10 +116,6 @@ def add_files(parser: argparse.ArgumentParser, what: str) -> None:
     )
 
 
-def add_file(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=one_file, metavar="FILE", help="motion, markers or keypoints; -: standard input")
-
-
 def add_frame_rate(group: argparse._ActionsContainer, default: float | None = None, text: str = "every frame") -> None:
     group.add_argument(
         "--frame-rate", type=positive, default=default, metavar="HZ", help=f"resample to this rate; default: {text}"

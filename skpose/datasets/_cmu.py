@@ -1,6 +1,5 @@
 """Readers of recorded databases: CMU, from a folder or from its server, and HDM05."""
 
-import hashlib
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,7 +13,6 @@ from skpose.datasets._motions import MotionDataset, Rotations
 
 SERVER = "http://mocap.cs.cmu.edu"
 LISTING = "index.txt"  # of the trials of a subject
-DIGESTS = "sha256.txt"  # of the files as they were downloaded: the server states none
 
 
 def load_cmu(
@@ -110,8 +108,7 @@ def fetch_cmu(
 
     Notes
     -----
-    An ``index.csv`` in the folder lists all downloaded subjects, so `load_cmu` can read them. ``sha256.txt`` has the
-    digests of the files as they were downloaded; a file that has changed since is downloaded again, with a warning.
+    An ``index.csv`` in the folder lists all downloaded subjects, so `load_cmu` can read them.
 
     The data is free for every use, including products that are sold, but must not be resold itself. It was obtained
     from mocap.cs.cmu.edu; the database was created with funding from NSF EIA-0196217.
@@ -127,34 +124,31 @@ def fetch_cmu(
     if not names:
         raise ValueError("subjects must name at least one subject, got none")
     rows = []
-    trials = {name: _fetch_index(name, home, home / "subjects" / name) for name in names}
+    trials = {name: _fetch_index(name, home / "subjects" / name) for name in names}
     with progress(SERVER, sum(map(len, trials.values())), verbose) as advance:
         for name in names:
             folder = home / "subjects" / name
-            _fetch(f"{SERVER}/subjects/{name}/{name}.asf", home, folder, f"{name}.asf")
+            _fetch(f"{SERVER}/subjects/{name}/{name}.asf", folder, f"{name}.asf")
             for trial, action in trials[name].items():
-                path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", home, folder, f"{name}_{trial}.amc")
-                file = path.relative_to(home).as_posix()
-                rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
+                path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", folder, f"{name}_{trial}.amc")
+                rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, path), strict=True)))
                 advance()
     _add_to_index(home / INDEX, rows)
-    return _read([row | {"file": home / str(row["file"])} for row in rows], frame_rate, rotations, verbose)
+    return _read(rows, frame_rate, rotations, verbose)
 
 
-def _add_to_index(path: Path, rows: list[dict]) -> None:
-    """Add rows to the index, after other files."""
-    new = {row["file"] for row in rows}
+def _add_to_index(path: Path, rows: list[Row]) -> None:
     known = read_index(path) if path.exists() else []
-    known = [row | {"file": row["file"].relative_to(path.parent).as_posix()} for row in known]
-    others = [row for row in known if row["file"] not in new]
-    table = [[row.get(name) for name in COLUMNS] for row in (*others, *rows)]
-    write_csv(path, [COLUMNS, *table], replace=True)
+    merged = {row["file"]: row for row in (*known, *rows)}
+    labels = ([row.get(name) for name in COLUMNS[:-1]] for row in merged.values())
+    files = (file.relative_to(path.parent).as_posix() for file in merged)
+    write_csv(path, [COLUMNS, *([*row, file] for row, file in zip(labels, files, strict=True))], replace=True)
 
 
-def _fetch_index(subject: str, home: Path, folder: Path) -> dict[str, str]:
+def _fetch_index(subject: str, folder: Path) -> dict[str, str]:
     """The action of each trial of a subject, from the server's tab-separated listing, the description last."""
     query = f"subjectnumber={int(subject)}&motion=%25%25%25&maincat=%25&subcat=%25&subtext=yes"
-    path = _fetch(f"{SERVER}/search.php?{query}", home, folder, LISTING)
+    path = _fetch(f"{SERVER}/search.php?{query}", folder, LISTING)
     trials = {}
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         name, *fields = (field.strip() for field in line.split("\t"))
@@ -168,19 +162,13 @@ def _fetch_index(subject: str, home: Path, folder: Path) -> dict[str, str]:
     return trials
 
 
-def _fetch(url: str, home: Path, folder: Path, name: str) -> Path:
-    """Download a file unless it exists with the digest that it had when it was downloaded."""
+def _fetch(url: str, folder: Path, name: str) -> Path:
+    """Download a file unless it exists."""
     folder.mkdir(parents=True, exist_ok=True)
-    digests, key = home / DIGESTS, (folder / name).relative_to(home).as_posix()
-    known = dict(line.split(" ", 1)[::-1] for line in digests.read_text().splitlines()) if digests.exists() else {}
     try:
-        path = Path(fetch_file(url, folder=folder, local_filename=name, sha256=known.get(key)))
+        return Path(fetch_file(url, folder=folder, local_filename=name))
     except OSError as error:
         raise OSError(f"could not download {url} ({error}); put the files into {folder} and use load_cmu") from error
-    if key not in known and name != LISTING:  # the server may add motions
-        with digests.open("a") as file:
-            file.write(f"{hashlib.sha256(path.read_bytes()).hexdigest()} {key}\n")
-    return path
 
 
 # --- HDM05 ------------------------------------------------------------------------------------------------------------

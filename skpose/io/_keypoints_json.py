@@ -54,7 +54,7 @@ def read_json(source: Source, n_points: int | None) -> Stored:
     names = _category_names(whole)
     n_points = len(names) if names else n_points
     parts = zip(source.parts, document, strict=True) if source.parts else [(source, document)]
-    frames = [_list_entries(part, content, n_points) for part, content in parts]
+    frames = [_list_entries(part, content) for part, content in parts]
     numbers = [last_number(part.name) for part in source.parts]
     if max(map(len, frames)) == 1 and min(numbers, default=-1) >= 0:
         frames = [[(frame, number)] for ((frame, _),), number in zip(frames, numbers, strict=True)]
@@ -75,7 +75,7 @@ def parse_json(source: Source) -> Any:
         raise source.error(f"JSON is damaged: {error}") from None
 
 
-def _list_entries(source: Source, document: Any, n_points: int | None) -> list[Entry]:
+def _list_entries(source: Source, document: Any) -> list[Entry]:
     """The frames of a document, which may be one of them, in the order of their numbers."""
     if isinstance(document, dict):
         if "annotations" in document and "images" in document:

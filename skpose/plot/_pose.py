@@ -326,7 +326,7 @@ class PoseDisplay:
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         display = cls(forward_kinematics(motion.angles[frames], motion.skeleton), motion.skeleton, labels, "time (s)")
-        display._vertical = _find_vertical(motion)
+        display._vertical = int(np.abs(vertical_of(motion)).argmax())  # the axis of the root nearest to it
         return display.plot(ax, **options)
 
     @classmethod
@@ -399,11 +399,6 @@ class PoseDisplay:
         title = f"standard deviations along component {component + 1}, {share:.0%} of the variance"
         poses = pca.inverse_transform(scores)
         return cls.from_poses(poses, skeleton, labels=labels, title=title, ax=ax, **options)
-
-
-def _find_vertical(motion: Motion) -> int:
-    """The axis of the root that is nearest to the vertical of the world."""
-    return int(np.abs(vertical_of(motion)).argmax())
 
 
 def _choose_projection(positions: np.ndarray, vertical: int) -> str:

@@ -138,18 +138,12 @@ def server(folder, monkeypatch):
         thread.join()
 
 
-def test_fetch_cmu(server, folder, tmp_path_factory, monkeypatch):
+def test_fetch_cmu(server, folder, tmp_path_factory):
     home = tmp_path_factory.mktemp("home")
     dataset = fetch_cmu([1], data_home=home, frame_rate=120)
     assert list(dataset.actions) == ["walk", "run/jog"]
     assert list(dataset.trials) == ["01", "02"]
     np.testing.assert_array_equal(dataset.motions[1].angles, load_cmu(folder, frame_rate=120).motions[1].angles)
-    amc = home / "cmu_mocap" / "subjects" / "01" / "01_01.amc"
-    as_it_was = amc.read_bytes()
-    amc.write_bytes(as_it_was[:-9])
-    with pytest.warns(UserWarning, match="checksum"):
-        fetch_cmu([1], data_home=home, frame_rate=120)
-    assert amc.read_bytes() == as_it_was
     shutil.rmtree(folder / "subjects")  # now from disk
     assert list(fetch_cmu(["01"], data_home=home, frame_rate=120).actions) == ["walk", "run/jog"]
 
