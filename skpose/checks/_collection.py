@@ -67,8 +67,7 @@ def compare(summaries: Sequence[Summary], name_of: Callable[[int], str]) -> Iter
     for group in groups.values():
         yield from _doubles(group, name_of)
     for name in ("rig", "frame rate", "up axis"):
-        counts = Counter(summary.kept[name] for summary in summaries)
-        for value, n in counts.most_common()[1:]:
+        for value, n in Counter(summary.kept[name] for summary in summaries).most_common()[1:]:
             first = next(summary for summary in summaries if summary.kept[name] == value)
             what = f"{n} of {len(summaries)} motions, first this one, have another {name} than most: {value[0]}"
             frames, remedy = (0, first.n_frames), "retarget, resample or turn them to one before they are compared"

@@ -159,11 +159,9 @@ def read_model(path: str) -> Body:
 
 @lru_cache(maxsize=8)
 def _read_model(path: str, _modified: int, _size: int) -> Body:
-    source = Source(path, "the file of an SMPL model (.npz)", binary=True)
-    model = Archive(source)
-    sizes = [(size, None) for size in BY_SIZE]
+    model = Archive(Source(path, "the file of an SMPL model (.npz)", binary=True))
     # Where it is a pickled sparse matrix, docs/formats.md has the lines that make it a plain array.
-    regressor = model.numbers("J_regressor", *sizes)
+    regressor = model.numbers("J_regressor", *((size, None) for size in BY_SIZE))
     n_joints, n_vertices = regressor.shape
     vertices = model.numbers("v_template", (n_vertices, 3))
     directions = model.numbers("shapedirs", (n_vertices, 3, None))

@@ -207,8 +207,7 @@ DIRECTIONS = {"hip": (1, 0, 0), "collar": (1, 0, 0), "foot": (0, 0, 1), "head": 
 def joints_of(vectors: np.ndarray) -> np.ndarray:
     """The positions (n_frames, 22, 3), m, y up, of vectors (n_frames, 263)."""
     turns, ways, heights, places = np.split(vectors, EDGES[1:5], axis=1)[:4]
-    before = np.concatenate([np.zeros(1), np.cumsum(turns[:-1, 0])])
-    to_world = _about_up(-2.0 * before)
+    to_world = _about_up(-2.0 * np.concatenate([np.zeros(1), np.cumsum(turns[:-1, 0])]))
     steps = np.zeros((len(vectors), 3))
     steps[1:, [0, 2]] = ways[:-1]
     root = np.cumsum(to_world.apply(steps), axis=0)

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import chain
-from typing import Literal, NamedTuple
+from typing import Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -54,15 +54,6 @@ AFTER_AXIS = re.compile(rf"((?:.*[\s_.:-])?[xyz])[\s_.-]+({'|'.join(METRES)})", 
 NUMBERED = re.compile(r"([^\d]*)(\d{1,9})")  # landmark_7, 7: not names, but the order of the points
 
 
-class Columns(NamedTuple):
-    """The numbers of columns: of x, y and z of each point, and of how sure each is."""
-
-    names: list[str] | None
-    positions: list[int]
-    confidences: list[int]
-    scale: float | None  # metres per unit, if the header states it
-
-
 Row = tuple[int, list[str]]  # of a table: the number of its line, and its cells without blanks around them
 NOTHING = "", "NULL"  # cells without a number
 
@@ -95,19 +86,19 @@ def read_csv(source: Source) -> Stored:
         header = ["frame", *map("_".join, list(zip(*(row for _, row in numbered[:2]), strict=True))[1:])]
         numbered = numbered[2:]
     header = [cell[1:] if cell[:1] == "'" and FORMULA.match(cell) else cell for cell in header]
-    columns, rows = _columns(source, header, line), [row for _, row in numbered]
+    (names, at, sure, scale), rows = _columns(source, header, line), [row for _, row in numbered]
     if not rows:
         raise source.error("expected a row for each frame after the header, found none")
-    wanted = columns.positions + columns.confidences
+    wanted = at + sure
     array = read_cells(source, numbered, wanted, len(header))
-    n = len(columns.positions)
-    confidences = as_confidences(source, array[:, n:]) if columns.confidences else None
+    n = len(at)
+    confidences = as_confidences(source, array[:, n:]) if sure else None
     first = dict(zip(header, rows[0], strict=True))
     frame_rate = up = None
     if set(POINTS_HEAD) <= first.keys():
         frame_rate, up = source.number(first["frame_rate"], "frame_rate", numbered[0][0]), first["up"]
     positions = array[:, :n].reshape(len(rows), -1, 3)
-    stored = Stored(positions, confidences, columns.names, frame_rate, up, scale=columns.scale)
+    stored = Stored(positions, confidences, names, frame_rate, up, scale=scale)
     key, time = frame_key(header), time_key(header)
     others = [cell for i, cell in enumerate(header) if i not in wanted and cell != key]
     for other in others if n == 3 else filter(None, [time]):
@@ -161,7 +152,10 @@ def find_points(header: list[str]) -> dict[str, dict[str, int]]:
     return best
 
 
-def _columns(source: Source, header: list[str], line: int) -> Columns:
+def _columns(
+    source: Source, header: list[str], line: int
+) -> tuple[list[str] | None, list[int], list[int], float | None]:
+    """The names of points, the columns of their coordinates and confidences, and the metres per unit, if stated."""
     if twice := [(cell, n) for cell, n in Counter(header).items() if cell and n > 1]:
         raise source.error(f"expected each column once, found {twice[0][0][:40]!r} {twice[0][1]} times", line)
     cells, units = zip(*map(_split_unit, header), strict=True)
@@ -195,7 +189,7 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
     scales = {METRES.get(units[i]) for i in positions}
     if len(scales) > 1:
         raise source.error(f"expected one unit of length, found {sorted({units[i] for i in positions})}", line)
-    return Columns(None if is_numbered else list(points), positions, sure, scales.pop())
+    return None if is_numbered else list(points), positions, sure, scales.pop()
 
 
 # --- writer -----------------------------------------------------------------------------------------------------------

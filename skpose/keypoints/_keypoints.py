@@ -144,8 +144,7 @@ class Keypoints:
 
     def __repr__(self) -> str:
         lost = f", {np.mean(self.confidences == 0.0):.1%} not seen" if (self.confidences == 0.0).any() else ""
-        seconds = len(self) / self.frame_rate
-        rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
+        rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {len(self) / self.frame_rate:.1f} s"
         return f"Keypoints({rate}, {len(self.names)} points{lost.replace('%', ' %')})"
 
     def select(self, names: Iterable[str]) -> "Keypoints":
@@ -283,8 +282,7 @@ class Keypoints:
         import pandas
 
         columns, values = columns_of(self)
-        index = pandas.Index(self.times, name="time")
-        table = pandas.DataFrame(values, index, columns, copy=True)
+        table = pandas.DataFrame(values, pandas.Index(self.times, name="time"), columns, copy=True)
         table.attrs.update(unit="m", frame_rate=self.frame_rate, up=self.up)
         return table
 

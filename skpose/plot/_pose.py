@@ -193,8 +193,7 @@ class PoseDisplay:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
         if self.labels is not None:
-            reached = self.positions if shape is None else shape.centres(with_root(self.positions))
-            flat = reached[:, :, plane]
+            flat = (self.positions if shape is None else shape.centres(with_root(self.positions)))[:, :, plane]
             low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
             step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones seen end on
             centres = np.arange(len(flat)) * step

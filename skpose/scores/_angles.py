@@ -113,8 +113,7 @@ def mean_angle_error(
     if drop_constant is not None:
         motions = (true if drop_constant == "true" else pred).split()
         spreads = [np.ma.masked_invalid(motion).std(axis=0).filled(0.0) for motion in motions]
-        constant = np.array(spreads) * ANGLES[data_unit] <= CONSTANT
-        dropped = np.repeat(constant, true.lengths, axis=0)
+        dropped = np.repeat(np.array(spreads) * ANGLES[data_unit] <= CONSTANT, true.lengths, axis=0)
     if kind == "each":
         errors = np.where(dropped, np.nan, np.abs(gaps))
     else:

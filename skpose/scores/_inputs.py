@@ -90,8 +90,7 @@ def read_poses(values: ArrayLike, name: str, skeleton: Skeleton) -> Motions:
     if motions.frames.ndim == 1:  # of one column
         motions = motions._replace(frames=motions.frames[:, None])
     check_width(motions.frames, skeleton, name)
-    known = ~np.isnan(motions.frames).any(axis=1)
-    warn_of_degrees(**{name: motions.frames[known]}, in_estimator=True)
+    warn_of_degrees(**{name: motions.frames[~np.isnan(motions.frames).any(axis=1)]}, in_estimator=True)
     return motions
 
 
