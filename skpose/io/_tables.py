@@ -74,10 +74,9 @@ def read_cells(source: Source, rows: Sequence[Row], columns: Sequence[int], widt
 
 def is_csv(source: Source) -> bool:
     """Whether a file begins with a header of positions."""
-    if source.head.startswith("scorer,"):
-        return True
     header = [_split_unit(cell)[0] for _, row in split_rows(source.head.lstrip().splitlines()[:1]) for cell in row]
-    return len(header) > 1 and ({cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header)))
+    is_header = {cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header))
+    return source.head.startswith("scorer,") or (len(header) > 1 and is_header)
 
 
 def read_csv(source: Source) -> Stored:

@@ -213,9 +213,6 @@ class Layout:
         }.items():
             object.__setattr__(self, name, value)
         check_choice("up", self.up, UPS)
-        self._check_tree()
-
-    def _check_tree(self) -> None:
         points, layout = set(self.points), f"layout {self.name!r}"
         if len(points) < len(self.points) or not all(isinstance(name, str) and name for name in points):
             raise ValueError(f"{layout}: points must be different, non-empty strings, got {self.points}")
