@@ -48,15 +48,6 @@ class AcclaimBone(NamedTuple):
     limits: dict[str, np.ndarray]  # low and high of each dof, rad; none if the file has none
 
 
-class AcclaimRoot(NamedTuple):
-    """The :root section."""
-
-    channels: list[str]  # in the order of the AMC file's numbers
-    axes: str  # of its rotations
-    position: np.ndarray  # in the file's unit
-    orientation: np.ndarray  # about x, y, z, in the file's unit
-
-
 class AsfFile:
     """An ASF file that is read once and serves any number of AMC files, as `asf` of `load_amc` and `load_motion`.
 
@@ -89,7 +80,14 @@ class AsfFile:
             raise source.error(f"angle: expected deg or rad, found {angle[-1][:40]!r}", angle[-1])
         self.radians = unit == "rad" if angle else None  # None if the file does not state the unit
         self.scale = scale = _read_scale(source, units, scale)
-        self.root = _read_root(source, sections["root"])
+        root: dict[str, Sequence[Any]] = ROOT | {tokens[0].lower(): tokens for tokens in sections["root"]}
+        self.root_channels = _some_of(source, CHANNELS, root["order"], "order of the root")  # as numbers in AMC files
+        order = _axis_order(source, root["axis"], "axis of the root")
+        self.root_axes = "".join(axis for axis in order if f"r{axis}" in self.root_channels)
+        # In the file's units; the orientation is about x, y and z.
+        self.root_position, self.root_orientation = (
+            np.array(_numbers(source, root[key], 3, f"{key} of the root")) for key in ("position", "orientation")
+        )
         with source.format_errors():
             self.bones = _read_bones(source, sections["bonedata"], bool(self.radians))
             self.parents = _read_hierarchy(source, sections["hierarchy"], self.bones)
@@ -99,15 +97,15 @@ class AsfFile:
     @property
     def channels(self) -> dict[str, list[str]]:
         """Channels of the root and of each bone with dofs, in the order of the numbers in an AMC file."""
-        return {"root": self.root.channels} | {name: bone.dofs for name, bone in self.bones.items() if bone.dofs}
+        return {"root": self.root_channels} | {name: bone.dofs for name, bone in self.bones.items() if bone.dofs}
 
     def with_three_dofs(self) -> "AsfFile":
         """The same with three dofs for every bone that has any: its own first, then the others, without limits."""
-        new, new_bones = copy(self), dict[str, AcclaimBone]()
-        for name, bone in self.bones.items():
-            more = [dof for dof in ROTATIONS if dof not in bone.dofs] if bone.dofs else []
-            new_bones[name] = bone._replace(dofs=bone.dofs + more)
-        new.bones = new_bones
+        new = copy(self)
+        new.bones = {
+            name: bone._replace(dofs=list(dict.fromkeys([*bone.dofs, *ROTATIONS])) if bone.dofs else [])
+            for name, bone in self.bones.items()
+        }
         new.skeleton = new._skeleton()
         return new
 
@@ -197,14 +195,6 @@ def _sections(source: Source) -> dict[str, Statements]:
         if keyword not in sections:
             raise source.error(f"expected a :{keyword} section, found none; is the file cut short?", len(source.lines))
     return sections
-
-
-def _read_root(source: Source, section: Statements) -> AcclaimRoot:
-    given: dict[str, Sequence[Any]] = ROOT | {tokens[0].lower(): tokens for tokens in section}
-    channels = _some_of(source, CHANNELS, given["order"], "order of the root")
-    axes = _axis_order(source, given["axis"], "axis of the root")
-    place = (np.array(_numbers(source, given[key], 3, f"{key} of the root")) for key in ("position", "orientation"))
-    return AcclaimRoot(channels, "".join(axis for axis in axes if f"r{axis}" in channels), *place)
 
 
 def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str, AcclaimBone]:
@@ -428,17 +418,16 @@ def _motion(numbers: np.ndarray, frames: np.ndarray, asf: AsfFile, in_radians: b
     """The motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
     names = (f"{bone}_{channel}" for bone, channels in asf.channels.items() for channel in channels)
     column = {name: i for i, name in enumerate(names)}
-    skeleton, root = asf.skeleton, asf.root
-    angles = numbers[:, [column[name] for name in skeleton.dof_names]]
-    root_angles = numbers[:, [column[f"root_r{axis}"] for axis in root.axes]]
-    root_angles = root_angles + [root.orientation["xyz".index(axis)] for axis in root.axes]
+    angles = numbers[:, [column[name] for name in asf.skeleton.dof_names]]
+    root_angles = numbers[:, [column[f"root_r{axis}"] for axis in asf.root_axes]]
+    root_angles = root_angles + [asf.root_orientation["xyz".index(axis)] for axis in asf.root_axes]
     if not in_radians:
         angles, root_angles = np.radians(angles, out=angles), np.radians(root_angles)
-    positions = np.tile(root.position, (len(numbers), 1))
+    positions = np.tile(asf.root_position, (len(numbers), 1))
     for i, axis in enumerate("xyz"):
         if f"root_t{axis}" in column:
             positions[:, i] += numbers[:, column[f"root_t{axis}"]]
-    return Motion(skeleton, angles, frame_rate, asf.scale * positions, root_angles, root.axes, frames)
+    return Motion(asf.skeleton, angles, frame_rate, asf.scale * positions, root_angles, asf.root_axes, frames)
 
 
 def _read_rows(source: Source, asf: AsfFile, lines: list[Line], *, fill: bool, finite: bool) -> np.ndarray:

@@ -134,7 +134,7 @@ def _joints(motion: Motion, model: PathLike | None) -> np.ndarray:
 def _on_smpl(motion: Motion, model: PathLike | None) -> tuple[Motion, Tree, np.ndarray]:
     """The motion on a model, the tree of the model, and its joints (n_joints, 3) at rest, m."""
     if model is not None:
-        joints = read_model(os.fspath(model).replace("{gender}", "neutral")).joints
+        joints, _ = read_model(os.fspath(model).replace("{gender}", "neutral"))
         tree = MODELS[BY_SIZE[len(joints)]]
         return retarget(motion, smpl_skeleton(tree, joints), method="auto"), tree, joints
     names = {"pelvis", *motion.skeleton.joint_names}
