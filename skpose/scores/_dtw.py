@@ -193,7 +193,8 @@ def _follow(
 def _costs(pair: Points, joints: list[int], cost: str, align: str | None) -> np.ndarray:
     """The costs (n, m) of all pairs of frames."""
     if align is None:  # else all joints take part
-        pair, joints = Points(*(array[:, joints] for array in pair[:3]), ()), list(range(len(joints)))
+        pair = Points(pair.true[:, joints], pair.pred[:, joints], pair.seen[:, joints], ())
+        joints = list(range(len(joints)))
     n, m = len(pair.true), len(pair.pred)
     counted = pair.seen[:, joints]
     if cost != "joints" and not counted.all():
