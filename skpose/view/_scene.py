@@ -152,9 +152,9 @@ def figure_of(keypoints: Keypoints, layout: Layout | None) -> tuple[np.ndarray, 
     given = find_names(layout.points, keypoints.names)
     others = [name for name in keypoints.names if name not in given.values()]
     parents = [-1 if parent is None else known.names.index(parent) for parent in map(layout.parents.get, known.names)]
-    positions = np.concatenate([known.positions, keypoints.select(others).positions], axis=1)
+    rest = keypoints.positions[:, [keypoints.names.index(name) for name in others]]
     names = [*(given.get(name, name) for name in known.names), *others]
-    return positions, names, parents + [-1] * len(others), layout.name
+    return np.concatenate([known.positions, rest], axis=1), names, parents + [-1] * len(others), layout.name
 
 
 def points_data(keypoints: Keypoints, label: str, layout: Layout | None) -> dict[str, Any]:
