@@ -403,9 +403,9 @@ def asf_path(amc: PathLike) -> Path:
     HDM_bd_walk_001_120.amc. For a link, the file that it points to is tried too. If none exists, it is 02.asf.
     """
     amc = Path(amc)
-    candidates = [asf for path in (amc, Path(os.path.realpath(amc))) for asf in _asf_paths(path)]
-    found = next((path for path in candidates if os.path.lexists(path) and not path.is_dir()), None)
-    return found or _asf_paths(amc)[:2][-1]
+    candidates = (asf for path in (amc, Path(os.path.realpath(amc))) for asf in _asf_paths(path))
+    found = (path for path in candidates if os.path.lexists(path) and not path.is_dir())
+    return next(found, _asf_paths(amc)[:2][-1])
 
 
 def _asf_paths(amc: Path) -> list[Path]:

@@ -139,9 +139,8 @@ def load_keypoints(
     layout = None if layout is None else check_layout(layout)
     of_layout = None if layout is None else list(layout.names)
     given = None if names is None else list(names)
-    n_points = len(given or of_layout or ()) or None
     source = open_source(path, EXPECTED, binary=True)
-    stored = _read(source, n_points)
+    stored = _read(source, len(given or of_layout or ()) or None)
     if scale is not None and stored.scale is not None:
         choose_scale(source, scale, stored.scale, "the header")
     scale = scale or stored.scale or 1.0
