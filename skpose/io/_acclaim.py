@@ -477,8 +477,9 @@ def _columns(source: Source, asf: AsfFile, form: tuple, lines: list[int], fill: 
         n = n_words - 1
         is_rigid = name in asf.bones and name not in channels
         if name in names[:i] or not (is_rigid or (name in channels and n == len(channels[name]))):
-            what = f"a bone of {asf.name} with its numbers, found {name[:40]!r} with {n}"
-            raise source.error(f"expected {what}", lines[i + 1])
+            raise source.error(
+                f"expected a bone of {asf.name} with its numbers, found {name[:40]!r} with {n}", lines[i + 1]
+            )
         columns += [first[""]] * n if is_rigid else range(first[name], first[name] + n)
     absent = [name for name in channels if name not in names]
     if absent and not fill:

@@ -216,8 +216,9 @@ def _from_array(source: Source, array: np.ndarray) -> Stored:
 def _from_archive(source: Source) -> Stored:
     file = Archive(source)
     if (key := _one_of(file, POSITIONS)) is None:
-        keys = " or ".join(POSITIONS)
-        raise source.error(f"expected the key {keys}, found {file.list_keys()}: load_motion reads rotations")
+        raise source.error(
+            f"expected the key {' or '.join(POSITIONS)}, found {file.list_keys()}: load_motion reads rotations"
+        )
     stored = _from_array(source, file.numbers(key, *SHAPES, finite=False))
     if found := _one_of(file, CONFIDENCES):
         if stored.confidences is not None:

@@ -69,8 +69,9 @@ def parse_json(source: Source) -> Any:
     try:
         return json.loads(source.data.decode(errors="replace"))
     except json.JSONDecodeError as error:
-        message = f"JSON is damaged or cut short: {error.msg}"
-        raise MocapFormatError(source.name, error.lineno, message, error.colno) from None
+        raise MocapFormatError(
+            source.name, error.lineno, f"JSON is damaged or cut short: {error.msg}", error.colno
+        ) from None
     except (RecursionError, ValueError) as error:  # lists within lists, and numbers of thousands of digits
         raise source.error(f"JSON is damaged: {error}") from None
 

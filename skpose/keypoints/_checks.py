@@ -230,10 +230,9 @@ def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> tuple[st
     tallest = extents.max(axis=1)
     has_size = len(names) >= FEW and SHORTEST <= np.median(tallest) <= TALLEST
     floor = _find_floor(frames, np.median(extents, axis=0)) if has_size else ""
-    lower = [name.lower() for name in names]
     few = positions[:: max(1, len(positions) // N_FRAMES)]
     top, middle, bottom = (
-        np.ma.masked_invalid(few[:, [any(part in name for part in parts) for name in lower]])
+        np.ma.masked_invalid(few[:, [any(part in name.lower() for part in parts) for name in names]])
         .mean(axis=1)
         .filled(np.nan)
         for parts in (HIGH, MIDDLE, LOW)

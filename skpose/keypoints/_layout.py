@@ -344,8 +344,10 @@ class Layout:
         found |= find_names(self.midpoints, [name for name in given.names if name not in found.values()])
         missing = [name for name in self.names if name not in found]
         if missing and (absent == "refuse" or not found):
-            remedy = f"layout.without({missing}), absent='unseen' or a Layout of your own"
-            raise ValueError(f"keypoints have no {missing[0]!r} of {self.name!r}: use {remedy}")
+            raise ValueError(
+                f"keypoints have no {missing[0]!r} of {self.name!r}: use layout.without({missing}), absent='unseen' or "
+                "a Layout of your own"
+            )
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
         columns |= {name: (np.full((len(given), 3), np.nan), np.zeros(len(given))) for name in missing}

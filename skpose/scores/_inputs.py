@@ -106,8 +106,10 @@ def read_columns(values: ArrayLike, name: str, allows_vector: bool = True) -> Mo
 
 def check_equal(true: Motions, pred: Motions) -> None:
     if true.frames.shape != pred.frames.shape or true.lengths != pred.lengths:
-        shapes = f"{true.frames.shape} and {pred.frames.shape}"
-        raise ValueError(f"y_true and y_pred must have equal shapes, also of each motion, got {shapes}")
+        raise ValueError(
+            "y_true and y_pred must have equal shapes, also of each motion, "
+            f"got {true.frames.shape} and {pred.frames.shape}"
+        )
 
 
 def read_weights(sample_weight: ArrayLike | None, motions: Motions) -> np.ndarray:
@@ -280,8 +282,10 @@ def _procrustes(
     for size, middle in ((squares_true, middle_true), (squares, middle_pred)):
         bad |= size <= (POINT * np.abs(middle).max(axis=1)) ** 2
     if (bad & some).any():
-        frame = start + (bad & some).argmax()
-        raise ValueError(f"the rotation of frame {frame} is not determined: it needs three joints not on a line")
+        raise ValueError(
+            f"the rotation of frame {start + (bad & some).argmax()} is not determined: it needs three joints not on a "
+            "line"
+        )
     U[:, :, 2] *= sign[:, None]
     aligned = np.matmul(p, np.matmul(U, Vt))
     if with_scale:
