@@ -435,8 +435,8 @@ def _angles(
     angles = np.zeros((len(times), skeleton.n_dofs))
     for curve, points in CURVES[activity].items():
         amplitude, shift = style.get(curve, (1.0, 0.0))  # none for a curve that is constant
-        series = np.fft.rfft(points)[: _N_HARMONICS + 1] / len(points)  # of f(t) = Re Σ c_k exp(2πi k t)
-        series[1:] *= 2.0 * amplitude
+        series = series_of(points)
+        series[1:] *= amplitude
         for dof, factor, lag in DOFS[curve]:
             angles[:, column[dof]] = factor * evaluate(series, phase + shift + lag)
     # Arms point a little away from the trunk, feet a little outward; the head stays level when the trunk leans.
@@ -449,6 +449,13 @@ def _angles(
     angles += _SWAY * slow @ rng.standard_normal((3, skeleton.n_dofs))
     angles += _NOISE * rng.standard_normal(angles.shape)
     return angles
+
+
+def series_of(points: Sequence[float]) -> np.ndarray:
+    """The Fourier coefficients c_0 … c_H of a curve in degrees: f(t) = Re Σ c_k exp(2πi k t)."""
+    coefficients = np.fft.rfft(points)[: _N_HARMONICS + 1] / len(points)
+    coefficients[1:] *= 2.0
+    return coefficients
 
 
 def evaluate(series: np.ndarray, phase: np.ndarray) -> np.ndarray:
