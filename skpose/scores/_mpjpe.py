@@ -11,7 +11,6 @@ from skpose.scores._inputs import (
     LENGTHS,
     Joints,
     Length,
-    align as align_points,
     check_data_unit,
     lengths_of,
     mean_of,
