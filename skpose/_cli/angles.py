@@ -31,12 +31,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    import csv
-
     import numpy as np
 
     from skpose._cli import files
-    from skpose._utils.files import new_file
+    from skpose._utils.files import new_file, write_csv
     from skpose.datasets._folder import find_files
 
     paths = find_files(args.files, files.MOVING)
@@ -49,16 +47,15 @@ def run(args: argparse.Namespace) -> None:
     else:
         motions, zero = [_fit([content], args.layout)[0] for content in contents], args.zero
     found = [skpose.biomechanics.joint_angles(motion, zero=zero) for motion in motions]
-    with new_file(args.out) as new, new.open("w", encoding="utf-8", newline="") as file:
-        if args.cycles:
-            _tabulate(paths, motions, found, args.file_frame_rate is None).to_csv(
-                file, index=False, float_format="%.6g"
-            )
-        else:
-            table = csv.writer(file)
-            table.writerow(["time [s]", *(f"{name} [deg]" for name in found[0].names)])
-            for time, row in zip(found[0].times, found[0].degrees, strict=True):
-                table.writerow([f"{time:.6g}", *("" if np.isnan(value) else f"{value:.4f}" for value in row)])
+    if args.cycles:
+        table = _tabulate(paths, motions, found, args.file_frame_rate is None)
+        with new_file(args.out) as new:
+            table.to_csv(new, index=False, float_format="%.6g")
+    else:
+        cells = np.char.mod("%.4f", found[0].degrees)
+        rows = zip(np.char.mod("%.6g", found[0].times), np.where(cells == "nan", "", cells), strict=True)
+        header = ["time [s]", *(f"{name} [deg]" for name in found[0].names)]
+        write_csv(args.out, [header, *([time, *row] for time, row in rows)])
     print(f"{args.out}: {', '.join(map(repr, found))}")
     missing = {(name, reason) for one in found for name, reason in one.missing.items()}
     for reason in sorted({reason for _, reason in missing}):

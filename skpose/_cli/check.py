@@ -100,14 +100,10 @@ def _print(findings: list, names: list[str]) -> None:
 
 
 def _write_csv(findings: list, names: list[str], out: Path) -> None:
-    import csv
+    from skpose._utils.files import write_csv
 
-    from skpose._utils.files import new_file
-
-    with new_file(out) as new, new.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(COLUMNS)
-        for severity, kind, motion, (first, end), joints, size, unit, what, remedy in findings:
-            ends = (first, end - 1) if end else ("", "")
-            row = severity, kind, names[motion], *ends, " ".join(joints), f"{size:.6g}", unit, what, remedy
-            table.writerow(row)
+    rows: list[tuple] = [COLUMNS]
+    for severity, kind, motion, (first, end), joints, size, unit, what, remedy in findings:
+        ends = (first, end - 1) if end else ("", "")
+        rows.append((severity, kind, names[motion], *ends, " ".join(joints), f"{size:.6g}", unit, what, remedy))
+    write_csv(out, rows)

@@ -16,7 +16,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "HumanML3D, or as .csv with angles in rad and positions in m. Keypoints can be written as .npz or .csv.",
         "FILE --out FILE",
     )
-    options.add_file(parser)
+    parser.add_argument(
+        "file", type=options.one_file, metavar="FILE", help="motion, markers or keypoints; -: standard input"
+    )
     options.add_out(parser, *options.MOTION_SUFFIXES)
     group = parser.add_argument_group("changes, in this order")
     options.add_part(group, "the result")

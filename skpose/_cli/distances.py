@@ -1,6 +1,7 @@
 """`skpose distances`: the matrix of distances between all poses."""
 
 import argparse
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -57,17 +58,15 @@ def run(args: argparse.Namespace) -> None:
 
 def _write_with_names(new: Path, D: Any, names: list[str], dataset: Any, metric: str) -> None:
     """Write a matrix with the file and the time of each row, the metric and its unit, as .npz or .csv."""
-    import csv
-
     import numpy as np
+
+    from skpose._utils.files import write_csv
 
     rows = [f"{name} {time:.4f} s" for name, motion in zip(names, dataset, strict=True) for time in motion.times]
     unit = "rad" if metric == "angle" else "m"
     if new.suffix.lower() == ".csv":
-        with new.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow([f"{metric}, {unit}", *rows])
-            writer.writerows([name, *row.astype(str)] for name, row in zip(rows, D, strict=True))
+        table = ([name, *row.astype(str)] for name, row in zip(rows, D, strict=True))
+        write_csv(new, chain([[f"{metric}, {unit}", *rows]], table))
     else:
         files = np.repeat(names, [len(motion) for motion in dataset])
         times = np.concatenate([motion.times for motion in dataset])

@@ -68,8 +68,7 @@ def add_reading(parser: argparse.ArgumentParser, *, skip: bool = True) -> None:
 def add_preparing(parser: argparse.ArgumentParser, frame_rate: float | None = None) -> None:
     """Add options that prepare motions for comparison."""
     group = parser.add_argument_group("preparing motions")
-    default = "every frame" if frame_rate is None else f"{frame_rate:g}"
-    add_frame_rate(group, frame_rate, default)
+    add_frame_rate(group, frame_rate, "every frame" if frame_rate is None else f"{frame_rate:g}")
     group.add_argument(
         "--rotations",
         choices=["rotvec", "file"],
@@ -114,10 +113,6 @@ def add_files(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help=f"{what}, or folders of them; -: standard input"
     )
-
-
-def add_file(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=one_file, metavar="FILE", help="motion, markers or keypoints; -: standard input")
 
 
 def add_frame_rate(group: argparse._ActionsContainer, default: float | None = None, text: str = "every frame") -> None:

@@ -1,9 +1,11 @@
 """New files, which are written completely or not at all, and never replace an existing file."""
 
+import csv
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 PathLike = str | os.PathLike
 
@@ -40,3 +42,8 @@ def new_file(path: PathLike, *, replace: bool = False) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def write_csv(path: PathLike, rows: Iterable[Iterable[Any]], *, replace: bool = False) -> None:
+    with new_file(path, replace=replace) as new, new.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)

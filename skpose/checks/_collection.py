@@ -53,8 +53,11 @@ def summarise(recording: Recording, number: int) -> Summary:
         numbers = np.concatenate([apart[:, upper[0], upper[1]], some[:, :, 2]], axis=1)
         poses.append(numbers / np.float32(np.sqrt(numbers.size)))
     path = np.stack([np.linalg.norm(root - root[0], axis=1), root[:, 2]], axis=1)
-    rig = f"{motion.skeleton.n_joints} joints", motion.skeleton.joint_names
-    kept = {"rig": rig, "frame rate": (f"{motion.frame_rate:g} Hz",), "up axis": (motion.up,)}
+    kept = {
+        "rig": (f"{motion.skeleton.n_joints} joints", motion.skeleton.joint_names),
+        "frame rate": (f"{motion.frame_rate:g} Hz",),
+        "up axis": (motion.up,),
+    }
     seconds = float(motion.times[-1] - motion.times[0])
     return Summary(number, len(motion), seconds, recording.scale, kept, tuple(marks), (poses[0], poses[1]), path)
 
@@ -67,8 +70,7 @@ def compare(summaries: Sequence[Summary], name_of: Callable[[int], str]) -> Iter
     for group in groups.values():
         yield from _doubles(group, name_of)
     for name in ("rig", "frame rate", "up axis"):
-        counts = Counter(summary.kept[name] for summary in summaries)
-        for value, n in counts.most_common()[1:]:
+        for value, n in Counter(summary.kept[name] for summary in summaries).most_common()[1:]:
             first = next(summary for summary in summaries if summary.kept[name] == value)
             what = f"{n} of {len(summaries)} motions, first this one, have another {name} than most: {value[0]}"
             frames, remedy = (0, first.n_frames), "retarget, resample or turn them to one before they are compared"
@@ -102,12 +104,11 @@ def _doubles(group: Sequence[Summary], name_of: Callable[[int], str]) -> Iterato
     usual = float(np.median(nearest))
     for k in np.flatnonzero((nearest > UNLIKE * usual) & np.isfinite(nearest)).tolist() if len(group) >= MANY else ():
         what = f"the nearest other motion is {nearest[k] / usual:.2g} times as far as usual"
-        frames = 0, group[k].n_frames
         yield Finding(
             "note",
             "unlike others",
             group[k].number,
-            frames,
+            (0, group[k].n_frames),
             (),
             float(nearest[k]) * group[k].scale,
             "m",

@@ -1,6 +1,5 @@
 """Readers of recorded databases: CMU, from a folder or from its server, and HDM05."""
 
-import csv
 import hashlib
 import re
 from collections.abc import Iterable
@@ -8,7 +7,7 @@ from pathlib import Path
 
 from sklearn.datasets import fetch_file, get_data_home
 
-from skpose._utils.files import new_file
+from skpose._utils.files import write_csv
 from skpose._utils.progress import progress
 from skpose.datasets._folder import COLUMNS, HDM05, INDEX, RATE, PathLike, Row, is_index, read_index, read_rows, rows_of
 from skpose.datasets._motions import MotionDataset, Rotations
@@ -135,23 +134,18 @@ def fetch_cmu(
             _fetch(f"{SERVER}/subjects/{name}/{name}.asf", home, folder, f"{name}.asf")
             for trial, action in trials[name].items():
                 path = _fetch(f"{SERVER}/subjects/{name}/{name}_{trial}.amc", home, folder, f"{name}_{trial}.amc")
-                file = path.relative_to(home).as_posix()
-                rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, file), strict=True)))
+                rows.append(dict(zip(COLUMNS, (name, trial, action, frame_rate, path), strict=True)))
                 advance()
     _add_to_index(home / INDEX, rows)
-    return _read([row | {"file": home / str(row["file"])} for row in rows], frame_rate, rotations, verbose)
+    return _read(rows, frame_rate, rotations, verbose)
 
 
-def _add_to_index(path: Path, rows: list[dict]) -> None:
-    """Add rows to the index, after other files."""
-    new = {row["file"] for row in rows}
+def _add_to_index(path: Path, rows: list[Row]) -> None:
     known = read_index(path) if path.exists() else []
-    known = [row | {"file": row["file"].relative_to(path.parent).as_posix()} for row in known]
-    others = [row for row in known if row["file"] not in new]
-    with new_file(path, replace=True) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows([*others, *rows])
+    merged = {row["file"]: row for row in (*known, *rows)}
+    labels = ([row.get(name) for name in COLUMNS[:-1]] for row in merged.values())
+    files = (file.relative_to(path.parent).as_posix() for file in merged)
+    write_csv(path, [COLUMNS, *([*row, file] for row, file in zip(labels, files, strict=True))], replace=True)
 
 
 def _fetch_index(subject: str, home: Path, folder: Path) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args, overload
 import numpy as np
 
 from skpose._utils.typing import ArrayLike
-from skpose._utils.validation import check_choice
+from skpose._utils.validation import check_choice, check_kind
 from skpose.kinematics._retarget import UNCHANGED, Method, retarget_and_report
 from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._rest import check_comparable, size_of
@@ -84,8 +84,7 @@ class MotionDataset:
         check_choice("rotations", rotations, get_args(Rotations))
         motions = tuple(motions)
         for i, motion in enumerate(motions):
-            if not isinstance(motion, Motion):
-                raise TypeError(f"motions[{i}] must be a skpose.Motion, got {type(motion).__name__}")
+            check_kind(motion, Motion, f"motions[{i}]", "load_motion reads one")
         _check_sizes(motions)
         self.motions = motions if rotations == "file" else tuple(motion.to_rotvec() for motion in motions)
         self.retargeting = ("",) * len(self.motions)

@@ -365,13 +365,9 @@ def perform(
     }
     position = _within_reach(position, pelvis, tracks, legs)
     for side, foot in tracks.items():
-        stands = (foot.contact >= 0)[:, None]
+        stands = foot.contact >= 0
         for name, values in solve_leg(legs[side], position, pelvis, foot.ball, foot.rotation).items():
-            others = moving[f"{side}_{name}"]
-            if isinstance(values, Rotation) and isinstance(others, Rotation):
-                moving[f"{side}_{name}"] = Rotation.from_quat(np.where(stands, values.as_quat(), others.as_quat()))
-            else:
-                moving[f"{side}_{name}"] = np.where(stands, values, others)
+            moving[f"{side}_{name}"][stands] = values[stands]
     columns = [
         continuous_columns(bone, joint) if isinstance(joint := moving[bone.name], Rotation) else joint
         for bone in skeleton.bones

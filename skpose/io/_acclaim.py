@@ -27,6 +27,7 @@ from skpose.skeleton._rest import size_of
 
 INCH = 0.0254  # m; the unit of length of the format, divided by the file's `length`
 ROTATIONS = ("rx", "ry", "rz")
+UNLIMITED = (-np.inf, np.inf)
 CHANNELS = ("tx", "ty", "tz", *ROTATIONS)
 KEYWORDS = {":version", ":name", ":units", ":documentation", ":root", ":bonedata", ":hierarchy", ":skin"}
 
@@ -44,16 +45,7 @@ class AcclaimBone(NamedTuple):
     axis: Rotation  # C_b
     order: str
     dofs: list[str]
-    limits: list[float]  # low and high of each dof, in the file's unit of angles
-
-
-class AcclaimRoot(NamedTuple):
-    """The :root section."""
-
-    channels: list[str]  # in the order of the AMC file's numbers
-    axes: str  # of its rotations
-    position: np.ndarray  # in the file's unit
-    orientation: np.ndarray  # about x, y, z, in the file's unit
+    limits: dict[str, np.ndarray]  # low and high of each dof, rad; none if the file has none
 
 
 class AsfFile:
@@ -88,7 +80,14 @@ class AsfFile:
             raise source.error(f"angle: expected deg or rad, found {angle[-1][:40]!r}", angle[-1])
         self.radians = unit == "rad" if angle else None  # None if the file does not state the unit
         self.scale = scale = _read_scale(source, units, scale)
-        self.root = _read_root(source, sections["root"])
+        root: dict[str, Sequence[Any]] = ROOT | {tokens[0].lower(): tokens for tokens in sections["root"]}
+        self.root_channels = _some_of(source, CHANNELS, root["order"], "order of the root")  # as numbers in AMC files
+        order = _axis_order(source, root["axis"], "axis of the root")
+        self.root_axes = "".join(axis for axis in order if f"r{axis}" in self.root_channels)
+        # In the file's units; the orientation is about x, y and z.
+        self.root_position, self.root_orientation = (
+            np.array(_numbers(source, root[key], 3, f"{key} of the root")) for key in ("position", "orientation")
+        )
         with source.format_errors():
             self.bones = _read_bones(source, sections["bonedata"], bool(self.radians))
             self.parents = _read_hierarchy(source, sections["hierarchy"], self.bones)
@@ -98,16 +97,15 @@ class AsfFile:
     @property
     def channels(self) -> dict[str, list[str]]:
         """Channels of the root and of each bone with dofs, in the order of the numbers in an AMC file."""
-        return {"root": self.root.channels} | {name: bone.dofs for name, bone in self.bones.items() if bone.dofs}
+        return {"root": self.root_channels} | {name: bone.dofs for name, bone in self.bones.items() if bone.dofs}
 
     def with_three_dofs(self) -> "AsfFile":
         """The same with three dofs for every bone that has any: its own first, then the others, without limits."""
-        new, new_bones = copy(self), dict[str, AcclaimBone]()
-        for name, bone in self.bones.items():
-            more = [dof for dof in ROTATIONS if dof not in bone.dofs] if bone.dofs else []
-            limits = bone.limits + [-np.inf, np.inf] * len(more) if bone.limits else []
-            new_bones[name] = bone._replace(dofs=bone.dofs + more, limits=limits)
-        new.bones = new_bones
+        new = copy(self)
+        new.bones = {
+            name: bone._replace(dofs=list(dict.fromkeys([*bone.dofs, *ROTATIONS])) if bone.dofs else [])
+            for name, bone in self.bones.items()
+        }
         new.skeleton = new._skeleton()
         return new
 
@@ -118,11 +116,7 @@ class AsfFile:
         bone, parent = self.bones[name], self.parents[name]
         parent_axis = Rotation.identity() if parent is None else self.bones[parent].axis
         order = [axis for axis in bone.order if f"r{axis}" in bone.dofs]
-        limits: np.ndarray | None = None
-        if bone.limits:
-            pairs = dict(zip(bone.dofs, np.reshape(bone.limits, (-1, 2)), strict=True))
-            limits = np.array([pairs[f"r{axis}"] for axis in order])
-            limits = limits if self.radians else np.radians(limits)
+        limits = np.array([bone.limits.get(f"r{axis}", UNLIMITED) for axis in order]) if bone.limits else None
         rest = (parent_axis.inv() * bone.axis).as_matrix()
         offset = bone.axis.inv().apply(bone.direction * (bone.length * self.scale))
         return Bone(name, parent, tuple(offset), "".join(order), rest, limits)
@@ -203,14 +197,6 @@ def _sections(source: Source) -> dict[str, Statements]:
     return sections
 
 
-def _read_root(source: Source, section: Statements) -> AcclaimRoot:
-    given: dict[str, Sequence[Any]] = ROOT | {tokens[0].lower(): tokens for tokens in section}
-    channels = _some_of(source, CHANNELS, given["order"], "order of the root")
-    axes = _axis_order(source, given["axis"], "axis of the root")
-    place = (np.array(_numbers(source, given[key], 3, f"{key} of the root")) for key in ("position", "orientation"))
-    return AcclaimRoot(channels, "".join(axis for axis in axes if f"r{axis}" in channels), *place)
-
-
 def _read_bones(source: Source, section: Statements, radians: bool) -> dict[str, AcclaimBone]:
     """The bones, of statements from begin to end."""
     bones: dict[str, AcclaimBone] = {}
@@ -247,9 +233,10 @@ def _read_bone(source: Source, given: dict[str, list[Token]], end: Token, radian
     angles = dict(zip("xyz", _numbers(source, tokens[:-1], 3, f"axis of bone {name!r}"), strict=True))
     axis = Rotation.from_euler(order, [angles[letter] for letter in order], degrees=not radians)
     dofs = _some_of(source, ROTATIONS, given.get("dof", []), f"dof of bone {name!r}")
-    limits = [source.number(token, f"limits of bone {name!r}", finite=False) for token in given.get("limits", [])[1:]]
-    if limits and len(limits) != 2 * len(dofs):
-        raise source.error(f"bone {name!r}: expected {2 * len(dofs)} limits, found {len(limits)}", end)
+    ends = [source.number(token, f"limits of bone {name!r}", finite=False) for token in given.get("limits", [])[1:]]
+    if ends and len(ends) != 2 * len(dofs):
+        raise source.error(f"bone {name!r}: expected {2 * len(dofs)} limits, found {len(ends)}", end)
+    limits = dict(zip(dofs, np.reshape(ends if radians else np.radians(ends), (-1, 2)), strict=False))
     # The direction is printed to six digits, so its length is not exactly 1.
     return name, AcclaimBone(direction / (norm or 1.0), length, axis, order, dofs, limits)
 
@@ -416,9 +403,9 @@ def asf_path(amc: PathLike) -> Path:
     HDM_bd_walk_001_120.amc. For a link, the file that it points to is tried too. If none exists, it is 02.asf.
     """
     amc = Path(amc)
-    candidates = [asf for path in (amc, Path(os.path.realpath(amc))) for asf in _asf_paths(path)]
-    found = next((path for path in candidates if os.path.lexists(path) and not path.is_dir()), None)
-    return found or _asf_paths(amc)[:2][-1]
+    candidates = (asf for path in (amc, Path(os.path.realpath(amc))) for asf in _asf_paths(path))
+    found = (path for path in candidates if os.path.lexists(path) and not path.is_dir())
+    return next(found, _asf_paths(amc)[:2][-1])
 
 
 def _asf_paths(amc: Path) -> list[Path]:
@@ -431,17 +418,16 @@ def _motion(numbers: np.ndarray, frames: np.ndarray, asf: AsfFile, in_radians: b
     """The motion of a file's numbers (n_frames, n_channels), with each channel assigned by name."""
     names = (f"{bone}_{channel}" for bone, channels in asf.channels.items() for channel in channels)
     column = {name: i for i, name in enumerate(names)}
-    skeleton, root = asf.skeleton, asf.root
-    angles = numbers[:, [column[name] for name in skeleton.dof_names]]
-    root_angles = numbers[:, [column[f"root_r{axis}"] for axis in root.axes]]
-    root_angles = root_angles + [root.orientation["xyz".index(axis)] for axis in root.axes]
+    angles = numbers[:, [column[name] for name in asf.skeleton.dof_names]]
+    root_angles = numbers[:, [column[f"root_r{axis}"] for axis in asf.root_axes]]
+    root_angles = root_angles + [asf.root_orientation["xyz".index(axis)] for axis in asf.root_axes]
     if not in_radians:
         angles, root_angles = np.radians(angles, out=angles), np.radians(root_angles)
-    positions = np.tile(root.position, (len(numbers), 1))
+    positions = np.tile(asf.root_position, (len(numbers), 1))
     for i, axis in enumerate("xyz"):
         if f"root_t{axis}" in column:
             positions[:, i] += numbers[:, column[f"root_t{axis}"]]
-    return Motion(skeleton, angles, frame_rate, asf.scale * positions, root_angles, root.axes, frames)
+    return Motion(asf.skeleton, angles, frame_rate, asf.scale * positions, root_angles, asf.root_axes, frames)
 
 
 def _read_rows(source: Source, asf: AsfFile, lines: list[Line], *, fill: bool, finite: bool) -> np.ndarray:
@@ -491,8 +477,9 @@ def _columns(source: Source, asf: AsfFile, form: tuple, lines: list[int], fill: 
         n = n_words - 1
         is_rigid = name in asf.bones and name not in channels
         if name in names[:i] or not (is_rigid or (name in channels and n == len(channels[name]))):
-            what = f"a bone of {asf.name} with its numbers, found {name[:40]!r} with {n}"
-            raise source.error(f"expected {what}", lines[i + 1])
+            raise source.error(
+                f"expected a bone of {asf.name} with its numbers, found {name[:40]!r} with {n}", lines[i + 1]
+            )
         columns += [first[""]] * n if is_rigid else range(first[name], first[name] + n)
     absent = [name for name in channels if name not in names]
     if absent and not fill:

@@ -16,7 +16,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -114,13 +114,6 @@ _OFFSETS = {
 _JOINT_2, _JOINT_3 = (0.022, 0.0, 0.0), (0.014, 0.0, 0.0)  # of every finger
 
 
-class Body(NamedTuple):
-    """The joints at rest as functions of the shape: those of the mean shape, and how each number of it moves them."""
-
-    joints: np.ndarray  # (n_joints, 3), m
-    directions: np.ndarray  # (n_joints, 3, n_betas), m
-
-
 def mean_joints(tree: Tree) -> np.ndarray:
     """The joints of a model at rest (n_joints, 3), m, on a person of mean height and proportions."""
     joints: dict[str | None, np.ndarray] = {None: np.zeros(3)}
@@ -139,37 +132,38 @@ def shaped_joints(file: Archive, n_joints: int, model: PathLike, betas_key: str)
         if gender not in GENDERS:
             raise file.source.error(f"gender: expected {', '.join(GENDERS)}, found {gender[:40]!r}")
         path = path.replace("{gender}", gender)
-    body = read_model(path)
-    name, found = BY_SIZE[n_joints], BY_SIZE[len(body.joints)]
+    at_rest, directions = read_model(path)
+    name, found = BY_SIZE[n_joints], BY_SIZE[len(at_rest)]
     if name not in (found, BODY):
         raise file.source.error(f"its poses are of {name}, and the model in {path} is {found}; pass the one of {name}")
     betas = file.numbers(betas_key, (None,), (None, None), (None, 1, None))
     betas = betas.reshape(-1, betas.shape[-1]).mean(axis=0)  # programs estimate them in each frame
-    n = min(len(betas), body.directions.shape[2])
+    n = min(len(betas), directions.shape[2])
     if betas[n:].any():
         warn(f"betas: the model in {path} has {n} directions of shape, so that only the first {n} betas are used")
-    return (body.joints + body.directions[:, :, :n] @ betas[:n])[:n_joints]
+    return (at_rest + directions[:, :, :n] @ betas[:n])[:n_joints]
 
 
-def read_model(path: str) -> Body:
-    """Read the file of a model, once for the many motions that use it, until it changes."""
+def read_model(path: str) -> tuple[np.ndarray, np.ndarray]:
+    """The joints (n_joints, 3) of the mean shape at rest, and how each number moves them (n_joints, 3, n_betas), m.
+
+    The file of a model is read once for the many motions that use it, until it changes.
+    """
     status = os.stat(path)
     return _read_model(path, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=8)
-def _read_model(path: str, _modified: int, _size: int) -> Body:
-    source = Source(path, "the file of an SMPL model (.npz)", binary=True)
-    model = Archive(source)
-    sizes = [(size, None) for size in BY_SIZE]
+def _read_model(path: str, _modified: int, _size: int) -> tuple[np.ndarray, np.ndarray]:
+    model = Archive(Source(path, "the file of an SMPL model (.npz)", binary=True))
     # Where it is a pickled sparse matrix, docs/formats.md has the lines that make it a plain array.
-    regressor = model.numbers("J_regressor", *sizes)
+    regressor = model.numbers("J_regressor", *((size, None) for size in BY_SIZE))
     n_joints, n_vertices = regressor.shape
     vertices = model.numbers("v_template", (n_vertices, 3))
     directions = model.numbers("shapedirs", (n_vertices, 3, None))
     if BY_SIZE[n_joints] == "SMPL-X" and directions.shape[2] < EXPRESSIONS:
         directions = directions[:, :, :SHAPES_BEFORE_EXPRESSIONS]
-    return Body(regressor @ vertices, np.tensordot(regressor, directions, axes=1))
+    return regressor @ vertices, np.tensordot(regressor, directions, axes=1)
 
 
 # --- files ----------------------------------------------------------------------------------------------------------

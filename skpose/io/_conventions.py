@@ -115,8 +115,6 @@ def stand(motion: Motion, up: str | None, source: Source, default: Axis = "y") -
 
 def quarter_turn(before: str, after: str) -> np.ndarray:
     """The rotation matrix (3, 3) of the world that takes one axis to another; zeros and ones."""
-    if before == after:
-        return np.eye(3)
     axes = [np.eye(3)["xyz".index(axis)] for axis in (before, after)]
     return np.round(Rotation.from_rotvec(np.pi / 2 * np.cross(*axes)).as_matrix()) + 0.0
 

@@ -139,9 +139,8 @@ def load_keypoints(
     layout = None if layout is None else check_layout(layout)
     of_layout = None if layout is None else list(layout.names)
     given = None if names is None else list(names)
-    n_points = len(given or of_layout or ()) or None
     source = open_source(path, EXPECTED, binary=True)
-    stored = _read(source, n_points)
+    stored = _read(source, len(given or of_layout or ()) or None)
     if scale is not None and stored.scale is not None:
         choose_scale(source, scale, stored.scale, "the header")
     scale = scale or stored.scale or 1.0
@@ -217,8 +216,9 @@ def _from_array(source: Source, array: np.ndarray) -> Stored:
 def _from_archive(source: Source) -> Stored:
     file = Archive(source)
     if (key := _one_of(file, POSITIONS)) is None:
-        keys = " or ".join(POSITIONS)
-        raise source.error(f"expected the key {keys}, found {file.list_keys()}: load_motion reads rotations")
+        raise source.error(
+            f"expected the key {' or '.join(POSITIONS)}, found {file.list_keys()}: load_motion reads rotations"
+        )
     stored = _from_array(source, file.numbers(key, *SHAPES, finite=False))
     if found := _one_of(file, CONFIDENCES):
         if stored.confidences is not None:

@@ -54,7 +54,7 @@ def read_json(source: Source, n_points: int | None) -> Stored:
     names = _category_names(whole)
     n_points = len(names) if names else n_points
     parts = zip(source.parts, document, strict=True) if source.parts else [(source, document)]
-    frames = [_list_entries(part, content, n_points) for part, content in parts]
+    frames = [_list_entries(part, content) for part, content in parts]
     numbers = [last_number(part.name) for part in source.parts]
     if max(map(len, frames)) == 1 and min(numbers, default=-1) >= 0:
         frames = [[(frame, number)] for ((frame, _),), number in zip(frames, numbers, strict=True)]
@@ -69,13 +69,14 @@ def parse_json(source: Source) -> Any:
     try:
         return json.loads(source.data.decode(errors="replace"))
     except json.JSONDecodeError as error:
-        message = f"JSON is damaged or cut short: {error.msg}"
-        raise MocapFormatError(source.name, error.lineno, message, error.colno) from None
+        raise MocapFormatError(
+            source.name, error.lineno, f"JSON is damaged or cut short: {error.msg}", error.colno
+        ) from None
     except (RecursionError, ValueError) as error:  # lists within lists, and numbers of thousands of digits
         raise source.error(f"JSON is damaged: {error}") from None
 
 
-def _list_entries(source: Source, document: Any, n_points: int | None) -> list[Entry]:
+def _list_entries(source: Source, document: Any) -> list[Entry]:
     """The frames of a document, which may be one of them, in the order of their numbers."""
     if isinstance(document, dict):
         if "annotations" in document and "images" in document:
@@ -144,8 +145,7 @@ def _read_entries(
     source: Source, entries: list[Entry], names: list[str] | None, n_points: int | None, document: dict
 ) -> Stored:
     """The points of all frames as arrays, by their names if they have any, where their numbers say."""
-    reader = _Reader(source, n_points)
-    frames = [reader.frame(frame) for frame, _ in entries]
+    frames = [_read_frame(source, frame, n_points) for frame, _ in entries]
     points = list(dict.fromkeys(point for frame in frames for point in frame))
     named = [point for point in points if isinstance(point, str)]
     if not points or 0 < len(named) < len(points):
@@ -174,87 +174,85 @@ def _read_entries(
     return at_frames(source, stored, numbers)
 
 
-class _Reader:
-    """Finds the points of each frame of a document."""
+def _read_frame(source: Source, frame: Any, n_points: int | None) -> Points:
+    """The points of the one person of a frame; none without a person."""
+    if not isinstance(frame, dict):
+        return _read_points(source, frame, "", n_points)
+    keys = [key for key in (*POINTS, *PEOPLE, *PICTURE) if key in frame]
+    key = next((key for key in keys if frame[key]), None)
+    if key in PEOPLE:
+        return _read_one(source, frame[key], n_points)
+    if key in PICTURE:
+        raise source.error(f"{key} are keypoints in two dimensions. {REMEDY}")
+    if key is None:
+        return {} if keys else _read_points(source, frame, "", n_points)
+    found = _read_points(source, frame[key], key, n_points)
+    scores = next((frame[one] for one in SCORES if isinstance(frame.get(one), list | dict)), None)
+    if isinstance(scores, dict):
+        scores = [scores[point] for point in found if point in scores]
+    if found and scores is not None:
+        if len(scores) != len(found):
+            raise source.error(f"expected {len(found)} scores, found {len(scores)}")
+        found = {point: [*row[:3], score] for (point, row), score in zip(found.items(), scores, strict=True)}
+    return found
 
-    def __init__(self, source: Source, n_points: int | None):
-        self.source, self.n_points = source, n_points
 
-    def frame(self, frame: Any) -> Points:
-        """The points of the one person of a frame; none without a person."""
-        if not isinstance(frame, dict):
-            return self.points(frame, "")
-        keys = [key for key in (*POINTS, *PEOPLE, *PICTURE) if key in frame]
-        key = next((key for key in keys if frame[key]), None)
-        if key in PEOPLE:
-            return self.one(frame[key])
-        if key in PICTURE:
-            raise self.source.error(f"{key} are keypoints in two dimensions. {REMEDY}")
-        if key is None:
-            return {} if keys else self.points(frame, "")
-        found = self.points(frame[key], key)
-        scores = next((frame[one] for one in SCORES if isinstance(frame.get(one), list | dict)), None)
-        if isinstance(scores, dict):
-            scores = [scores[point] for point in found if point in scores]
-        if found and scores is not None:
-            if len(scores) != len(found):
-                raise self.source.error(f"expected {len(found)} scores, found {len(scores)}")
-            found = {point: [*row[:3], score] for (point, row), score in zip(found.items(), scores, strict=True)}
-        return found
+def _read_one(source: Source, people: Any, n_points: int | None) -> Points:
+    """The points of the only person of a list."""
+    if not isinstance(people, list) or len(people) > 1:
+        raise source.error(f"expected one person, the same one in every frame, found {repr(people)}")
+    return _read_frame(source, people[0], n_points)
 
-    def one(self, people: Any) -> Points:
-        """The points of the only person of a list."""
-        if not isinstance(people, list) or len(people) > 1:
-            raise self.source.error(f"expected one person, the same one in every frame, found {repr(people)}")
-        return self.frame(people[0])
 
-    def points(self, points: Any, key: str) -> Points:
-        """The points under a key: rows, objects, objects by name, or all numbers in one list."""
-        if isinstance(points, dict):
-            points = points.get("landmark", points)  # of MediaPipe's solutions
-        if not points:
-            return {}
-        if isinstance(points, dict):
-            return {name: self.point(point) for name, point in points.items() if isinstance(point, dict | list)}
-        if not isinstance(points, list):
-            raise self.source.error(f"expected points, found {repr(points)}")
-        first = points[0]
-        if _is_number(first):
-            points = self.split(points, key)
-        elif (isinstance(first, dict) and not {"x", "X"} & first.keys()) or (
-            isinstance(first, list) and first and not _is_number(first[0])
-        ):
-            return self.one(points)
-        names = [point["name"] for point in points if isinstance(point, dict) and isinstance(point.get("name"), str)]
-        if names and len(names) < len(points):
-            raise self.source.error("expected a name of each point or of none")
-        return dict(zip(names or range(len(points)), map(self.point, points), strict=True))
+def _read_points(source: Source, points: Any, key: str, n_points: int | None) -> Points:
+    """The points under a key: rows, objects, objects by name, or all numbers in one list."""
+    if isinstance(points, dict):
+        points = points.get("landmark", points)  # of MediaPipe's solutions
+    if not points:
+        return {}
+    if isinstance(points, dict):
+        return {name: _read_point(source, point) for name, point in points.items() if isinstance(point, dict | list)}
+    if not isinstance(points, list):
+        raise source.error(f"expected points, found {repr(points)}")
+    first = points[0]
+    if _is_number(first):
+        points = _split(source, points, key, n_points)
+    elif (isinstance(first, dict) and not {"x", "X"} & first.keys()) or (
+        isinstance(first, list) and first and not _is_number(first[0])
+    ):
+        return _read_one(source, points, n_points)
+    names = [point["name"] for point in points if isinstance(point, dict) and isinstance(point.get("name"), str)]
+    if names and len(names) < len(points):
+        raise source.error("expected a name of each point or of none")
+    return dict(zip(names or range(len(points)), [_read_point(source, point) for point in points], strict=True))
 
-    def split(self, numbers: list, key: str) -> list:
-        """Points from numbers without lists between them."""
-        n = len(numbers)
-        widths = [width for width in ((4,) if key == POINTS[0] else (3, 4)) if n % width == 0]  # OpenPose has a score
-        if len(widths) > 1:
-            widths = [width for width in widths if n == width * (self.n_points or 0)]
-        if not widths:
-            raise self.source.error(f"expected x, y, z, or with a score, found {n} numbers: pass layout= or names=")
-        third = [number for number in numbers[2::3] if number is not None]
-        if widths[0] == 3 and key in AMBIGUOUS and third and all(z == 2 or 0 <= z <= 1.1 for z in third):
-            raise self.source.error(f"{key or 'lists'}: third numbers look like scores, not z. {REMEDY}")
-        return [numbers[i : i + widths[0]] for i in range(0, n, widths[0])]
 
-    def point(self, point: Any) -> list:
-        """X, y, z and the confidence of a point; None where one is not stated."""
-        if point is None:
-            return UNSEEN
-        if isinstance(point, dict):
-            lower = {str(key).lower(): value for key, value in point.items()}
-            if {"x", "y", "z"} <= lower.keys() and "w" not in lower:
-                return [lower["x"], lower["y"], lower["z"], next((lower[key] for key in SURE if key in lower), None)]
-        elif isinstance(point, list) and len(point) in (3, 4):
-            return [*point, None][:4]
-        what = f"{repr(point)}. {REMEDY}" if _is_point(point) else f"{repr(point)}: pass layout= or names=?"
-        raise self.source.error(f"expected a point with x, y and z, found {what}")
+def _split(source: Source, numbers: list, key: str, n_points: int | None) -> list:
+    """Points from numbers without lists between them."""
+    n = len(numbers)
+    widths = [width for width in ((4,) if key == POINTS[0] else (3, 4)) if n % width == 0]  # OpenPose has a score
+    if len(widths) > 1:
+        widths = [width for width in widths if n == width * (n_points or 0)]
+    if not widths:
+        raise source.error(f"expected x, y, z, or with a score, found {n} numbers: pass layout= or names=")
+    third = [number for number in numbers[2::3] if number is not None]
+    if widths[0] == 3 and key in AMBIGUOUS and third and all(z == 2 or 0 <= z <= 1.1 for z in third):
+        raise source.error(f"{key or 'lists'}: third numbers look like scores, not z. {REMEDY}")
+    return [numbers[i : i + widths[0]] for i in range(0, n, widths[0])]
+
+
+def _read_point(source: Source, point: Any) -> list:
+    """X, y, z and the confidence of a point; None where one is not stated."""
+    if point is None:
+        return UNSEEN
+    if isinstance(point, dict):
+        lower = {str(key).lower(): value for key, value in point.items()}
+        if {"x", "y", "z"} <= lower.keys() and "w" not in lower:
+            return [lower["x"], lower["y"], lower["z"], next((lower[key] for key in SURE if key in lower), None)]
+    elif isinstance(point, list) and len(point) in (3, 4):
+        return [*point, None][:4]
+    what = f"{repr(point)}. {REMEDY}" if _is_point(point) else f"{repr(point)}: pass layout= or names=?"
+    raise source.error(f"expected a point with x, y and z, found {what}")
 
 
 def _numbers(source: Source, values: list, shape: tuple[int, ...]) -> np.ndarray:

@@ -134,7 +134,7 @@ def _joints(motion: Motion, model: PathLike | None) -> np.ndarray:
 def _on_smpl(motion: Motion, model: PathLike | None) -> tuple[Motion, Tree, np.ndarray]:
     """The motion on a model, the tree of the model, and its joints (n_joints, 3) at rest, m."""
     if model is not None:
-        joints = read_model(os.fspath(model).replace("{gender}", "neutral")).joints
+        joints, _ = read_model(os.fspath(model).replace("{gender}", "neutral"))
         tree = MODELS[BY_SIZE[len(joints)]]
         return retarget(motion, smpl_skeleton(tree, joints), method="auto"), tree, joints
     names = {"pelvis", *motion.skeleton.joint_names}
@@ -207,8 +207,7 @@ DIRECTIONS = {"hip": (1, 0, 0), "collar": (1, 0, 0), "foot": (0, 0, 1), "head": 
 def joints_of(vectors: np.ndarray) -> np.ndarray:
     """The positions (n_frames, 22, 3), m, y up, of vectors (n_frames, 263)."""
     turns, ways, heights, places = np.split(vectors, EDGES[1:5], axis=1)[:4]
-    before = np.concatenate([np.zeros(1), np.cumsum(turns[:-1, 0])])
-    to_world = _about_up(-2.0 * before)
+    to_world = _about_up(-2.0 * np.concatenate([np.zeros(1), np.cumsum(turns[:-1, 0])]))
     steps = np.zeros((len(vectors), 3))
     steps[1:, [0, 2]] = ways[:-1]
     root = np.cumsum(to_world.apply(steps), axis=0)

@@ -5,12 +5,13 @@ import io
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Literal, NamedTuple
+from itertools import chain
+from typing import Literal
 from xml.etree import ElementTree
 
 import numpy as np
 
-from skpose._utils.files import new_file
+from skpose._utils.files import write_csv
 from skpose.io._conventions import (
     METRES,
     Stored,
@@ -53,15 +54,6 @@ AFTER_AXIS = re.compile(rf"((?:.*[\s_.:-])?[xyz])[\s_.-]+({'|'.join(METRES)})", 
 NUMBERED = re.compile(r"([^\d]*)(\d{1,9})")  # landmark_7, 7: not names, but the order of the points
 
 
-class Columns(NamedTuple):
-    """The numbers of columns: of x, y and z of each point, and of how sure each is."""
-
-    names: list[str] | None
-    positions: list[int]
-    confidences: list[int]
-    scale: float | None  # metres per unit, if the header states it
-
-
 Row = tuple[int, list[str]]  # of a table: the number of its line, and its cells without blanks around them
 NOTHING = "", "NULL"  # cells without a number
 
@@ -82,10 +74,9 @@ def read_cells(source: Source, rows: Sequence[Row], columns: Sequence[int], widt
 
 def is_csv(source: Source) -> bool:
     """Whether a file begins with a header of positions."""
-    if source.head.startswith("scorer,"):
-        return True
     header = [_split_unit(cell)[0] for _, row in split_rows(source.head.lstrip().splitlines()[:1]) for cell in row]
-    return len(header) > 1 and ({cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header)))
+    is_header = {cell.lower() for cell in header} >= {"x", "y", "z"} or bool(find_points(header))
+    return source.head.startswith("scorer,") or (len(header) > 1 and is_header)
 
 
 def read_csv(source: Source) -> Stored:
@@ -94,19 +85,19 @@ def read_csv(source: Source) -> Stored:
         header = ["frame", *map("_".join, list(zip(*(row for _, row in numbered[:2]), strict=True))[1:])]
         numbered = numbered[2:]
     header = [cell[1:] if cell[:1] == "'" and FORMULA.match(cell) else cell for cell in header]
-    columns, rows = _columns(source, header, line), [row for _, row in numbered]
+    (names, at, sure, scale), rows = _columns(source, header, line), [row for _, row in numbered]
     if not rows:
         raise source.error("expected a row for each frame after the header, found none")
-    wanted = columns.positions + columns.confidences
+    wanted = at + sure
     array = read_cells(source, numbered, wanted, len(header))
-    n = len(columns.positions)
-    confidences = as_confidences(source, array[:, n:]) if columns.confidences else None
+    n = len(at)
+    confidences = as_confidences(source, array[:, n:]) if sure else None
     first = dict(zip(header, rows[0], strict=True))
     frame_rate = up = None
     if set(POINTS_HEAD) <= first.keys():
         frame_rate, up = source.number(first["frame_rate"], "frame_rate", numbered[0][0]), first["up"]
     positions = array[:, :n].reshape(len(rows), -1, 3)
-    stored = Stored(positions, confidences, columns.names, frame_rate, up, scale=columns.scale)
+    stored = Stored(positions, confidences, names, frame_rate, up, scale=scale)
     key, time = frame_key(header), time_key(header)
     others = [cell for i, cell in enumerate(header) if i not in wanted and cell != key]
     for other in others if n == 3 else filter(None, [time]):
@@ -160,7 +151,10 @@ def find_points(header: list[str]) -> dict[str, dict[str, int]]:
     return best
 
 
-def _columns(source: Source, header: list[str], line: int) -> Columns:
+def _columns(
+    source: Source, header: list[str], line: int
+) -> tuple[list[str] | None, list[int], list[int], float | None]:
+    """The names of points, the columns of their coordinates and confidences, and the metres per unit, if stated."""
     if twice := [(cell, n) for cell, n in Counter(header).items() if cell and n > 1]:
         raise source.error(f"expected each column once, found {twice[0][0][:40]!r} {twice[0][1]} times", line)
     cells, units = zip(*map(_split_unit, header), strict=True)
@@ -194,7 +188,7 @@ def _columns(source: Source, header: list[str], line: int) -> Columns:
     scales = {METRES.get(units[i]) for i in positions}
     if len(scales) > 1:
         raise source.error(f"expected one unit of length, found {sorted({units[i] for i in positions})}", line)
-    return Columns(None if is_numbered else list(points), positions, sure, scales.pop())
+    return None if is_numbered else list(points), positions, sure, scales.pop()
 
 
 # --- writer -----------------------------------------------------------------------------------------------------------
@@ -268,11 +262,10 @@ def save_csv(path: PathLike, content: Motion | Keypoints) -> None:
     if not isinstance(content, Motion | Keypoints):
         raise TypeError(f"content must be a skpose.Motion or skpose.Keypoints, got {type(content).__name__}")
     header, same, numbers, columns = _of_motion(content) if isinstance(content, Motion) else _of_keypoints(content)
-    with new_file(path) as new, new.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(f"'{cell}" if FORMULA.match(cell) else cell for cell in header)
-        for number, time, row in zip(numbers.tolist(), (numbers / content.frame_rate).tolist(), columns, strict=True):
-            writer.writerow([number, time, *same, *("" if x != x else x for x in row)])
+    head = [f"'{cell}" if FORMULA.match(cell) else cell for cell in header]
+    frames = zip(numbers.tolist(), (numbers / content.frame_rate).tolist(), columns, strict=True)
+    rows = ([number, time, *same, *("" if x != x else x for x in row)] for number, time, row in frames)
+    write_csv(path, chain([head], rows))
 
 
 Table = tuple[list[str], list, np.ndarray, Iterable[list[float]]]

@@ -223,16 +223,18 @@ def complaint_of_up(positions: np.ndarray, names: Sequence[str], up: str, why: s
 @np.errstate(over="ignore", invalid="ignore")
 def find_up(positions: np.ndarray, names: Sequence[str], usual: str) -> tuple[str, bool]:
     """The direction that points up, the usual one if nothing shows another, and whether a floor shows it."""
-    positions = np.where((positions == 0.0).all(axis=2, keepdims=True), np.nan, positions)  # they may be lost
+    lost = (positions == 0.0).all(axis=2) | np.isnan(positions).any(axis=2)
+    positions = np.where(lost[:, :, None], np.nan, positions)
     frames = positions[(~np.isnan(positions[:, :, 0])).sum(axis=1) > 1]
     extents = np.nanmax(frames, axis=1) - np.nanmin(frames, axis=1) if len(frames) else np.zeros((1, 3))
     tallest = extents.max(axis=1)
     has_size = len(names) >= FEW and SHORTEST <= np.median(tallest) <= TALLEST
     floor = _find_floor(frames, np.median(extents, axis=0)) if has_size else ""
-    lower = [name.lower() for name in names]
     few = positions[:: max(1, len(positions) // N_FRAMES)]
     top, middle, bottom = (
-        _mean_of_seen(few[:, [i for i, name in enumerate(lower) if any(part in name for part in parts)]])
+        np.ma.masked_invalid(few[:, [any(part in name.lower() for part in parts) for name in names]])
+        .mean(axis=1)
+        .filled(np.nan)
         for parts in (HIGH, MIDDLE, LOW)
     )
     is_seen = ~np.isnan(top - bottom).any(axis=1)
@@ -305,11 +307,3 @@ def turn_up(positions: np.ndarray, up: str) -> tuple[np.ndarray, Any]:
     if up.startswith("-"):
         positions = positions * ([-1.0, 1.0, -1.0] if up == "-x" else [1.0, -1.0, -1.0])
     return positions, up[-1]
-
-
-def _mean_of_seen(positions: np.ndarray) -> np.ndarray:
-    """The mean position (n_frames, 3) of the seen points, NaN if none is seen."""
-    seen = ~np.isnan(positions).any(axis=2)
-    sums = np.where(seen[:, :, None], positions, 0.0).sum(axis=1)
-    n_seen = seen.sum(axis=1)[:, None]
-    return np.where(n_seen, sums / np.maximum(n_seen, 1), np.nan)

@@ -34,8 +34,8 @@ def fit_skeleton(
     ----------
     keypoints : Keypoints, array-like of shape (n_frames, n_points, 3), or iterable of such
         Positions of one person, m, or a sequence of recordings, each at its own frame rate. Points of keypoints are
-        found by name, others are ignored; an array is in the order of ``layout.names``, with NaN if a point is not
-        seen.
+        found by name, in any spelling; others are ignored. An array is in the order of ``layout.names``, with NaN if a
+        point is not seen.
     layout : Layout or str
         The points and the tree of bones, or the name of one of `layouts`.
     symmetric : bool, default=False
@@ -183,8 +183,8 @@ def _recordings(keypoints: Any, layout: Layout) -> list[Keypoints]:
     keypoints = list(keypoints)
     if keypoints and not isinstance(keypoints[0], Keypoints) and np.ndim(keypoints[0]) == 2:
         keypoints = [keypoints]  # nested lists
-    # The frame rate has no effect.
-    return [each if isinstance(each, Keypoints) else layout.keypoints(each, frame_rate=1.0) for each in keypoints]
+    # The frame rate of arrays has no effect.
+    return [layout.keypoints(each, None if isinstance(each, Keypoints) else 1.0) for each in keypoints]
 
 
 def _check_pairs(layout: Layout) -> None:
@@ -207,14 +207,9 @@ def _points(recordings: list[Keypoints], layout: Layout) -> tuple[Points, Litera
         raise ValueError("keypoints have no frames")
     parts, up = [], recordings[0].up
     for keypoints in recordings:
-        missing = [name for name in layout.points if name not in keypoints.names]
-        if missing:
-            expected = f"the points of layout {layout.name!r}: use layout.keypoints(positions, frame_rate)"
-            raise ValueError(f"keypoints have no point {missing[0]!r}, expected {expected}")
-        chosen = keypoints.select(layout.points)
-        turned = np.roll(chosen.positions, "xyz".index(up) - "xyz".index(keypoints.up), axis=2)
+        turned = np.roll(keypoints.positions, "xyz".index(up) - "xyz".index(keypoints.up), axis=2)
         parts += [
-            (turned, chosen.confidences),
+            (turned, keypoints.confidences),
             (np.full((1, *turned.shape[1:]), np.nan), np.zeros((1, turned.shape[1]))),
         ]
     positions, confidences = (np.concatenate(arrays) for arrays in zip(*parts[:-1], strict=True))

@@ -99,9 +99,8 @@ class Keypoints:
         check_choice("up", self.up, ("x", "y", "z"))
         positions = check_positions(self.positions, len(names), "positions")
         seen = ~np.isnan(positions).any(axis=2)
-        confidences = np.ones(seen.shape)
-        if self.confidences is not None:
-            confidences = as_numbers(self.confidences, "confidences", masked=0.0)
+        given = np.ones(seen.shape) if self.confidences is None else self.confidences
+        confidences = as_numbers(given, "confidences", masked=0.0)
         if confidences.shape != seen.shape:
             raise ValueError(f"confidences must have shape {seen.shape}, got {confidences.shape}")
         if not ((confidences[seen] >= 0.0) & (confidences[seen] <= 1.0)).all():
@@ -142,8 +141,7 @@ class Keypoints:
 
     def __repr__(self) -> str:
         lost = f", {np.mean(self.confidences == 0.0):.1%} not seen" if (self.confidences == 0.0).any() else ""
-        seconds = len(self) / self.frame_rate
-        rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {seconds:.1f} s"
+        rate = f"{len(self)} frames at {self.frame_rate:g} Hz, {len(self) / self.frame_rate:.1f} s"
         return f"Keypoints({rate}, {len(self.names)} points{lost.replace('%', ' %')})"
 
     def select(self, names: Iterable[str]) -> "Keypoints":
@@ -205,19 +203,13 @@ class Keypoints:
             raise ValueError(f"longest must be zero or more, got {longest!r}")
         if not 0.0 < confidence <= 1.0:
             raise ValueError(f"confidence must be above 0 and at most 1, got {confidence!r}")
-        positions, confidences, frames = self.positions.copy(), self.confidences.copy(), np.arange(len(self))
-        for point in range(len(self.names)):
-            seen = np.flatnonzero(self.confidences[:, point] > 0.0)
-            if len(seen) < 2:
-                continue
-            after = np.searchsorted(seen, frames)
-            inside = (after > 0) & (after < len(seen)) & (self.confidences[:, point] == 0.0)
-            after = after.clip(1, len(seen) - 1)
-            inside &= (seen[after] - seen[after - 1] - 1) / self.frame_rate <= longest * (1.0 + 1e-9)
-            for axis in range(3):
-                positions[inside, point, axis] = np.interp(frames[inside], seen, self.positions[seen, point, axis])
-            confidences[inside, point] = confidence
-        return replace(self, positions=positions, confidences=confidences)
+        frames, seen = np.arange(len(self))[:, None], self.confidences > 0.0
+        before = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)
+        after = np.minimum.accumulate(np.where(seen, frames, len(self))[::-1], axis=0)[::-1]
+        is_short = (after - before - 1) / self.frame_rate <= longest * (1.0 + 1e-9)
+        inside = ~seen & (before >= 0) & (after < len(self)) & is_short
+        positions = np.where(inside[:, :, None], without_gaps(self.positions, seen), self.positions)
+        return replace(self, positions=positions, confidences=np.where(inside, confidence, self.confidences))
 
     def play(self, layout: Any = None) -> Page:
         """Make a page that plays the points: ``skpose.view.player(keypoints)``.
@@ -287,8 +279,7 @@ class Keypoints:
         import pandas
 
         columns, values = columns_of(self)
-        index = pandas.Index(self.times, name="time")
-        table = pandas.DataFrame(values, index, columns, copy=True)
+        table = pandas.DataFrame(values, pandas.Index(self.times, name="time"), columns, copy=True)
         table.attrs.update(unit="m", frame_rate=self.frame_rate, up=self.up)
         return table
 
@@ -301,3 +292,16 @@ def columns_of(points: Keypoints) -> tuple[list[str], np.ndarray]:
         parts = [*parts, "confidence"]
     columns = [f"{name}_{part}" for name in points.names for part in parts]
     return columns, values.reshape(len(points), len(columns))
+
+
+def without_gaps(positions: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Positions, linear over time in gaps, constant before the first and after the last frame in which a point is seen.
+
+    Points that are never seen are zero.
+    """
+    filled, frames = np.zeros(positions.shape), np.arange(len(positions))
+    for point in np.flatnonzero(seen.any(axis=0)):
+        at = np.flatnonzero(seen[:, point])
+        for axis in range(3):
+            filled[:, point, axis] = np.interp(frames, at, positions[at, point, axis])
+    return filled

@@ -85,10 +85,7 @@ def find_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, str]:
     """
     found = {}
     for name in wanted:
-        if name in names:
-            found[name] = name
-            continue
-        for spelling in (str.casefold, _words):
+        for spelling in (str, str.casefold, _words):
             same = [other for other in names if spelling(other) == spelling(name)]
             if len(same) > 1:
                 raise ValueError(f"the point {name!r} may be {' or '.join(map(repr, same))}: rename one of them")
@@ -217,9 +214,6 @@ class Layout:
         }.items():
             object.__setattr__(self, name, value)
         check_choice("up", self.up, UPS)
-        self._check_tree()
-
-    def _check_tree(self) -> None:
         points, layout = set(self.points), f"layout {self.name!r}"
         if len(points) < len(self.points) or not all(isinstance(name, str) and name for name in points):
             raise ValueError(f"{layout}: points must be different, non-empty strings, got {self.points}")
@@ -351,8 +345,10 @@ class Layout:
         found |= find_names(self.midpoints, [name for name in given.names if name not in found.values()])
         missing = [name for name in self.names if name not in found]
         if missing and (absent == "refuse" or not found):
-            remedy = f"layout.without({missing}), absent='unseen' or a Layout of your own"
-            raise ValueError(f"keypoints have no {missing[0]!r} of {self.name!r}: use {remedy}")
+            raise ValueError(
+                f"keypoints have no {missing[0]!r} of {self.name!r}: use layout.without({missing}), absent='unseen' or "
+                "a Layout of your own"
+            )
         chosen = given.select(found.values())
         columns = {name: (chosen.positions[:, i], chosen.confidences[:, i]) for i, name in enumerate(found)}
         columns |= {name: (np.full((len(given), 3), np.nan), np.zeros(len(given))) for name in missing}
@@ -405,21 +401,16 @@ class Layout:
         if self.root in out:
             raise ValueError(f"layout {self.name!r}: {self.root!r} is the root and cannot be removed")
         parents, rigid = {}, set(self.rigid) - out
-        for name in self.points:
+        for name in (one for one in self.points if one not in out):
             parent = self.parents[name]
             while parent in out:
-                if (
-                    not {name, parent} & self.rigid
-                    and name not in out
-                    and any(word in str(parent).lower() for word in BENDS)
-                ):
+                if not {name, parent} & self.rigid and any(word in str(parent).lower() for word in BENDS):
                     raise ValueError(
                         f"layout {self.name!r}: {name!r} cannot be without {parent!r}, where the limb bends"
                     )
                 rigid -= {name} if parent not in self.rigid else set()
                 parent = self.parents[parent]
-            if name not in out:
-                parents[name] = parent
+            parents[name] = parent
         stay = tuple(name for name in self.names if name not in out)
         midpoints = {name: ends for name, ends in self.midpoints.items() if name not in out}
         if any(ends[0] in WIDTHS and out.intersection(ends[3:]) for ends in midpoints.values()):

@@ -152,8 +152,7 @@ def root_axes(points: Points, layout: Layout, up: str) -> np.ndarray:
     with y up.
     """
     names, pairs, middle = _shape(layout)
-    n = len(points[layout.root])
-    world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (n, 1, 1))
+    world = np.tile(np.roll(np.eye(3), "yzx".index(up), axis=0).T, (len(points[layout.root]), 1, 1))
     if not pairs:
         return world
     vectors, weights = _vectors(points, layout, names, up)

@@ -170,9 +170,8 @@ class AlignmentDisplay:
     def _below(self, frames):
         """Places of frames of the second motion: their part on the path is as wide as the first motion."""
         first, last = self.alignment.path[[0, -1], 1]
-        whole = self._times(len(self.alignment.a) - 1)
         share = (np.asarray(frames) - first) / (last - first) if last > first else np.full(np.shape(frames), 0.5)
-        return whole * share
+        return self._times(len(self.alignment.a) - 1) * share
 
     def _spread(self, n):
         """At most n pairs of the path, spread evenly over both motions: each in the middle of an equal part."""

@@ -97,8 +97,7 @@ class JointAnglesDisplay:
         handles = _legend(columns, cycles, show_cycles, self.norm is not None)
         per_line = n_columns if n_columns < 3 else 4
         legend = LINE * (1 - -len(handles) // per_line)
-        size = (WIDTH * n_columns + 0.4, HEIGHT * n_rows + legend)
-        self.ax_, self.figure_ = axes(ax, size)
+        self.ax_, self.figure_ = axes(ax, (WIDTH * n_columns + 0.4, HEIGHT * n_rows + legend))
         where = self.ax_.get_subplotspec()
         if where is None:
             raise ValueError("ax must be in a grid, made by plt.subplots() or figure.add_subplot()")

@@ -79,8 +79,7 @@ class MDSDisplay:
         if self.labels is None:
             self.ax_.scatter(x, y, **defaults | label_style(0) | style)
         elif self.labels.dtype.kind == "f" and len(np.unique(self.labels)) > len(PALETTE):
-            drawn = self.ax_.scatter(x, y, **defaults | {"c": self.labels} | style)
-            self.figure_.colorbar(drawn, ax=self.ax_)
+            self.figure_.colorbar(self.ax_.scatter(x, y, **defaults | {"c": self.labels} | style), ax=self.ax_)
         else:
             for i, label in enumerate(np.unique(self.labels)):
                 chosen = self.labels == label

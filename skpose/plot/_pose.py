@@ -193,8 +193,7 @@ class PoseDisplay:
             self.ax_.set_box_aspect((3, 3, 4))  # people are taller than wide
             self.ax_.locator_params(nbins=5)
         if self.labels is not None:
-            reached = self.positions if shape is None else shape.centres(with_root(self.positions))
-            flat = reached[:, :, plane]
+            flat = (self.positions if shape is None else shape.centres(with_root(self.positions)))[:, :, plane]
             low, high = (edge(flat[..., 0], axis=1, initial=0.0) for edge in (np.min, np.max))
             step = (1.0 + GAP) * max((high - low).max(), 0.25 * np.ptp(flat[..., 1])) or 1.0  # bones seen end on
             centres = np.arange(len(flat)) * step
@@ -326,7 +325,7 @@ class PoseDisplay:
         frames = np.unique(np.rint(np.linspace(0, len(motion) - 1, n_poses)).astype(int))
         labels = [f"{motion.times[frame]:.2f}" for frame in frames]
         display = cls(forward_kinematics(motion.angles[frames], motion.skeleton), motion.skeleton, labels, "time (s)")
-        display._vertical = _find_vertical(motion)
+        display._vertical = int(np.abs(vertical_of(motion)).argmax())  # the axis of the root nearest to it
         return display.plot(ax, **options)
 
     @classmethod
@@ -399,11 +398,6 @@ class PoseDisplay:
         title = f"standard deviations along component {component + 1}, {share:.0%} of the variance"
         poses = pca.inverse_transform(scores)
         return cls.from_poses(poses, skeleton, labels=labels, title=title, ax=ax, **options)
-
-
-def _find_vertical(motion: Motion) -> int:
-    """The axis of the root that is nearest to the vertical of the world."""
-    return int(np.abs(vertical_of(motion)).argmax())
 
 
 def _choose_projection(positions: np.ndarray, vertical: int) -> str:

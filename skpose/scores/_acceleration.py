@@ -7,17 +7,7 @@ import numpy as np
 
 from skpose._utils.sklearn import Interval, validate_params
 from skpose._utils.typing import ArrayLike
-from skpose.scores._inputs import (
-    CONSTRAINTS,
-    LENGTHS,
-    Joints,
-    Length,
-    align as align_points,
-    errors_of,
-    mean_of,
-    read_points,
-    select_joints,
-)
+from skpose.scores._inputs import CONSTRAINTS, LENGTHS, Joints, Length, lengths_of, mean_of, read_errors
 from skpose.scores._mpjpe import Align, Average
 from skpose.skeleton import Skeleton
 
@@ -108,14 +98,12 @@ def acceleration_error(
     >>> round(acceleration_error(true, pred, frame_rate=30, unit="m"), 2)  # m/s²
     12.0
     """
-    points, motions = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
+    errors, weights, motions = read_errors(
+        y_true, y_pred, skeleton, sample_weight, data_unit, root, align, reflection, joints
+    )
     if min(motions.lengths) < 3:
         raise ValueError(f"each motion must have at least three frames, got one with {min(motions.lengths)}")
-    points = select_joints(align_points(points, root, align, reflection), joints)
-    parts = motions.split(np.arange(len(points.true)))
-    errors, middle = points.pred - points.true, np.concatenate([part[1:-1] for part in parts])
+    middle = np.concatenate([part[1:-1] for part in motions.split(np.arange(len(errors)))])
     second = errors[middle - 1] - 2.0 * errors[middle] + errors[middle + 1]
-    seen = points.seen[middle - 1] & points.seen[middle] & points.seen[middle + 1]
-    points = points._replace(true=np.zeros_like(second), pred=second, seen=seen, weights=points.weights[middle])
     factor = LENGTHS[data_unit] / LENGTHS[unit] * (1.0 if frame_rate is None else float(frame_rate) ** 2)
-    return mean_of(errors_of(points), points.weights, average) * factor
+    return mean_of(lengths_of(second), weights[middle], average) * factor

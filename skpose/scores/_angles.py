@@ -112,8 +112,8 @@ def mean_angle_error(
     dropped = np.zeros(gaps.shape, dtype=bool)
     if drop_constant is not None:
         motions = (true if drop_constant == "true" else pred).split()
-        constant = [_spread(motion) * ANGLES[data_unit] <= CONSTANT for motion in motions]
-        dropped = np.repeat(constant, true.lengths, axis=0)
+        spreads = [np.ma.masked_invalid(motion).std(axis=0).filled(0.0) for motion in motions]
+        dropped = np.repeat(np.array(spreads) * ANGLES[data_unit] <= CONSTANT, true.lengths, axis=0)
     if kind == "each":
         errors = np.where(dropped, np.nan, np.abs(gaps))
     else:
@@ -121,11 +121,3 @@ def mean_angle_error(
         errors = np.where(dropped.all(axis=1), np.nan, norms)[:, None]
     result = mean_of(errors, read_weights(sample_weight, true), average) * (ANGLES[data_unit] / ANGLES[unit])
     return result[:, 0] if average is None and kind == "norm" else result
-
-
-def _spread(angles: np.ndarray) -> np.ndarray:
-    """Standard deviation of the known numbers of each column; zero if there are none."""
-    known = ~np.isnan(angles)
-    n = np.maximum(known.sum(axis=0), 1)
-    mean = np.where(known, angles, 0.0).sum(axis=0) / n
-    return np.sqrt((np.where(known, angles - mean, 0.0) ** 2).sum(axis=0) / n)

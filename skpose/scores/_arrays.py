@@ -16,7 +16,7 @@ from skpose.kinematics._arrays import (
     quaternion_of,
     root,
 )
-from skpose.scores._inputs import Joints, Points, joint_indices
+from skpose.scores._inputs import Joints, Points, joint_indices, weighted_mean
 from skpose.skeleton import Skeleton
 
 SHAPES: dict[str, tuple[int, ...]] = {"matrix": (3, 3), "6d": (6,), "rotvec": (3,)}  # of one rotation, else (4,)
@@ -43,7 +43,7 @@ def array_mpjpe(
         true, pred = xp.where(unknown[..., None], xp.nan, true), array_positions(xp, pred, skeleton)
     seen = xp.logical_not(xp.any(xp.isnan(true), axis=2))
     names = () if skeleton is None else skeleton.joint_names
-    points = Points(xp.where(seen[..., None], true, pred), pred, seen, seen, names)  # the weights are separate
+    points = Points(xp.where(seen[..., None], true, pred), pred, seen, names)
     errors = pred - points.true
     if roots is not None:
         at = joint_indices(roots, points, "root")
@@ -109,13 +109,7 @@ def _mean(xp: Any, errors: Array, seen: Array, weights: Array | None, average: s
         return xp.where(seen, errors, xp.nan)
     one = xp.ones_like(errors)
     counted = xp.where(seen, one if weights is None else one * weights[:, None], 0.0)
-    axis = {"points": None, "frames": 1}.get(average, 0)
-    totals = xp.sum(counted, axis=axis)
-    means = xp.sum(errors * counted, axis=axis) / xp.where(totals > 0.0, totals, 1.0)
-    shares = xp.where(totals > 0.0, xp.ones_like(totals), 0.0)
-    if average == "frames" and weights is not None:
-        shares = shares * weights
-    return xp.sum(means * shares) / xp.sum(shares)
+    return weighted_mean(xp, errors, counted, weights, average)
 
 
 def _quaternions(xp: Any, numbers: Array, form: str) -> Numbers:

@@ -1,6 +1,6 @@
 """The error of joints along the path of dynamic time warping."""
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from skpose.scores._inputs import (
     Joints,
     Length,
     Points,
-    align as align_points,
+    align_points,
     check_length_unit,
     joint_indices,
     points_of,
@@ -136,39 +136,21 @@ def dtw_mje(
     >>> round(dtw_mje(true, true + [0.0, 0.0, 0.01]), 6)  # mm
     10.0
     """
-    how = _How(cost, cost if error is None else error, divide, warp, align)
+    error = cost if error is None else error
     if average == "pairs" and divide != "path":
         raise ValueError(f"average='pairs' needs divide='path', got {divide!r}")
-    if align is not None and (how.cost, how.error, how.warp) != ("joints", "joints", "pose"):
+    if align is not None and (cost, error, warp) != ("joints", "joints", "pose"):
         raise ValueError("align= needs cost='joints' and warp='pose'")
-    pairs = _read_pairs(y_true, y_pred, skeleton, data_unit, root, joints)
+    pairs, chosen = _read_pairs(y_true, y_pred, skeleton, data_unit, root, joints)
     weights = check_sample_weight(sample_weight, np.empty((len(pairs), 1)))
-    sums, sizes = (np.array(one) for one in zip(*(_follow(pair, how) for pair in pairs), strict=True))
+    found = [_follow(pair, chosen, cost, error, divide, warp, align) for pair in pairs]
+    sums, sizes = (np.array(one) for one in zip(*found, strict=True))
     factor = LENGTHS[data_unit] / LENGTHS[unit]
     if average is None:
         return sums / sizes * factor
     if average == "pairs":
         return float(weights @ sums / (weights @ sizes)) * factor
     return float(np.average(sums / sizes, weights=weights)) * factor
-
-
-class _How(NamedTuple):
-    """What is computed for a pair of motions."""
-
-    cost: str
-    error: str
-    divide: str | None
-    warp: str
-    align: str | None
-
-
-class _Pair(NamedTuple):
-    """A true motion, with the known joints of its frames, and a predicted one."""
-
-    true: np.ndarray  # (n, n_joints, 3)
-    seen: np.ndarray  # (n, n_joints)
-    pred: np.ndarray  # (m, n_joints, 3)
-    joints: list[int]  # those that count
 
 
 def _read_pairs(
@@ -178,43 +160,43 @@ def _read_pairs(
     data_unit: str,
     root: Joints | None,
     joints: Joints | None,
-) -> list[_Pair]:
-    """The pairs of motions, relative to the root."""
+) -> tuple[list[Points], list[int]]:
+    """The pairs of motions, of different lengths, relative to the root, and the indices of the joints that count."""
     true, pred = read_positions(y_true, "y_true", skeleton), read_positions(y_pred, "y_pred", skeleton)
     n_joints = true.frames.shape[1]
     if len(true.lengths) != len(pred.lengths) or n_joints != pred.frames.shape[1]:
         raise ValueError("y_true and y_pred must have the same joints and number of motions")
     check_length_unit(true.frames, skeleton, data_unit)
-    names = () if skeleton is None else skeleton.joint_names
     pairs = []
     for one, another in zip(true.split(), pred.split(), strict=True):
-        a, b = (align_points(points_of(x, x, np.ones(len(x)), names), root, None, False) for x in (one, another))
-        chosen = list(range(n_joints)) if joints is None else joint_indices(joints, a, "joints")
-        pairs.append(_Pair(a.true, a.seen, b.true, chosen))
-    return pairs
+        a, b = (align_points(points_of(x, x, skeleton), root, None, False) for x in (one, another))
+        pairs.append(a._replace(pred=b.true))
+    return pairs, list(range(n_joints)) if joints is None else joint_indices(joints, pairs[0], "joints")
 
 
-def _follow(pair: _Pair, how: _How) -> tuple[float, float]:
+def _follow(
+    pair: Points, joints: list[int], cost: str, error: str, divide: str | None, warp: str, align: str | None
+) -> tuple[float, float]:
     """The sum of the errors along the path, and what it is divided by."""
-    if how.warp == "joint":
-        results = [_follow(pair._replace(joints=[j]), how._replace(warp="pose")) for j in pair.joints]
+    if warp == "joint":
+        results = [_follow(pair, [j], cost, error, divide, "pose", align) for j in joints]
         return float(np.mean([total / size for total, size in results])), 1.0
-    costs = _costs(pair, how.cost, how.align)
-    errors = costs if how.error == how.cost else _costs(pair, how.error, None)
+    costs = _costs(pair, joints, cost, align)
+    errors = costs if error == cost else _costs(pair, joints, error, None)
     sums = costs.copy()
     accumulate(sums, Paths.of(None))
     path = path_to(sums, False, sums.shape[1] - 1)
     total = float(sums[-1, -1]) if errors is costs else float(errors[path[:, 0], path[:, 1]].sum())
-    return total, float({"path": len(path), "true": len(pair.true), None: 1}[how.divide])
+    return total, float({"path": len(path), "true": len(pair.true), None: 1}[divide])
 
 
-def _costs(pair: _Pair, cost: str, align: str | None) -> np.ndarray:
+def _costs(pair: Points, joints: list[int], cost: str, align: str | None) -> np.ndarray:
     """The costs (n, m) of all pairs of frames."""
     if align is None:  # else all joints take part
-        true, seen, pred = (array[:, pair.joints] for array in pair[:3])
-        pair = _Pair(true, seen, pred, list(range(len(pair.joints))))
+        pair = Points(pair.true[:, joints], pair.pred[:, joints], pair.seen[:, joints], ())
+        joints = list(range(len(joints)))
     n, m = len(pair.true), len(pair.pred)
-    counted = pair.seen[:, pair.joints]
+    counted = pair.seen[:, joints]
     if cost != "joints" and not counted.all():
         raise ValueError(f"{cost!r} needs all joints in all frames of y_true: use cost='joints'")
     if not counted.any(axis=1).all():
@@ -225,8 +207,8 @@ def _costs(pair: _Pair, cost: str, align: str | None) -> np.ndarray:
         true, seen = pair.true[start : start + rows, None], pair.seen[start : start + rows, None]
         pred = np.broadcast_to(pair.pred, (len(true), *pair.pred.shape))
         if align is not None:
-            pred = _align_pairs(true, seen, pred, align)[:, :, pair.joints]
-            true, seen = true[:, :, pair.joints], seen[:, :, pair.joints]
+            pred = _align_pairs(true, seen, pred, align)[:, :, joints]
+            true, seen = true[:, :, joints], seen[:, :, joints]
         gaps = true - pred
         if cost == "l1":
             costs[start : start + rows] = np.abs(gaps).sum(axis=(2, 3))
@@ -243,5 +225,5 @@ def _align_pairs(true: np.ndarray, seen: np.ndarray, pred: np.ndarray, align: st
     shape = pred.shape
     flat_true = np.broadcast_to(true, shape).reshape(-1, *shape[2:])
     flat_seen = np.broadcast_to(seen, shape[:3]).reshape(-1, shape[2])
-    points = Points(flat_true, pred.reshape(flat_true.shape), flat_seen, np.ones(len(flat_true)), ())
+    points = Points(flat_true, pred.reshape(flat_true.shape), flat_seen, ())
     return align_points(points, None, align, False).pred.reshape(shape)

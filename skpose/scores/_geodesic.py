@@ -9,6 +9,7 @@ from skpose._utils.sklearn import StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
 from skpose._utils.units import warn_of_degrees
 from skpose.kinematics._arrays import namespace_of
+from skpose.kinematics._orientations import rotations_since_zero
 from skpose.scores._arrays import array_geodesic_error
 from skpose.scores._inputs import (
     ANGLES,
@@ -24,7 +25,6 @@ from skpose.scores._inputs import (
 from skpose.scores._mpjpe import Average
 from skpose.skeleton import Skeleton
 from skpose.skeleton._rotation_forms import FORMS, RotationForm
-from skpose.skeleton._rotations import rotations_of
 
 
 @validate_params(
@@ -174,21 +174,15 @@ def _of_numbers(values: ArrayLike, name: str, form: str) -> tuple[np.ndarray, Mo
 
 
 def _of_poses(values: ArrayLike, name: str, skeleton: Skeleton, frame: str) -> tuple[np.ndarray, Motions]:
-    """Quaternions (n_frames, n_joints, 4) of the joints of poses, NaN where unknown."""
+    """Quaternions (n_frames, n_joints, 4) of the joints of poses, times constants of the joints, NaN where unknown."""
     motions = read_poses(values, name, skeleton)
     seen = ~np.isnan(motions.frames).any(axis=1)
-    poses, column = motions.frames[seen], 0
-    world: list[Rotation] = []
-    local: list[Rotation] = []
-    for bone, parent, rest in zip(skeleton.bones, skeleton.parents, skeleton.rest_rotations, strict=True):
-        rotation = Rotation.identity(len(poses))
-        if bone.dofs:
-            rotation = rotations_of(bone, poses[:, column : column + bone.n_dofs])
-            local.append(rotation)
-        column += bone.n_dofs
-        before = Rotation.identity(len(poses)) if parent < 0 else world[int(parent)]
-        world.append(before * Rotation.from_matrix(rest.copy()) * rotation)
-    chosen = local if frame == "parent" else world
+    world = rotations_since_zero(skeleton, motions.frames[seen], Rotation.identity(np.count_nonzero(seen)))
+    joints = zip(skeleton.bones, skeleton.parents.tolist(), strict=True)
+    if frame == "parent":
+        chosen = [world[parent].inv() * world[j] for j, (bone, parent) in enumerate(joints) if bone.dofs]
+    else:
+        chosen = [world[j] for j in range(skeleton.n_joints)]
     quaternions = np.full((len(seen), len(chosen), 4), np.nan)
     quaternions[seen] = np.stack([rotation.as_quat() for rotation in chosen], axis=1)
     return quaternions, motions

@@ -90,8 +90,7 @@ def read_poses(values: ArrayLike, name: str, skeleton: Skeleton) -> Motions:
     if motions.frames.ndim == 1:  # of one column
         motions = motions._replace(frames=motions.frames[:, None])
     check_width(motions.frames, skeleton, name)
-    known = ~np.isnan(motions.frames).any(axis=1)
-    warn_of_degrees(**{name: motions.frames[known]}, in_estimator=True)
+    warn_of_degrees(**{name: motions.frames[~np.isnan(motions.frames).any(axis=1)]}, in_estimator=True)
     return motions
 
 
@@ -107,8 +106,10 @@ def read_columns(values: ArrayLike, name: str, allows_vector: bool = True) -> Mo
 
 def check_equal(true: Motions, pred: Motions) -> None:
     if true.frames.shape != pred.frames.shape or true.lengths != pred.lengths:
-        shapes = f"{true.frames.shape} and {pred.frames.shape}"
-        raise ValueError(f"y_true and y_pred must have equal shapes, also of each motion, got {shapes}")
+        raise ValueError(
+            "y_true and y_pred must have equal shapes, also of each motion, "
+            f"got {true.frames.shape} and {pred.frames.shape}"
+        )
 
 
 def read_weights(sample_weight: ArrayLike | None, motions: Motions) -> np.ndarray:
@@ -124,24 +125,38 @@ class Points(NamedTuple):
     true: np.ndarray  # (n_frames, n_joints, 3), zero where a joint is not seen
     pred: np.ndarray  # (n_frames, n_joints, 3)
     seen: np.ndarray  # (n_frames, n_joints), whether the true position is known, and the frame can be aligned
-    weights: np.ndarray  # (n_frames,)
     joint_names: tuple[str, ...]  # empty without a skeleton
 
 
-def read_points(
-    y_true: ArrayLike, y_pred: ArrayLike, skeleton: Skeleton | None, sample_weight: ArrayLike | None, data_unit: str
-) -> tuple[Points, Motions]:
-    """Read true and predicted positions; also the motions of the truth."""
+def read_errors(
+    y_true: ArrayLike,
+    y_pred: ArrayLike,
+    skeleton: Skeleton | None,
+    sample_weight: ArrayLike | None,
+    data_unit: str,
+    root: Joints | None,
+    how: str | None,
+    reflection: bool,
+    joints: Joints | None,
+) -> tuple[np.ndarray, np.ndarray, Motions]:
+    """Errors (n_frames, n_joints, 3) of aligned positions, NaN where a joint is not seen; weights of the frames.
+
+    Also the motions of the truth.
+    """
     true, pred = read_positions(y_true, "y_true", skeleton), read_positions(y_pred, "y_pred", skeleton)
     check_equal(true, pred)
     check_length_unit(true.frames, skeleton, data_unit)
-    names = () if skeleton is None else skeleton.joint_names
-    return points_of(true.frames, pred.frames, read_weights(sample_weight, true), names), true
+    points = align_points(points_of(true.frames, pred.frames, skeleton), root, how, reflection)
+    errors = points.pred - points.true
+    errors[~points.seen] = np.nan
+    if joints is not None:
+        errors = errors[:, joint_indices(joints, points, "joints")]
+    return errors, read_weights(sample_weight, true), true
 
 
-def points_of(true: np.ndarray, pred: np.ndarray, weights: np.ndarray, names: tuple[str, ...]) -> Points:
+def points_of(true: np.ndarray, pred: np.ndarray, skeleton: Skeleton | None) -> Points:
     seen = ~np.isnan(true).any(axis=2)
-    return Points(np.where(seen[:, :, None], true, 0.0), pred, seen, weights, names)
+    return Points(np.where(seen[:, :, None], true, 0.0), pred, seen, () if skeleton is None else skeleton.joint_names)
 
 
 def check_data_unit(skeleton: Skeleton | None, data_unit: str) -> None:
@@ -157,13 +172,6 @@ def check_length_unit(true: np.ndarray, skeleton: Skeleton | None, data_unit: st
         warn(f"the joints of y_true are {size:.3g} m apart with data_unit={data_unit!r}: check the unit")
 
 
-def select_joints(points: Points, joints: Joints | None) -> Points:
-    if joints is None:
-        return points
-    indices = joint_indices(joints, points, "joints")
-    return points._replace(true=points.true[:, indices], pred=points.pred[:, indices], seen=points.seen[:, indices])
-
-
 def joint_indices(joints: Joints, points: Points, name: str) -> list[int]:
     """Indices of joints that are given by index or, with a skeleton, by name."""
     given = [joints] if isinstance(joints, str | int | np.integer) else list(joints)
@@ -175,33 +183,34 @@ def joint_indices(joints: Joints, points: Points, name: str) -> list[int]:
     return indices
 
 
-def errors_of(points: Points) -> np.ndarray:
-    """Lengths (n_frames, n_joints) of the errors; NaN where a joint is not seen."""
-    errors = points.pred - points.true
-    return np.where(points.seen, np.sqrt(np.einsum("njk,njk->nj", errors, errors)), np.nan)
+def lengths_of(errors: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.einsum("njk,njk->nj", errors, errors))
 
 
 def mean_of(errors: np.ndarray, weights: np.ndarray, average: str | None) -> Any:
-    """Weighted mean of errors (n_frames, n_joints), NaN where they do not count; None for the errors themselves.
-
-    "points": of all of them; "frames": first over the joints of each frame; "joints": first over the frames of each
-    joint.
-    """
+    """Weighted mean of errors (n_frames, n_joints), NaN where they do not count; None for the errors themselves."""
     if average is None:
         return errors
     seen = ~np.isnan(errors)
-    errors, counted = np.where(seen, errors, 0.0), weights[:, None] * seen
+    counted = weights[:, None] * seen
     if not counted.any():
         raise ValueError("y_true must have a known value in a frame of positive weight")
-    if average == "points":
-        return float((errors * counted).sum() / counted.sum())
-    if average == "frames":
-        n_seen = seen.sum(axis=1)
-        some = n_seen > 0
-        return float(np.average(errors.sum(axis=1)[some] / n_seen[some], weights=weights[some]))
-    totals = counted.sum(axis=0)
-    some = totals > 0.0
-    return float(((errors * counted).sum(axis=0)[some] / totals[some]).mean())
+    return float(weighted_mean(np, np.where(seen, errors, 0.0), counted, weights, average))
+
+
+def weighted_mean(xp: Any, errors: Any, counted: Any, weights: Any, average: str) -> Any:
+    """The mean of errors (n_frames, n_joints), arrays of numpy or of another library, that count with some weights.
+
+    "points": of all of them; "frames": first over the joints of each frame; "joints": first over the frames of each
+    joint. The weights of the frames are None if they are equal.
+    """
+    axis = {"points": None, "frames": 1, "joints": 0}[average]
+    totals = xp.sum(counted, axis=axis)
+    means = xp.sum(errors * counted, axis=axis) / xp.where(totals > 0.0, totals, 1.0)
+    shares = xp.where(totals > 0.0, xp.ones_like(totals), 0.0)
+    if average == "frames" and weights is not None:
+        shares = shares * weights
+    return xp.sum(means * shares) / xp.sum(shares)
 
 
 # --- align ------------------------------------------------------------------------------------------------------------
@@ -217,7 +226,7 @@ LINE = 1e-8  # ratio of singular values below which a rotation is not determined
 POINT = 1e-10  # size of a set of points, relative to its distance from the origin, below which they are one point
 
 
-def align(points: Points, root: Joints | None, how: str | None, reflection: bool) -> Points:
+def align_points(points: Points, root: Joints | None, how: str | None, reflection: bool) -> Points:
     """Positions relative to the root, with the predicted ones aligned."""
     if reflection and how not in ("rigid", "similarity"):
         raise ValueError(f"reflection=True needs align='rigid' or 'similarity', got align={how!r}")
@@ -273,8 +282,10 @@ def _procrustes(
     for size, middle in ((squares_true, middle_true), (squares, middle_pred)):
         bad |= size <= (POINT * np.abs(middle).max(axis=1)) ** 2
     if (bad & some).any():
-        frame = start + (bad & some).argmax()
-        raise ValueError(f"the rotation of frame {frame} is not determined: it needs three joints not on a line")
+        raise ValueError(
+            f"the rotation of frame {start + (bad & some).argmax()} is not determined: it needs three joints not on a "
+            "line"
+        )
     U[:, :, 2] *= sign[:, None]
     aligned = np.matmul(p, np.matmul(U, Vt))
     if with_scale:

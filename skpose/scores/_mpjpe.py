@@ -11,12 +11,10 @@ from skpose.scores._inputs import (
     LENGTHS,
     Joints,
     Length,
-    align as align_points,
     check_data_unit,
-    errors_of,
+    lengths_of,
     mean_of,
-    read_points,
-    select_joints,
+    read_errors,
 )
 from skpose.skeleton import Skeleton
 
@@ -132,6 +130,7 @@ def mpjpe(
     if xp is not None:
         check_data_unit(skeleton, data_unit)
         return array_mpjpe(xp, y_true, y_pred, root, align, joints, average, skeleton, sample_weight) * factor
-    points, _ = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
-    points = select_joints(align_points(points, root, align, reflection), joints)
-    return mean_of(errors_of(points), points.weights, average) * factor
+    errors, weights, _ = read_errors(
+        y_true, y_pred, skeleton, sample_weight, data_unit, root, align, reflection, joints
+    )
+    return mean_of(lengths_of(errors), weights, average) * factor

@@ -7,17 +7,7 @@ import numpy as np
 
 from skpose._utils.sklearn import Interval, StrOptions, validate_params
 from skpose._utils.typing import ArrayLike
-from skpose.scores._inputs import (
-    CONSTRAINTS,
-    LENGTHS,
-    Joints,
-    Length,
-    align as align_points,
-    errors_of,
-    mean_of,
-    read_points,
-    select_joints,
-)
+from skpose.scores._inputs import CONSTRAINTS, LENGTHS, Joints, Length, lengths_of, mean_of, read_errors
 from skpose.scores._mpjpe import Align, Average
 from skpose.skeleton import Skeleton
 
@@ -115,10 +105,11 @@ def pck(
     >>> pck(true, true + np.outer([0.0, 0.05, 0.08, 0.2], [1.0, 0.0, 0.0]))
     75.0
     """
-    points, _ = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
-    points = select_joints(align_points(points, root, align, reflection), joints)
-    errors = errors_of(points) * (LENGTHS[data_unit] / LENGTHS[threshold_unit])
-    return mean_of(_correct(errors, float(threshold), inclusive), points.weights, average) * UNITS[unit]
+    errors, weights, _ = read_errors(
+        y_true, y_pred, skeleton, sample_weight, data_unit, root, align, reflection, joints
+    )
+    distances = lengths_of(errors) * (LENGTHS[data_unit] / LENGTHS[threshold_unit])
+    return mean_of(_correct(distances, float(threshold), inclusive), weights, average) * UNITS[unit]
 
 
 @validate_params(
@@ -215,11 +206,12 @@ def pck_auc(
     >>> round(pck_auc(true, true + np.outer([0.0, 0.05, 0.08, 0.2], [1.0, 0.0, 0.0])), 2)
     51.61
     """
-    points, _ = read_points(y_true, y_pred, skeleton, sample_weight, data_unit)
-    points = select_joints(align_points(points, root, align, reflection), joints)
-    errors = errors_of(points) * (LENGTHS[data_unit] / LENGTHS[threshold_unit])
+    errors, weights, _ = read_errors(
+        y_true, y_pred, skeleton, sample_weight, data_unit, root, align, reflection, joints
+    )
+    distances = lengths_of(errors) * (LENGTHS[data_unit] / LENGTHS[threshold_unit])
     limits = np.linspace(0.0, float(threshold), int(n_thresholds))
-    curve = np.array([mean_of(_correct(errors, limit, inclusive), points.weights, average) for limit in limits])
+    curve = np.array([mean_of(_correct(distances, limit, inclusive), weights, average) for limit in limits])
     area = curve.mean(axis=0) if rule == "mean" else (curve[1:] + curve[:-1]).mean(axis=0) / 2.0
     return (area if average is None else float(area)) * UNITS[unit]
 

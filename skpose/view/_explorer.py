@@ -17,7 +17,7 @@ from skpose.manifold import SpatialMDS
 from skpose.metrics import Metric, Spatial
 from skpose.metrics._registry import METRICS, resolve
 from skpose.neighbors import PoseKNeighborsTransformer
-from skpose.skeleton import Bone, Motion, Skeleton
+from skpose.skeleton import Motion, Skeleton
 from skpose.skeleton._sides import sides
 from skpose.view._page import Page, check_labels, page_of
 from skpose.view._scene import ANGLE, AXES, pack, unpack, vertical_of
@@ -309,16 +309,13 @@ def skeleton_data(skeleton: Skeleton) -> dict[str, Any]:
         "offsets": skeleton.offsets.tolist(),
         "dofs": [bone.dofs for bone in skeleton.bones],
         "axes": [bone.axis for bone in skeleton.bones],
-        "rests": [_rest(bone) for bone in skeleton.bones],
+        "rests": [
+            None if rest is None else Rotation.from_matrix(rest).as_quat()[[3, 0, 1, 2]].tolist()
+            for rest in (bone.rest_rotation for bone in skeleton.bones)
+        ],
         "weights": skeleton.weights.tolist(),
         "sides": sides(skeleton.joint_names),
         "shape": find_shape(skeleton).data(),
         "columns": list(skeleton.dof_names),
         "offsetFrame": skeleton.offset_frame,
     }
-
-
-def _rest(bone: Bone) -> list[float] | None:
-    if bone.rest_rotation is None:
-        return None
-    return Rotation.from_matrix(np.array(bone.rest_rotation)).as_quat()[[3, 0, 1, 2]].tolist()

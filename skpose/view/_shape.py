@@ -87,23 +87,6 @@ class Part(NamedTuple):
     hulls: tuple[tuple[int, ...], ...]
 
 
-def person_parts(skeleton: Skeleton, person: Anatomy) -> tuple[list[Sphere], list[Part]] | None:
-    """Spheres and parts of a person with both arms and legs; None for other skeletons."""
-    if not all(f"{side}_{mark}" in person.joints for side in SIDES for limb in LIMBS for mark in limb):
-        return None
-    maker = _Maker(skeleton, person)
-    if not maker.height:
-        return None
-    for side in SIDES:
-        maker.add_leg(side)
-        maker.add_arm(side)
-    maker.add_trunk(maker.add_head())
-    for joint in range(skeleton.n_joints):
-        if joint not in maker.covered:
-            maker.add_link(joint, R_MARKER)
-    return maker.spheres, maker.parts
-
-
 class _Maker:
     """Makes the parts of one person. A point is the index of a joint plus one; 0 where a landmark is missing."""
 
@@ -318,9 +301,21 @@ class Shape(NamedTuple):
 
 
 def find_shape(skeleton: Skeleton) -> Shape:
-    """The shape of a person if the joints are a person's, else links."""
-    person = person_parts(skeleton, find_anatomy(skeleton))
-    return link_shape(skeleton) if person is None else Shape(*person, is_person=True)
+    """The shape of a person if the joints are those of both arms and legs, else links."""
+    person = find_anatomy(skeleton)
+    if not all(f"{side}_{mark}" in person.joints for side in SIDES for limb in LIMBS for mark in limb):
+        return link_shape(skeleton)
+    maker = _Maker(skeleton, person)
+    if not maker.height:
+        return link_shape(skeleton)
+    for side in SIDES:
+        maker.add_leg(side)
+        maker.add_arm(side)
+    maker.add_trunk(maker.add_head())
+    for joint in range(skeleton.n_joints):
+        if joint not in maker.covered:
+            maker.add_link(joint, R_MARKER)
+    return Shape(maker.spheres, maker.parts, True)
 
 
 def link_shape(skeleton: Skeleton) -> Shape:
