@@ -187,7 +187,7 @@ def by_orientations(
     bends = _bends(motion.skeleton, target, found.people, leaders, poses, shown)
     fixed = _fixed_turns(motion.skeleton, target, found.people)
     leaders |= {joint: leader for joint, (leader, _) in fixed.items()}
-    turns = _turns(target, bones, leaders, bends, {joint: turn for joint, (_, turn) in fixed.items()})
+    turns = _turns(target, bones, bends, {joint: turn for joint, (_, turn) in fixed.items()})
     rotations, worst = {}, 0.0
     for joint, leader in leaders.items():
         if joint in fixed:
@@ -387,7 +387,6 @@ def _bends(
 def _turns(
     target: Skeleton,
     bones: _Bones,
-    leaders: dict[int, int],
     bends: dict[int, tuple[np.ndarray, np.ndarray]],
     fixed: dict[int, Rotation],
 ) -> dict[int, Rotation]:

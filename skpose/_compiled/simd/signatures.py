@@ -19,4 +19,4 @@ def tuple_type(kind: type, *fields: Any) -> types.BaseTuple:
 REAL, INTEGER, FLAG = types.float64, types.int64, types.boolean
 VECTOR, MATRIX = (array_type(REAL, ndim, readonly=False) for ndim in (1, 2))
 FLAG_VECTOR, FLAG_MATRIX = (array_type(FLAG, ndim, readonly=False) for ndim in (1, 2))
-INTEGER_VECTOR, INTEGER_MATRIX, INTEGER_CUBE = (array_type(INTEGER, ndim, readonly=False) for ndim in (1, 2, 3))
+INTEGER_VECTOR, INTEGER_MATRIX = (array_type(INTEGER, ndim, readonly=False) for ndim in (1, 2))
