@@ -629,7 +629,7 @@ def _frames_of(zero: Any, motion: Motion) -> tuple[Motion, str]:
         if zero.skeleton != motion.skeleton or zero.up != motion.up or not len(zero):
             raise ValueError("zero must have frames, and the skeleton and up axis of the motion")
         return zero, f"a recording of {len(zero)} frames"
-    if not isinstance(zero, (int, np.integer)):
+    if isinstance(zero, bool) or not isinstance(zero, (int, np.integer)):
         raise TypeError(f"zero must be the number of a frame, a Motion or None, got {type(zero).__name__}")
     if not -len(motion) <= zero < len(motion):
         raise ValueError(f"zero is frame {zero} of a motion with {len(motion)} frames")

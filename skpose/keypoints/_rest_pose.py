@@ -124,10 +124,8 @@ def _join(shares: dict[str, float], sign: str) -> str:
 
 TRUNK = 0.1  # weight of what moves relative to the root, such as the spine: it only says where rigid points do not
 ON_A_LINE = 1e-3  # second singular value over the first; points with less do not show the rotation about their line
-SPINES = (
-    ("asi", "asis", "ias"),
-    ("psi", "psis", "ips", "sacr", "sacrum"),
-)  # of the pelvis, in front and behind; their plane is level at rest
+# Markers of the pelvis, in front and behind, whose plane is level at rest.
+SPINES = ("asi", "asis", "ias"), ("psi", "psis", "ips", "sacr", "sacrum")
 AXES_ROUNDS = 20
 AXES_SETTLED = 1e-6  # change of the mean shape, relative to its size, at which the rounds end
 

@@ -274,6 +274,7 @@ def test_a_standing_pose_is_zero():
     [
         (99, "zero is frame 99"),
         ("first", "got str"),
+        (True, "got bool"),
         ("other", "zero must have"),
         ("lying", "not upright"),
     ],
@@ -303,13 +304,13 @@ def test_bent_knees_in_zero_warn_or_raise():
             joint_angles(bent, zero=0)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 12.0])
-def test_hips_are_flexed_from_the_plane_of_the_pelvis_markers(tilt):
-    """As in Plug-in Gait: of a person who stands with a tilted pelvis, by the tilt."""
+@pytest.mark.parametrize(("tilt", "left"), [(0.0, 1.0), (12.0, 1.0), (12.0, -1.0)])
+def test_hips_are_flexed_from_the_plane_of_the_pelvis_markers(tilt, left):
+    """As in Plug-in Gait: of a person who stands with a tilted pelvis, by the tilt. Exchanged sides keep it upright."""
     forward = Rotation.from_euler("x", tilt, degrees=True)
     pelvis = {"ASIS": (0.12, 0.0, 0.1), "PSIS": (0.05, 0.0, -0.1), "hip": (0.09, -0.08, 0.0)}
     points = {"pelvis": np.zeros(3), "thorax": np.array([0.0, 0.4, 0.0])}
-    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+    for side, sign in zip(SIDES, (left, -left), strict=True):
         points |= {f"{side}_{name}": forward.apply(place) * [sign, 1.0, 1.0] for name, place in pelvis.items()}
         knee = points[f"{side}_hip"] - [0.0, 0.42, 0.0]
         points |= {f"{side}_knee": knee, f"{side}_ankle": knee - [0.0, 0.4, 0.0]}
@@ -323,7 +324,7 @@ def test_hips_are_flexed_from_the_plane_of_the_pelvis_markers(tilt):
     with pytest.warns(UserWarning, match="rest pose of the layout"):
         angles = joint_angles(motion)
     for side in SIDES:
-        np.testing.assert_allclose(angles[f"hip_flexion_{side}"], tilt, atol=0.01)
+        np.testing.assert_allclose(angles[f"hip_flexion_{side}"], left * tilt, atol=0.01)
 
 
 def test_joints_of_unknown_names_can_be_given():

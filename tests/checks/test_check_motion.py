@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import walkers
 
 from skpose import Keypoints, Skeleton
 from skpose._cli.main import main
@@ -149,6 +150,11 @@ def walk():
 def test_wrong_frame_rates_of_walks(walk, factor):
     assert "frame rate" not in kinds(walk)
     assert "frame rate" in kinds(replace(walk, frame_rate=factor * walk.frame_rate))
+
+
+@pytest.mark.parametrize("rate", [10.0, 15.0, 20.0])
+def test_fast_feet_at_low_rates_are_no_jumps(rate):
+    assert "jump" not in kinds(walkers.walk(rate=rate))
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.6])

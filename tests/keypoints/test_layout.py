@@ -188,7 +188,7 @@ def test_centres_of_knees_and_ankles_are_half_a_width_inward():
     found = layout.keypoints(Keypoints(turned.apply([*markers.values()])[None] + 2.0, markers, 100, up="z"))
     np.testing.assert_allclose(found.positions[0, -2:], turned.apply([knee, ankle]) + 2.0, atol=1e-3)
     without = layout.without(["THI"]).keypoints(found.select(markers))
-    np.testing.assert_array_equal(without.positions[:, -2], found.positions[:, 1])  # the marker
+    np.testing.assert_array_equal(without.positions[:, -2:], found.positions[:, [1, 3]])  # the markers
 
 
 def test_a_lost_marker_of_the_pelvis_loses_the_hips():
